@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a scene file says, as plain data. Every field has a default and a unit; read_scene() checks the ranges.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "server/math/types.h"
+#include "server/models/tetrahedral_mesh.h"
+
+namespace acus {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Something in a scene that cannot be used. what() reads "file:line:column: field: expected ..., found ...".
+struct SceneError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// Hooke's law with Rayleigh damping B = rayleigh_mass M + rayleigh_stiffness K.
+struct Material {
+  double young_modulus = 10e3;       // Pa, > 0
+  double poisson_ratio = 0.45;       // -, [0, 0.5)
+  double density = 1000;             // kg/m^3, > 0
+  double rayleigh_mass = 0;          // 1/s, >= 0
+  double rayleigh_stiffness = 0.05;  // s, >= 0
+};
+
+// The laws between a needle and one region of the tissue. See constraints/laws.h for their graphs.
+struct Interaction {
+  double puncture_force = 1.0;      // f_p (N), >= 0, .inf for bone
+  double cutting_force = 0.5;       // f_c (N), >= 0
+  double pressure = 10e3;           // p (Pa), >= 0, of the tissue on the shaft
+  double friction_static = 0.8;     // mu_s (-), >= friction_dynamic
+  double friction_dynamic = 0.6;    // mu_d (-), >= 0
+  double friction_viscous = 0;      // b (N s/m^2), >= 0: force per metre of shaft and m/s of sliding
+  double friction_contact = 0.3;    // mu of the tip on the surface before puncture (-), >= 0
+};
+
+// A box in the mesh frame; bounds may be infinite.
+struct Box {
+  Vector3 min = Vector3::Constant(-kInfinity);  // m
+  Vector3 max = Vector3::Constant(kInfinity);   // m
+
+  bool contains(const Vector3& p) const { return (p.array() >= min.array()).all() && (p.array() <= max.array()).all(); }
+};
+
+// A part of the tissue. A tetrahedron belongs to the last region that selects it; a region without a selector is the
+// background and takes all.
+struct Region {
+  std::string name = "tissue";
+  std::optional<std::string> physical_group;  // Gmsh physical group, by name or number
+  std::optional<Box> box;                     // tetrahedra whose centroid lies inside
+  Material material;
+  Interaction interaction;
+};
+
+struct BoxMesh {
+  Vector3 size{0.1, 0.1, 0.1};           // m, > 0
+  std::array<int, 3> cells{9, 9, 9};     // >= 1
+};
+
+struct GmshMesh {
+  std::string file;            // relative to the scene file
+  double metres_per_unit = 1;  // m, > 0
+};
+
+// How the tissue is solved; see section "rungs" of MODEL.md.
+enum class TissueRung { warped, exact };
+
+struct Tissue {
+  TissueRung rung = TissueRung::warped;
+  BoxMesh box;
+  std::optional<GmshMesh> gmsh;  // instead of the box
+  Pose pose;                     // mesh frame in the world
+  std::vector<Region> regions{Region{}};
+  std::vector<Box> fixed;        // nodes inside any of them, mesh frame, do not move
+};
+
+struct Needle {
+  std::string name = "needle";
+  double length = 0.15;              // m, > 0
+  int beams = 50;                    // 1 to 1000
+  double outer_diameter = 1e-3;      // m, > 0
+  double inner_diameter = 0;         // m, [0, outer_diameter)
+  Material material{200e9, 0.3, 7800, 0, 1e-3};
+  Pose base;                         // first node in the world at the start; the needle lies along its +x axis
+  double constraint_spacing = 4e-3;  // m, > 0, between the points that hold the shaft to its path
+  double max_speed = 1;              // m/s, > 0, of the base
+  double max_angular_speed = 20;     // rad/s, > 0, of the base
+  double max_spin_speed = 320;       // rad/s, > 0, of the spin about the needle's axis
+  double smoothing = 5e-3;           // s, >= 0: time constant with which the base follows its commands
+};
+
+struct Newton {
+  int max_iterations = 20;   // 1 to 1000, rung `exact` only
+  double tolerance = 1e-12;  // m, > 0: largest change of a node's position in the last iteration
+};
+
+struct LawSolver {
+  int max_sweeps = 200;      // 1 to 100000
+  double tolerance = 1e-6;   // N, > 0: largest violation of a law, as the force that would mend it
+};
+
+struct Publishing {
+  double needle_rate = 60;   // Hz of simulation time, > 0
+  double tissue_rate = 30;   // Hz of simulation time, > 0
+};
+
+struct Scene {
+  std::string name = "scene";
+  std::string file;                      // where it was read from, empty if built in code
+  double rate = 1000;                    // Hz, > 0, ticks per second; the time step is h = 1/rate
+  Vector3 gravity = Vector3::Zero();     // m/s^2, world
+  Tissue tissue;
+  std::vector<Needle> needles{Needle{}}; // 1 to 64, distinct names
+  Newton newton;
+  LawSolver laws;
+  Publishing publish;
+};
+
+// Reads and checks a YAML scene; throws SceneError. Nothing of the file is ignored: an unknown field is an error.
+Scene read_scene(const std::string& path);
+
+// The same from text; `name` stands for the file in messages, relative mesh files are looked up in `folder`.
+Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder);
+
+// The scene's mesh at its place in the world, with topology; throws SceneError (broken file, inverted or unconnected
+// tetrahedra).
+TetrahedralMesh load_mesh(const Scene& scene);
+
+// Per tetrahedron, the index of its region in scene.tissue.regions; throws SceneError if a tetrahedron has none or
+// a region selects nothing.
+std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh);
+
+// Per node, whether it is fixed; throws SceneError if a box of `fixed` holds no node.
+std::vector<bool> find_fixed_nodes(const Scene& scene, const TetrahedralMesh& mesh);
+
+}  // namespace acus

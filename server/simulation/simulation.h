@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The world and its tick. Deterministic: it reads no clock but for the optional stage timing, and the same scene with
+// the same commands at the same ticks gives the same bytes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "server/simulation/report.h"
+#include "server/simulation/scene.h"
+
+namespace acus {
+
+// Where the base of a needle shall go. Fields that are absent keep their last value.
+struct Command {
+  std::uint64_t seq = 0;
+  std::optional<Pose> pose;    // world, orientation without spin; must be finite and unit
+  std::optional<double> spin;  // rad, continuous over many turns, about the needle's +x axis
+};
+
+class Simulation {
+ public:
+  explicit Simulation(const Scene& scene);  // loads the mesh and factorises; throws SceneError
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  // The newest command of a needle, taken in by the next tick. Never blocks, never allocates.
+  void command(int needle, const Command& command);
+
+  // One tick of length h = 1/rate: the ten stages. Never throws; trouble is a flag in the report.
+  void step();
+
+  // Back to the state after loading, tick 0.
+  void reset();
+
+  const TickReport& report() const;
+
+  // Constant after construction.
+  const Scene& scene() const;
+  const TetrahedralMesh& mesh() const;                   // at its place in the world
+  std::span<const int> regions() const;                  // region of each tetrahedron
+  int needle_node_count(int needle) const;
+
+  // Current state, valid until the next step().
+  Eigen::Ref<const Matrix3X> tissue_positions() const;                    // 3 x n, m, world
+  Eigen::Ref<const Matrix3X> needle_positions(int needle) const;          // 3 x m, m, world
+  std::span<const Quaternion> needle_orientations(int needle) const;      // m, world; +x runs along the needle
+
+  void time_stages(bool on);  // fill report().stage_seconds
+
+ private:
+  struct World;
+  std::unique_ptr<World> world_;
+};
+
+}  // namespace acus
