@@ -36,7 +36,7 @@ struct TetrahedralMesh {
 double rest_volume(const TetrahedralMesh& mesh, int t);
 
 // Fills neighbours, surface and surface_tetrahedron. Throws MeshError for an empty mesh, an index out of range, a
-// non-finite node, an inverted or flat tetrahedron, a face shared by more than two tetrahedra, a node that no
+// non-finite node, an inverted or flat tetrahedron, a face shared by more than two tetrahedra or by two that overlap, a node that no
 // tetrahedron uses, or a mesh of several parts that do not touch in a face.
 void build_topology(TetrahedralMesh& mesh);
 
