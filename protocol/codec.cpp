@@ -1,0 +1,504 @@
+// SPDX-License-Identifier: MIT
+#include "protocol/codec.h"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <msgpack.hpp>
+#include <type_traits>
+
+namespace acus::protocol {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "packed arrays are little-endian on the wire");
+
+// More than any message needs, so that hostile nesting or counts are refused before they cost memory.
+constexpr std::size_t kMaxElements = 65536;  // of one array or map
+constexpr std::size_t kMaxDepth = 8;
+
+template <class T>
+constexpr bool kIsOptional = false;
+template <class T>
+constexpr bool kIsOptional<std::optional<T>> = true;
+
+template <class T>
+constexpr bool kIsVector = false;
+template <class T>
+constexpr bool kIsVector<std::vector<T>> = true;
+
+template <class T>
+concept Message = requires {
+  T::kType;
+};
+
+std::string quoted(const char* name) { return "field '" + std::string(name) + "'"; }
+
+// ---- Encoding ----
+
+// What msgpack's packer writes into.
+struct StringSink {
+  std::string& bytes;
+  void write(const char* data, std::size_t size) { bytes.append(data, size); }
+};
+using Packer = msgpack::packer<StringSink>;
+
+void pack_text(Packer& packer, std::string_view text) {
+  packer.pack_str(static_cast<std::uint32_t>(text.size()));
+  packer.pack_str_body(text.data(), static_cast<std::uint32_t>(text.size()));
+}
+
+template <class T>
+void pack_map_fields(Packer& packer, const T& fielded);
+
+template <class T>
+void pack_value(Packer& packer, const T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    pack_text(packer, name_of(value));
+  } else if constexpr (std::is_arithmetic_v<T>) {
+    packer.pack(value);
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    pack_text(packer, value);
+  } else if constexpr (std::is_same_v<T, Vector3>) {
+    packer.pack_array(3);
+    for (double x : value) packer.pack(x);
+  } else if constexpr (std::is_same_v<T, Quaternion>) {
+    packer.pack_array(4);
+    for (double x : {value.w, value.x, value.y, value.z}) packer.pack(x);
+  } else if constexpr (kIsVector<T>) {
+    using Element = typename T::value_type;
+    if constexpr (std::is_arithmetic_v<Element>) {
+      const auto size = static_cast<std::uint32_t>(value.size() * sizeof(Element));
+      packer.pack_bin(size);
+      packer.pack_bin_body(reinterpret_cast<const char*>(value.data()), size);
+    } else {
+      packer.pack_array(static_cast<std::uint32_t>(value.size()));
+      for (const Element& element : value) pack_value(packer, element);
+    }
+  } else {
+    pack_map_fields(packer, value);
+  }
+}
+
+struct PackField {
+  Packer& packer;
+
+  template <class T>
+  void operator()(const char* name, const T& value) {
+    if constexpr (kIsOptional<T>) {
+      if (value) (*this)(name, *value);
+    } else {
+      pack_text(packer, name);
+      pack_value(packer, value);
+    }
+  }
+};
+
+struct CountFields {
+  std::uint32_t count = 0;
+
+  template <class T>
+  void operator()(const char*, const T& value) {
+    if constexpr (kIsOptional<T>) {
+      count += value.has_value() ? 1 : 0;
+    } else {
+      ++count;
+    }
+  }
+};
+
+template <class T>
+void pack_map_fields(Packer& packer, const T& fielded) {
+  CountFields counter;
+  T::fields(fielded, counter);
+  packer.pack_map(counter.count + (Message<T> ? 2 : 0));
+  PackField pack{packer};
+  if constexpr (Message<T>) {
+    pack("v", kVersion);
+    pack("type", std::string(T::kType));
+  }
+  T::fields(fielded, pack);
+}
+
+// ---- Decoding ----
+
+// The value under `key`, or null. A key that appears twice counts where it appears first.
+const msgpack::object* find(const msgpack::object& map, std::string_view key) {
+  for (std::uint32_t i = 0; i < map.via.map.size; ++i) {
+    const msgpack::object_kv& entry = map.via.map.ptr[i];
+    if (entry.key.type != msgpack::type::STR) continue;
+    if (std::string_view(entry.key.via.str.ptr, entry.key.via.str.size) == key) return &entry.val;
+  }
+  return nullptr;
+}
+
+[[noreturn]] void wrong_type(const char* name, const std::string& expected) {
+  throw DecodeError(ErrorCode::wrong_field_type, quoted(name) + " must be " + expected);
+}
+
+void check_finite(const char* name, double value) {
+  if (!std::isfinite(value)) throw DecodeError(ErrorCode::not_finite, quoted(name) + " must be finite");
+}
+
+void unpack(const char* name, const msgpack::object& object, bool& value) {
+  if (object.type != msgpack::type::BOOLEAN) wrong_type(name, "true or false");
+  value = object.via.boolean;
+}
+
+template <class T>
+requires(std::is_unsigned_v<T> && !std::is_same_v<T, bool>) void unpack(const char* name, const msgpack::object& object,
+                                                                        T& value) {
+  if (object.type == msgpack::type::NEGATIVE_INTEGER) {
+    throw DecodeError(ErrorCode::bad_value, quoted(name) + " must not be negative");
+  }
+  if (object.type != msgpack::type::POSITIVE_INTEGER) wrong_type(name, "an integer");
+  if (object.via.u64 > std::numeric_limits<T>::max()) {
+    throw DecodeError(ErrorCode::bad_value,
+                      quoted(name) + " must be at most " + std::to_string(std::numeric_limits<T>::max()));
+  }
+  value = static_cast<T>(object.via.u64);
+}
+
+// Clients may write a whole number as an integer, and any number in single precision.
+void unpack(const char* name, const msgpack::object& object, double& value) {
+  switch (object.type) {
+    case msgpack::type::FLOAT32:
+    case msgpack::type::FLOAT64:
+      value = object.via.f64;
+      break;
+    case msgpack::type::POSITIVE_INTEGER:
+      value = static_cast<double>(object.via.u64);
+      break;
+    case msgpack::type::NEGATIVE_INTEGER:
+      value = static_cast<double>(object.via.i64);
+      break;
+    default:
+      wrong_type(name, "a number");
+  }
+  check_finite(name, value);
+}
+
+void unpack(const char* name, const msgpack::object& object, std::string& value) {
+  if (object.type != msgpack::type::STR) wrong_type(name, "a string");
+  value.assign(object.via.str.ptr, object.via.str.size);
+}
+
+template <class Enum>
+requires std::is_enum_v<Enum>
+void unpack(const char* name, const msgpack::object& object, Enum& value) {
+  std::string text;
+  unpack(name, object, text);
+  const auto& names = names_of(Enum{});
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (text == names[i]) {
+      value = static_cast<Enum>(i);
+      return;
+    }
+  }
+  throw DecodeError(ErrorCode::bad_value, quoted(name) + " has a value that this version does not know");
+}
+
+template <std::size_t N>
+std::array<double, N> unpack_numbers(const char* name, const msgpack::object& object) {
+  if (object.type != msgpack::type::ARRAY || object.via.array.size != N) {
+    wrong_type(name, "an array of " + std::to_string(N) + " numbers");
+  }
+  std::array<double, N> numbers;
+  for (std::size_t i = 0; i < N; ++i) unpack(name, object.via.array.ptr[i], numbers[i]);
+  return numbers;
+}
+
+void unpack(const char* name, const msgpack::object& object, Vector3& value) {
+  value = unpack_numbers<3>(name, object);
+}
+
+void unpack(const char* name, const msgpack::object& object, Quaternion& value) {
+  const auto [w, x, y, z] = unpack_numbers<4>(name, object);
+  const double length = std::hypot(std::hypot(w, x), std::hypot(y, z));
+  if (!(std::abs(length - 1) <= kQuaternionTolerance)) {
+    throw DecodeError(
+        ErrorCode::not_unit_quaternion,
+        quoted(name) + " must be a unit quaternion [w, x, y, z], its length is " + std::to_string(length));
+  }
+  value = {w / length, x / length, y / length, z / length};
+}
+
+template <class T>
+void unpack_map_fields(const msgpack::object& map, T& fielded);
+
+template <class T>
+requires requires(T& fielded) {
+  T::fields(fielded, [](const char*, auto&) {});
+}
+void unpack(const char* name, const msgpack::object& object, T& value) {
+  if (object.type != msgpack::type::MAP) wrong_type(name, "a map");
+  unpack_map_fields(object, value);
+}
+
+template <class Element>
+void unpack(const char* name, const msgpack::object& object, std::vector<Element>& value) {
+  if constexpr (std::is_arithmetic_v<Element>) {
+    if (object.type != msgpack::type::BIN || object.via.bin.size % sizeof(Element) != 0) {
+      wrong_type(name, "binary data in elements of " + std::to_string(sizeof(Element)) + " bytes");
+    }
+    value.resize(object.via.bin.size / sizeof(Element));
+    if (!value.empty()) std::memcpy(value.data(), object.via.bin.ptr, object.via.bin.size);
+    if constexpr (std::is_floating_point_v<Element>) {
+      for (Element element : value) check_finite(name, element);
+    }
+  } else {
+    if (object.type != msgpack::type::ARRAY) wrong_type(name, "an array");
+    value.resize(object.via.array.size);
+    for (std::size_t i = 0; i < value.size(); ++i) unpack(name, object.via.array.ptr[i], value[i]);
+  }
+}
+
+struct UnpackField {
+  const msgpack::object& map;
+
+  template <class T>
+  void operator()(const char* name, T& value) {
+    const msgpack::object* object = find(map, name);
+    if constexpr (kIsOptional<T>) {
+      value.reset();
+      if (object) unpack(name, *object, value.emplace());
+    } else {
+      if (!object) throw DecodeError(ErrorCode::missing_field, quoted(name) + " is missing");
+      unpack(name, *object, value);
+    }
+  }
+};
+
+template <class T>
+void unpack_map_fields(const msgpack::object& map, T& fielded) {
+  T::fields(fielded, UnpackField{map});
+}
+
+// Strings and binary data stay in the message's bytes until they are copied into a field.
+bool leave_in_place(msgpack::type::object_type, std::size_t, void*) { return true; }
+
+msgpack::object parse(std::string_view bytes, msgpack::zone& zone) {
+  const msgpack::unpack_limit limits(kMaxElements, kMaxElements, 0xffffffff, 0xffffffff, 0, kMaxDepth);
+  std::size_t used = 0;
+  bool referenced = false;
+  msgpack::object object;
+  try {
+    object = msgpack::unpack(zone, bytes.data(), bytes.size(), used, referenced, leave_in_place, nullptr, limits);
+  } catch (const msgpack::insufficient_bytes&) {
+    throw DecodeError(ErrorCode::truncated, "the message ends in the middle of a value");
+  } catch (const msgpack::size_overflow&) {
+    throw DecodeError(ErrorCode::too_complex,
+                      "the message is nested too deep, or has too many elements or a msgpack extension");
+  } catch (const msgpack::unpack_error&) {
+    throw DecodeError(ErrorCode::invalid_msgpack, "the message is not valid msgpack");
+  }
+  if (used != bytes.size()) throw DecodeError(ErrorCode::trailing_bytes, "the message goes on after its map");
+  return object;
+}
+
+void check_version(const msgpack::object& map) {
+  const msgpack::object* version = find(map, "v");
+  if (!version) throw DecodeError(ErrorCode::missing_field, "field 'v', the protocol version, is missing");
+  std::uint64_t number = 0;
+  unpack("v", *version, number);
+  if (number != kVersion) {
+    throw DecodeError(ErrorCode::wrong_version, "protocol version " + std::to_string(number) +
+                                                    " is not spoken here, but " + std::to_string(kVersion));
+  }
+}
+
+std::string read_type(const msgpack::object& map) {
+  const msgpack::object* object = find(map, "type");
+  if (!object) throw DecodeError(ErrorCode::missing_field, "field 'type' is missing");
+  std::string type;
+  unpack("type", *object, type);
+  return type;
+}
+
+// Unpacks the alternative of the variant whose type it is; false if none is.
+template <class Variant, std::size_t I = 0>
+bool unpack_as(const std::string& type, const msgpack::object& map, Variant& message) {
+  if constexpr (I == std::variant_size_v<Variant>) {
+    return false;
+  } else {
+    using Alternative = std::variant_alternative_t<I, Variant>;
+    if (type != Alternative::kType) return unpack_as<Variant, I + 1>(type, map, message);
+    unpack_map_fields(map, message.template emplace<I>());
+    return true;
+  }
+}
+
+void note_what_is_readable(const msgpack::object& map, DecodeError& error) {
+  const msgpack::object* type = find(map, "type");
+  if (type && type->type == msgpack::type::STR) error.type.emplace(type->via.str.ptr, type->via.str.size);
+  const msgpack::object* seq = find(map, "seq");
+  if (seq && seq->type == msgpack::type::POSITIVE_INTEGER) error.seq = seq->via.u64;
+}
+
+template <class Variant>
+Variant decode(std::string_view bytes, std::size_t max_bytes) {
+  if (bytes.size() > max_bytes) {
+    throw DecodeError(ErrorCode::oversized, "the message has " + std::to_string(bytes.size()) + " bytes, " +
+                                                std::to_string(max_bytes) + " are allowed");
+  }
+  msgpack::zone zone;
+  const msgpack::object map = parse(bytes, zone);
+  if (map.type != msgpack::type::MAP) throw DecodeError(ErrorCode::not_a_map, "the message must be a map");
+  try {
+    check_version(map);
+    const std::string type = read_type(map);
+    Variant message;
+    if (!unpack_as(type, map, message)) {
+      throw DecodeError(ErrorCode::unknown_type, "field 'type' names no message that is understood here");
+    }
+    return message;
+  } catch (DecodeError& error) {
+    note_what_is_readable(map, error);
+    throw;
+  }
+}
+
+void check_range(const Step& step) {
+  if (step.ticks < 1 || step.ticks > kMaxStepTicks) {
+    throw DecodeError(ErrorCode::bad_value, "field 'ticks' must be 1 to " + std::to_string(kMaxStepTicks));
+  }
+}
+
+// States say 0 for "no command yet", so no command may use it.
+template <class Stream>
+requires std::is_same_v<Stream, Pose> || std::is_same_v<Stream, Spin>
+void check_range(const Stream& stream) {
+  if (stream.seq < 1) throw DecodeError(ErrorCode::bad_value, "field 'seq' must be at least 1");
+}
+
+template <class Other>
+void check_range(const Other&) {}
+
+// ---- Printing ----
+
+template <class T>
+void print_fields(std::string& text, const T& fielded);
+
+void print(std::string& text, double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.6g", value);
+  text += buffer;
+}
+
+template <class Range>
+void print_list(std::string& text, const Range& range) {
+  const char* separator = "[";
+  for (double x : range) {
+    text += separator;
+    print(text, x);
+    separator = ", ";
+  }
+  text += "]";
+}
+
+template <class T>
+void print_value(std::string& text, const T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    text += name_of(value);
+  } else if constexpr (std::is_same_v<T, bool>) {
+    text += value ? "true" : "false";
+  } else if constexpr (std::is_integral_v<T>) {
+    text += std::to_string(value);
+  } else if constexpr (std::is_floating_point_v<T>) {
+    print(text, value);
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    text += '"' + value + '"';
+  } else if constexpr (std::is_same_v<T, Vector3>) {
+    print_list(text, value);
+  } else if constexpr (std::is_same_v<T, Quaternion>) {
+    print_list(text, std::initializer_list<double>{value.w, value.x, value.y, value.z});
+  } else if constexpr (kIsVector<T>) {
+    if constexpr (std::is_arithmetic_v<typename T::value_type>) {
+      text += "<" + std::to_string(value.size()) + " numbers>";
+    } else {
+      text += "[";
+      for (std::size_t i = 0; i < value.size(); ++i) {
+        if (i > 0) text += ", ";
+        print_value(text, value[i]);
+      }
+      text += "]";
+    }
+  } else {
+    print_fields(text, value);
+  }
+}
+
+struct PrintField {
+  std::string& text;
+  bool first = true;
+
+  template <class T>
+  void operator()(const char* name, const T& value) {
+    if constexpr (kIsOptional<T>) {
+      if (value) (*this)(name, *value);
+    } else {
+      if (!first) text += ", ";
+      first = false;
+      text += name;
+      text += ": ";
+      print_value(text, value);
+    }
+  }
+};
+
+template <class T>
+void print_fields(std::string& text, const T& fielded) {
+  text += "{";
+  T::fields(fielded, PrintField{text});
+  text += "}";
+}
+
+}  // namespace
+
+template <class Message>
+void encode(const Message& message, std::string& bytes) {
+  bytes.clear();
+  StringSink sink{bytes};
+  Packer packer(sink);
+  pack_map_fields(packer, message);
+}
+
+template <class Message>
+std::string to_text(const Message& message) {
+  std::string text = std::string(Message::kType) + " ";
+  print_fields(text, message);
+  return text;
+}
+
+Command decode_command(std::string_view bytes, std::size_t max_bytes) {
+  Command command = decode<Command>(bytes, max_bytes);
+  std::visit(
+      [](const auto& message) {
+        try {
+          check_range(message);
+        } catch (DecodeError& error) {
+          error.type = message.kType;
+          error.seq = message.seq;
+          throw;
+        }
+      },
+      command);
+  return command;
+}
+
+Reply decode_reply(std::string_view bytes, std::size_t max_bytes) { return decode<Reply>(bytes, max_bytes); }
+State decode_state(std::string_view bytes, std::size_t max_bytes) { return decode<State>(bytes, max_bytes); }
+
+// Instantiates both templates of the header for every alternative of a variant.
+template <class Variant>
+struct Instances;
+template <class... Messages>
+struct Instances<std::variant<Messages...>> {
+  static constexpr auto kEncoders = std::make_tuple(static_cast<void (*)(const Messages&, std::string&)>(&encode)...);
+  static constexpr auto kPrinters = std::make_tuple(&to_text<Messages>...);
+};
+template struct Instances<Command>;
+template struct Instances<Reply>;
+template struct Instances<State>;
+
+}  // namespace acus::protocol

@@ -1,0 +1,516 @@
+// SPDX-License-Identifier: MIT
+// The messages between clients and the server, one plain struct each; protocol/README.md is the contract they follow.
+// SI units, world frame unless a name says otherwise. Each struct lists its fields once, in fields(self, visit), which
+// calls visit(name, member) for each; encoding, decoding, printing and tests all walk that list. An std::optional
+// member is a field that may be absent, a vector of numbers travels as packed little-endian bytes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace acus::protocol {
+
+inline constexpr int kVersion = 1;
+
+inline constexpr const char* kDefaultCommandsEndpoint = "tcp://127.0.0.1:5750";
+inline constexpr const char* kDefaultStatesEndpoint = "tcp://127.0.0.1:5751";
+
+inline constexpr std::size_t kMaxCommandBytes = std::size_t{1} << 20;  // 1 MiB, of one message to the server
+inline constexpr std::size_t kMaxStateBytes = std::size_t{1} << 30;    // 1 GiB, of one message to a client
+inline constexpr std::uint32_t kMaxStepTicks = 100000;                 // of one `step` request
+inline constexpr double kQuaternionTolerance = 1e-3;                   // accepted error of a quaternion's length
+
+using Vector3 = std::array<double, 3>;  // x, y, z
+
+struct Quaternion {  // unit; travels as the array [w, x, y, z]
+  double w = 1, x = 0, y = 0, z = 0;
+  bool operator==(const Quaternion&) const = default;
+};
+
+// Why a message was rejected; travels as the enumerator's name.
+enum class ErrorCode : std::uint8_t {
+  truncated,            // ends in the middle of a value
+  trailing_bytes,       // goes on after its map
+  oversized,            // more bytes than a message may have
+  too_complex,          // nested deeper, or more elements in one array or map, than any message needs
+  invalid_msgpack,      // bytes that msgpack does not define, or a wrong number of frames
+  not_a_map,            // a value, but no map
+  wrong_version,        // `v` is not the protocol version spoken here
+  unknown_type,         // `type` names no message
+  missing_field,        // a field that must be there is not
+  wrong_field_type,     // a field of another type or shape than the contract says
+  not_finite,           // NaN or infinity
+  not_unit_quaternion,  // length off 1 by more than kQuaternionTolerance
+  bad_value,            // right type, outside the range
+  unknown_needle,       // the scene has no needle of that name
+  wrong_mode,           // `step` in real time, or `pause` and `resume` in lockstep
+  scene_error,          // `load`: the scene cannot be used; the old one goes on
+  busy                  // too many requests are waiting, or a scene is being loaded already; try again
+};
+inline constexpr std::array<const char*, 17> kErrorCodeNames{"truncated",
+                                                             "trailing_bytes",
+                                                             "oversized",
+                                                             "too_complex",
+                                                             "invalid_msgpack",
+                                                             "not_a_map",
+                                                             "wrong_version",
+                                                             "unknown_type",
+                                                             "missing_field",
+                                                             "wrong_field_type",
+                                                             "not_finite",
+                                                             "not_unit_quaternion",
+                                                             "bad_value",
+                                                             "unknown_needle",
+                                                             "wrong_mode",
+                                                             "scene_error",
+                                                             "busy"};
+
+// Where a needle's tip is; travels as the enumerator's name.
+enum class Phase : std::uint8_t {
+  free,     // outside, touching nothing
+  contact,  // on the surface, not through it
+  inside,   // in the tissue
+  through   // out again on another side, the shaft still inside
+};
+inline constexpr std::array<const char*, 4> kPhaseNames{"free", "contact", "inside", "through"};
+
+// What happened to a needle; travels as the enumerator's name.
+enum class EventKind : std::uint8_t {
+  contact,    // the tip touched a surface
+  release,    // the tip left a surface without having gone through it
+  puncture,   // the tip went through a surface and began a new path
+  reentry,    // the tip went back into a path that it, or another needle, had cut before
+  exit,       // the tip came out on another side
+  withdrawal  // the tip came out backwards, through the mouth of its path
+};
+inline constexpr std::array<const char*, 6> kEventKindNames{"contact", "release", "puncture",
+                                                            "reentry", "exit",    "withdrawal"};
+
+constexpr const auto& names_of(ErrorCode) { return kErrorCodeNames; }
+constexpr const auto& names_of(Phase) { return kPhaseNames; }
+constexpr const auto& names_of(EventKind) { return kEventKindNames; }
+
+template <class Enum>
+constexpr const char* name_of(Enum value) {
+  return names_of(value)[static_cast<std::size_t>(value)];
+}
+
+// Bits of `flags` in states: trouble that a client should know of.
+enum Flag : std::uint32_t {
+  kLawsNotConverged = 1u << 0,    // the laws' residual is above the scene's tolerance
+  kNewtonNotConverged = 1u << 1,  // rung `exact`: the last change is above the scene's tolerance
+  kTangentProjected = 1u << 2,    // an indefinite tangent was replaced by its positive part
+  kRowsDropped = 1u << 3,         // more constraint points than the capacity fixed at load
+  kPathFull = 1u << 4,            // a path reached its capacity and stopped recording
+  kNotFinite = 1u << 5            // a number stopped being finite; the state was held at the last good tick
+};
+
+// ---- Requests: client to server on the commands socket, each answered once ----
+
+// A request that carries nothing but its number: the client's choice, repeated in the answer.
+struct BareRequest {
+  std::uint64_t seq = 0;
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+  }
+};
+
+struct Hello : BareRequest {  // answered by HelloReply
+  static constexpr const char* kType = "hello";
+};
+struct Describe : BareRequest {  // answered by DescribeReply
+  static constexpr const char* kType = "describe";
+};
+struct Pause : BareRequest {  // this one and all below: answered by Done
+  static constexpr const char* kType = "pause";
+};
+struct Resume : BareRequest {
+  static constexpr const char* kType = "resume";
+};
+struct Reset : BareRequest {
+  static constexpr const char* kType = "reset";
+};
+struct Shutdown : BareRequest {
+  static constexpr const char* kType = "shutdown";
+};
+
+struct Load {
+  static constexpr const char* kType = "load";
+  std::uint64_t seq = 0;
+  std::string scene;  // path on the server's machine
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("scene", self.scene);
+  }
+};
+
+struct Step {
+  static constexpr const char* kType = "step";
+  std::uint64_t seq = 0;
+  std::uint32_t ticks = 1;  // 1 to kMaxStepTicks
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("ticks", self.ticks);
+  }
+};
+
+// ---- Streams: client to server on the commands socket, not answered unless rejected ----
+
+struct Pose {
+  static constexpr const char* kType = "pose";
+  std::string needle;
+  std::uint64_t seq = 1;       // >= 1; comes back in the states that used it
+  double time = 0;             // s, on the client's own clock; not interpreted
+  Vector3 position{};          // m, world, of the needle's base
+  Quaternion orientation;      // world from base, without spin; the needle runs along the base's +x
+  std::optional<double> spin;  // rad, continuous over many turns, about +x; absent: as before
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("needle", self.needle);
+    visit("seq", self.seq);
+    visit("time", self.time);
+    visit("position", self.position);
+    visit("orientation", self.orientation);
+    visit("spin", self.spin);
+  }
+};
+
+struct Spin {
+  static constexpr const char* kType = "spin";
+  std::string needle;
+  std::uint64_t seq = 1;  // >= 1, shared with `pose`
+  double time = 0;        // s, on the client's own clock; not interpreted
+  double spin = 0;        // rad
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("needle", self.needle);
+    visit("seq", self.seq);
+    visit("time", self.time);
+    visit("spin", self.spin);
+  }
+};
+
+// ---- Answers: server to client on the commands socket ----
+
+struct NeedleInfo {
+  std::string name;
+  double length = 0;            // m
+  double diameter = 0;          // m, outer
+  std::uint32_t nodes = 0;      // first at the base, last at the tip
+  Vector3 base_position{};      // m, world, after loading
+  Quaternion base_orientation;  // world from base, after loading
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("name", self.name);
+    visit("length", self.length);
+    visit("diameter", self.diameter);
+    visit("nodes", self.nodes);
+    visit("base_position", self.base_position);
+    visit("base_orientation", self.base_orientation);
+  }
+};
+
+struct TissueInfo {
+  std::uint32_t nodes = 0;
+  std::uint32_t tetrahedra = 0;
+  std::uint32_t triangles = 0;  // of the surface
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("nodes", self.nodes);
+    visit("tetrahedra", self.tetrahedra);
+    visit("triangles", self.triangles);
+  }
+};
+
+struct TopicInfo {
+  std::string name;
+  double rate = 0;  // Hz of simulation time, of wall time for `stats`; 0: whenever it happens
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("name", self.name);
+    visit("rate", self.rate);
+  }
+};
+
+struct HelloReply {
+  static constexpr const char* kType = "hello_reply";
+  std::uint64_t seq = 0;
+  std::string server;       // version of the server's program
+  std::string scene;        // name of the scene
+  std::uint64_t epoch = 0;  // see Force
+  double rate = 0;          // Hz, ticks per second
+  double time_step = 0;     // s, 1 / rate
+  bool lockstep = false;    // ticks run only on `step`
+  bool paused = false;
+  std::vector<NeedleInfo> needles;
+  TissueInfo tissue;
+  std::vector<TopicInfo> topics;
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("server", self.server);
+    visit("scene", self.scene);
+    visit("epoch", self.epoch);
+    visit("rate", self.rate);
+    visit("time_step", self.time_step);
+    visit("lockstep", self.lockstep);
+    visit("paused", self.paused);
+    visit("needles", self.needles);
+    visit("tissue", self.tissue);
+    visit("topics", self.topics);
+  }
+};
+
+struct NeedleRest {
+  std::string name;
+  std::vector<double> positions;  // m, 3 per node, world, at rest at its place after loading
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("name", self.name);
+    visit("positions", self.positions);
+  }
+};
+
+struct DescribeReply {
+  static constexpr const char* kType = "describe_reply";
+  std::uint64_t seq = 0;
+  std::uint64_t epoch = 0;                        // see Force
+  std::vector<float> positions;                   // m, 3 per tissue node, world, at rest
+  std::vector<std::int32_t> triangles;            // 3 nodes each, counter-clockwise seen from outside
+  std::vector<std::int32_t> tetrahedra;           // 4 nodes each, positive volume
+  std::vector<std::string> regions;               // their names
+  std::vector<std::int32_t> tetrahedron_regions;  // index into `regions`, 1 per tetrahedron
+  std::vector<NeedleRest> needles;
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("epoch", self.epoch);
+    visit("positions", self.positions);
+    visit("triangles", self.triangles);
+    visit("tetrahedra", self.tetrahedra);
+    visit("regions", self.regions);
+    visit("tetrahedron_regions", self.tetrahedron_regions);
+    visit("needles", self.needles);
+  }
+};
+
+// The request was carried out; the world stood at this tick right after it.
+struct Done {
+  static constexpr const char* kType = "done";
+  std::uint64_t seq = 0;
+  std::uint64_t epoch = 0;  // see Force
+  std::uint64_t tick = 0;
+  double time = 0;  // s, simulation time
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("epoch", self.epoch);
+    visit("tick", self.tick);
+    visit("time", self.time);
+  }
+};
+
+struct Error {
+  static constexpr const char* kType = "error";
+  std::optional<std::uint64_t> seq;     // of the rejected message, where it could be read
+  std::optional<std::string> rejected;  // its type, where it could be read
+  ErrorCode code = ErrorCode::truncated;
+  std::string message;  // a sentence for people
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("rejected", self.rejected);
+    visit("code", self.code);
+    visit("message", self.message);
+  }
+};
+
+// ---- States: server to client on the states socket; the topic is the type ----
+
+// Forces on one needle, every tick. Ticks count from 1 without a gap within an epoch; `load` and `reset` begin a new
+// one.
+struct Force {
+  static constexpr const char* kType = "force";
+  std::uint64_t epoch = 0;
+  std::uint64_t tick = 0;
+  double time = 0;  // s, simulation time, tick * time_step
+  std::string needle;
+  std::uint64_t seq = 0;  // of the command in use, 0 before the first
+  double age = 0;         // s of simulation time since the tick that took the command in
+  Phase phase = Phase::free;
+  double depth = 0;               // m of needle inside the tissue
+  Vector3 base_position{};        // m, world
+  Quaternion base_orientation;    // world from base, spin included
+  double spin = 0;                // rad
+  Vector3 tip_position{};         // m, world
+  Vector3 tip_force{};            // N, world, by the tissue on the tip
+  Vector3 base_force{};           // N, world, by the needle on its holder: what a hand feels
+  Vector3 base_torque{};          // N m, world, about the base, by the needle on its holder
+  Vector3 base_force_in_base{};   // N, the same force in the base frame
+  Vector3 base_torque_in_base{};  // N m, the same torque in the base frame
+  Vector3 cutting_force{};        // N, world, by the tissue on the needle: contact before the puncture, cutting after
+  Vector3 friction_force{};       // N, world, by the tissue on the needle: along the path, whole shaft
+  Vector3 lateral_force{};        // N, world, by the tissue on the needle: across the path, shaft and tip
+  std::uint32_t flags = 0;        // bits of Flag
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("epoch", self.epoch);
+    visit("tick", self.tick);
+    visit("time", self.time);
+    visit("needle", self.needle);
+    visit("seq", self.seq);
+    visit("age", self.age);
+    visit("phase", self.phase);
+    visit("depth", self.depth);
+    visit("base_position", self.base_position);
+    visit("base_orientation", self.base_orientation);
+    visit("spin", self.spin);
+    visit("tip_position", self.tip_position);
+    visit("tip_force", self.tip_force);
+    visit("base_force", self.base_force);
+    visit("base_torque", self.base_torque);
+    visit("base_force_in_base", self.base_force_in_base);
+    visit("base_torque_in_base", self.base_torque_in_base);
+    visit("cutting_force", self.cutting_force);
+    visit("friction_force", self.friction_force);
+    visit("lateral_force", self.lateral_force);
+    visit("flags", self.flags);
+  }
+};
+
+// The shape of one needle.
+struct NeedleShape {
+  static constexpr const char* kType = "needle";
+  std::uint64_t epoch = 0;
+  std::uint64_t tick = 0;
+  double time = 0;  // s, simulation time
+  std::string needle;
+  std::vector<double> positions;     // m, 3 per node, world, from base to tip
+  std::vector<double> orientations;  // 4 per node [w, x, y, z], world from node; +x runs along the needle
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("epoch", self.epoch);
+    visit("tick", self.tick);
+    visit("time", self.time);
+    visit("needle", self.needle);
+    visit("positions", self.positions);
+    visit("orientations", self.orientations);
+  }
+};
+
+// The shape of the tissue.
+struct TissueShape {
+  static constexpr const char* kType = "tissue";
+  std::uint64_t epoch = 0;
+  std::uint64_t tick = 0;
+  double time = 0;               // s, simulation time
+  std::vector<float> positions;  // m, 3 per node, world, in the order of DescribeReply
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("epoch", self.epoch);
+    visit("tick", self.tick);
+    visit("time", self.time);
+    visit("positions", self.positions);
+  }
+};
+
+struct Event {
+  static constexpr const char* kType = "event";
+  std::uint64_t epoch = 0;
+  std::uint64_t tick = 0;
+  double time = 0;  // s, simulation time
+  std::string needle;
+  EventKind kind = EventKind::contact;
+  Vector3 position{};  // m, world
+  double force = 0;    // N, of the law that caused it
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("epoch", self.epoch);
+    visit("tick", self.tick);
+    visit("time", self.time);
+    visit("needle", self.needle);
+    visit("kind", self.kind);
+    visit("position", self.position);
+    visit("force", self.force);
+  }
+};
+
+// How the server did since the last `stats`, about one second of wall time; totals count from the server's start.
+struct Stats {
+  static constexpr const char* kType = "stats";
+  std::uint64_t epoch = 0;
+  std::uint64_t tick = 0;
+  double time = 0;    // s, simulation time
+  double period = 0;  // s of wall time that this covers
+  bool paused = false;
+  std::uint64_t ticks = 0;              // in the period
+  double tick_p50 = 0;                  // s of computing per tick, median
+  double tick_p99 = 0;                  // s, 99th percentile
+  double tick_max = 0;                  // s
+  double residual = 0;                  // N, largest violation of a law
+  std::uint32_t sweeps = 0;             // largest of the laws' solver
+  std::uint32_t newton_iterations = 0;  // largest
+  std::uint32_t rows = 0;               // largest number of rows of the laws
+  double imbalance = 0;                 // N, largest sum of all forces on needle and tissue; 0 in exact arithmetic
+  double largest_force = 0;             // N, the largest force in those sums
+  std::uint32_t flags = 0;              // bits of Flag, of any tick
+  std::uint64_t overruns = 0;           // total, deadlines skipped because a tick was late
+  std::uint64_t rejected = 0;           // total, messages rejected
+  std::uint64_t dropped = 0;            // total, states that the server could not pass on
+  std::vector<std::string> subscribed;  // topics that somebody listens to
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("epoch", self.epoch);
+    visit("tick", self.tick);
+    visit("time", self.time);
+    visit("period", self.period);
+    visit("paused", self.paused);
+    visit("ticks", self.ticks);
+    visit("tick_p50", self.tick_p50);
+    visit("tick_p99", self.tick_p99);
+    visit("tick_max", self.tick_max);
+    visit("residual", self.residual);
+    visit("sweeps", self.sweeps);
+    visit("newton_iterations", self.newton_iterations);
+    visit("rows", self.rows);
+    visit("imbalance", self.imbalance);
+    visit("largest_force", self.largest_force);
+    visit("flags", self.flags);
+    visit("overruns", self.overruns);
+    visit("rejected", self.rejected);
+    visit("dropped", self.dropped);
+    visit("subscribed", self.subscribed);
+  }
+};
+
+// What travels in each direction.
+using Command = std::variant<Hello, Describe, Pause, Resume, Reset, Load, Step, Shutdown, Pose, Spin>;
+using Reply = std::variant<HelloReply, DescribeReply, Done, Error>;
+using State = std::variant<Force, NeedleShape, TissueShape, Event, Stats>;
+
+}  // namespace acus::protocol
