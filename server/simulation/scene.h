@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/math/types.h"
+#include "server/models/material.h"
 #include "server/models/tetrahedral_mesh.h"
 
 namespace acus {
@@ -19,15 +20,6 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Something in a scene that cannot be used. what() reads "file:line:column: field: expected ..., found ...".
 struct SceneError : std::runtime_error {
   using std::runtime_error::runtime_error;
-};
-
-// Hooke's law with Rayleigh damping B = rayleigh_mass M + rayleigh_stiffness K.
-struct Material {
-  double young_modulus = 10e3;       // Pa, > 0
-  double poisson_ratio = 0.45;       // -, [0, 0.5)
-  double density = 1000;             // kg/m^3, > 0
-  double rayleigh_mass = 0;          // 1/s, >= 0
-  double rayleigh_stiffness = 0.05;  // s, >= 0
 };
 
 // The laws between a needle and one region of the tissue. See constraints/laws.h for their graphs.
@@ -81,13 +73,8 @@ struct Tissue {
   std::vector<Box> fixed;        // nodes inside any of them, mesh frame, do not move
 };
 
-struct Needle {
+struct Needle : NeedleBody {
   std::string name = "needle";
-  double length = 0.15;              // m, > 0
-  int beams = 50;                    // 1 to 1000
-  double outer_diameter = 1e-3;      // m, > 0
-  double inner_diameter = 0;         // m, [0, outer_diameter)
-  Material material{200e9, 0.3, 7800, 0, 1e-3};
   Pose base;                         // first node in the world at the start; the needle lies along its +x axis
   double constraint_spacing = 4e-3;  // m, > 0, between the points that hold the shaft to its path
   double max_speed = 1;              // m/s, > 0, of the base

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Rotation vectors (axis times angle, rad, world frame) and what goes with them. exp(a) exp(b) turns by b first.
+#pragma once
+
+#include <cmath>
+
+#include "server/math/types.h"
+
+namespace acus {
+
+// [a]x with [a]x b = a x b.
+inline Matrix3 skew(const Vector3& a) {
+  Matrix3 m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+// The rotation of angle |w| about w.
+inline Quaternion rotation_exp(const Vector3& w) {
+  const double angle = w.norm();
+  // sin(angle/2)/angle, by its series where the quotient loses digits.
+  const double s = angle < 1e-4 ? 0.5 - angle * angle / 48 : std::sin(angle / 2) / angle;
+  return {std::cos(angle / 2), s * w.x(), s * w.y(), s * w.z()};
+}
+
+// The rotation vector of q with angle in [0, pi]; q and -q give the same.
+inline Vector3 rotation_log(const Quaternion& q) {
+  const double sign = q.w() < 0 ? -1 : 1;
+  const double sine = q.vec().norm();
+  const double factor = sine < 1e-8 ? 2 : 2 * std::atan2(sine, sign * q.w()) / sine;
+  return sign * factor * q.vec();
+}
+
+// Two unit vectors that make a right-handed frame (n, a, b) with the unit vector n; they change continuously with n
+// except at n = -z (Duff et al. 2017, "Building an orthonormal basis, revisited").
+inline void perpendicular_basis(const Vector3& n, Vector3& a, Vector3& b) {
+  const double sign = std::copysign(1.0, n.z());
+  const double c = -1 / (sign + n.z());
+  const double d = n.x() * n.y() * c;
+  a = {1 + sign * n.x() * n.x() * c, sign * d, -sign * n.x()};
+  b = {d, sign + n.y() * n.y() * c, -n.y()};
+}
+
+}  // namespace acus

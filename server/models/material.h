@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What tissue and needle are made of, as a scene gives it.
+#pragma once
+
+namespace acus {
+
+// Hooke's law with Rayleigh damping B = rayleigh_mass M + rayleigh_stiffness K.
+struct Material {
+  double young_modulus = 10e3;       // Pa, > 0
+  double poisson_ratio = 0.45;       // -, [0, 0.5)
+  double density = 1000;             // kg/m^3, > 0
+  double rayleigh_mass = 0;          // 1/s, >= 0
+  double rayleigh_stiffness = 0.05;  // s, >= 0
+};
+
+// A needle's body: a straight tube of circular section.
+struct NeedleBody {
+  double length = 0.15;          // m, > 0
+  int beams = 50;                // 1 to 1000
+  double outer_diameter = 1e-3;  // m, > 0
+  double inner_diameter = 0;     // m, [0, outer_diameter)
+  Material material{200e9, 0.3, 7800, 0, 1e-3};
+};
+
+}  // namespace acus

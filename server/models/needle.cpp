@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/models/needle.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "server/math/rotation.h"
+
+namespace acus {
+
+NeedleModel make_needle_model(const NeedleBody& p, const Vector3& gravity) {
+  constexpr double pi = std::numbers::pi;
+  const double outer2 = p.outer_diameter * p.outer_diameter, inner2 = p.inner_diameter * p.inner_diameter;
+  const double area = pi / 4 * (outer2 - inner2);
+  const double second_moment = pi / 64 * (outer2 * outer2 - inner2 * inner2);
+  const double shear_modulus = p.material.young_modulus / (2 * (1 + p.material.poisson_ratio));
+
+  NeedleModel m;
+  m.beams = p.beams;
+  m.length = p.length;
+  m.diameter = p.outer_diameter;
+  m.stiffness = {p.length / p.beams, p.material.young_modulus * area, p.material.young_modulus * second_moment,
+                 shear_modulus * 2 * second_moment};
+  m.rayleigh_mass = p.material.rayleigh_mass;
+  m.rayleigh_stiffness = p.material.rayleigh_stiffness;
+  m.gravity = gravity;
+
+  // Each node owns half of the beams beside it.
+  VectorX share = VectorX::Constant(m.nodes(), m.beam_length());
+  share[0] = share[m.beams] = m.beam_length() / 2;
+  m.mass = p.material.density * area * share;
+  m.inertia_axial = p.material.density * 2 * second_moment * share;
+  m.inertia_transverse = p.material.density * second_moment * share;
+  return m;
+}
+
+NeedleState make_needle_state(const NeedleModel& model, const Pose& base) {
+  NeedleState state;
+  state.x.resize(3, model.nodes());
+  for (int i = 0; i < model.nodes(); ++i) state.x.col(i) = base * Vector3(i * model.beam_length(), 0, 0);
+  state.q.assign(static_cast<std::size_t>(model.nodes()), base.orientation);
+  state.v.setZero(6, model.nodes());
+  return state;
+}
+
+CurvePoint curve_point(const NeedleModel& model, const NeedleShape& shape, double s) {
+  const double length = model.beam_length();
+  CurvePoint c;
+  c.beam = std::clamp(static_cast<int>(s / length), 0, model.beams - 1);
+  const double inside = std::clamp(s, 0.0, model.length);
+  const double u = std::clamp(inside / length - c.beam, 0.0, 1.0), v = 1 - u;
+  c.h00 = v * v * (1 + 2 * u);
+  c.h01 = u * u * (3 - 2 * u);
+  c.h10 = length * u * v * v;
+  c.h11 = -length * u * u * v;
+
+  const auto& x1 = shape.x.col(c.beam);
+  const auto& x2 = shape.x.col(c.beam + 1);
+  const Vector3 t1 = shape.frames[c.beam].col(0), t2 = shape.frames[c.beam + 1].col(0);
+  c.position = c.h00 * x1 + c.h01 * x2 + c.h10 * t1 + c.h11 * t2;
+  c.tangent = (6 * u * v / length * (x2 - x1) + v * (v - 2 * u) * t1 + u * (u - 2 * v) * t2).normalized();
+  c.position += (s - inside) * c.tangent;
+  return c;
+}
+
+Vector12 curve_force(const NeedleShape& shape, const CurvePoint& c, const Vector3& n) {
+  const Vector3 t1 = shape.frames[c.beam].col(0), t2 = shape.frames[c.beam + 1].col(0);
+  Vector12 f;
+  f << c.h00 * n, c.h10 * t1.cross(n), c.h01 * n, c.h11 * t2.cross(n);
+  return f;
+}
+
+NeedleMotion::NeedleMotion(const NeedleModel& model, double h, int max_rows) : model_(model), h_(h) {
+  const auto nodes = static_cast<std::size_t>(model.nodes());
+  shape_.x.setZero(3, model.nodes());
+  shape_.frames.assign(nodes, Matrix3::Identity());
+  q_.assign(nodes, Quaternion::Identity());
+  x_rigid_ = shape_.x;
+  q_rigid_ = q_;
+  material_.assign(static_cast<std::size_t>(model.beams), Matrix12::Zero());
+  g_.setZero(6, model.nodes());
+  matrix_.resize(model.beams);
+  y_.setZero(6 * model.beams);
+  dq_ = y_;
+  columns_.setZero(6 * model.beams, max_rows);
+  row_columns_.resize(static_cast<std::size_t>(max_rows));
+}
+
+void NeedleMotion::begin(const NeedleState& state, const Pose& base) {
+  const Quaternion turn = base.orientation * state.q[0].conjugate();
+  const Vector3 pivot = state.x.col(0);
+  for (int i = 0; i < model_.nodes(); ++i) {
+    shape_.x.col(i) = base.position + turn * (state.x.col(i) - pivot);
+    q_[i] = (turn * state.q[i]).normalized();
+    shape_.frames[i] = q_[i].toRotationMatrix();
+  }
+  x_rigid_ = shape_.x;
+  q_rigid_ = q_;
+  at_rigid_ = true;
+  if (model_.rayleigh_stiffness == 0) return;
+  for (int e = 0; e < model_.beams; ++e) {
+    material_[e] = beam_material_tangent(model_.stiffness, {shape_.x.col(e), shape_.frames[e]},
+                                         {shape_.x.col(e + 1), shape_.frames[e + 1]});
+  }
+}
+
+void NeedleMotion::add_beams(bool exact) {
+  const double damping = model_.rayleigh_stiffness / h_;
+  for (int e = 0; e < model_.beams; ++e) {
+    const BeamEnd a{shape_.x.col(e), shape_.frames[e]}, b{shape_.x.col(e + 1), shape_.frames[e + 1]};
+    Vector12 force = beam_forces(model_.stiffness, a, b);
+    Matrix12 tangent = exact ? beam_tangent(model_.stiffness, a, b) : beam_material_tangent(model_.stiffness, a, b);
+    if (damping > 0) {
+      tangent += damping * material_[e];
+      if (!at_rigid_) {
+        Vector12 moved;
+        for (int k = 0; k < 2; ++k) {
+          moved.segment<3>(6 * k) = shape_.x.col(e + k) - x_rigid_.col(e + k);
+          moved.segment<3>(6 * k + 3) = rotation_log(q_[e + k] * q_rigid_[e + k].conjugate());
+        }
+        force += damping * material_[e] * moved;
+      }
+    }
+    g_.col(e) += force.head<6>();
+    g_.col(e + 1) += force.tail<6>();
+    matrix_.diagonal[e] += tangent.bottomRightCorner<6, 6>();
+    if (e > 0) {
+      matrix_.diagonal[e - 1] += tangent.topLeftCorner<6, 6>();
+      matrix_.lower[e - 1] = tangent.bottomLeftCorner<6, 6>();
+    } else {
+      base_coupling_ = tangent.topRightCorner<6, 6>();
+    }
+  }
+}
+
+// M((q - q_n)/h - v_n)/h + alpha M (q - q_n)/h - p at one node.
+Vector6 NeedleMotion::inertia_force(const NeedleState& state, int i) const {
+  const double alpha = model_.rayleigh_mass;
+  const Vector3 velocity = (shape_.x.col(i) - state.x.col(i)) / h_;
+  const Vector3 spin = rotation_log(q_[i] * state.q[i].conjugate()) / h_;
+  const Vector3 t = shape_.frames[i].col(0);
+  const Vector3 torque = (spin - state.v.col(i).tail<3>()) / h_ + alpha * spin;
+  Vector6 f;
+  f << model_.mass[i] * ((velocity - state.v.col(i).head<3>()) / h_ + alpha * velocity - model_.gravity),
+      model_.inertia_transverse[i] * torque +
+          (model_.inertia_axial[i] - model_.inertia_transverse[i]) * t.dot(torque) * t;
+  return f;
+}
+
+void NeedleMotion::add_inertia(const NeedleState& state) {
+  const double factor = 1 / (h_ * h_) + model_.rayleigh_mass / h_;
+  for (int i = 0; i < model_.nodes(); ++i) {
+    g_.col(i) += inertia_force(state, i);
+    if (i == 0) continue;
+    const Vector3 t = shape_.frames[i].col(0);
+    Matrix6& block = matrix_.diagonal[i - 1];
+    block.topLeftCorner<3, 3>().diagonal().array() += factor * model_.mass[i];
+    block.bottomRightCorner<3, 3>().diagonal().array() += factor * model_.inertia_transverse[i];
+    block.bottomRightCorner<3, 3>() +=
+        factor * (model_.inertia_axial[i] - model_.inertia_transverse[i]) * t * t.transpose();
+  }
+}
+
+bool NeedleMotion::linearize(const NeedleState& state) {
+  bool exact = true;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    g_.setZero();
+    matrix_.set_zero();
+    add_beams(exact);
+    add_inertia(state);
+    if (matrix_.factorize()) break;
+    exact = false;  // the material tangent with inertia is always positive definite
+  }
+  for (int i = 0; i < model_.beams; ++i) y_.segment<6>(6 * i) = -g_.col(i + 1);
+  matrix_.forward(y_);
+  return exact;
+}
+
+int NeedleMotion::add_row(int beam, const Vector12& force) {
+  assert(rows_ < columns_.cols());
+  const int row = rows_++;
+  auto column = columns_.col(row);
+  column.setZero();
+  RowColumn& info = row_columns_[row];
+  info.first = std::max(beam - 1, 0);
+  if (beam > 0) {
+    column.segment<12>(6 * (beam - 1)) = force;
+    info.base_force.setZero();
+  } else {
+    column.segment<6>(0) = force.tail<6>();
+    info.base_force = force.head<6>();
+  }
+  matrix_.forward(column, info.first);
+  return row;
+}
+
+double NeedleMotion::compliance(int a, int b) const {
+  const Eigen::Index tail = y_.size() - 6 * std::max(row_columns_[a].first, row_columns_[b].first);
+  return columns_.col(a).tail(tail).dot(columns_.col(b).tail(tail));
+}
+
+double NeedleMotion::free_displacement(int row) const {
+  const Eigen::Index tail = y_.size() - 6 * row_columns_[row].first;
+  return columns_.col(row).tail(tail).dot(y_.tail(tail));
+}
+
+double NeedleMotion::correct(std::span<const double> lambda) {
+  dq_ = y_;
+  Vector6 on_base = Vector6::Zero();
+  for (int r = 0; r < rows_; ++r) {
+    dq_.noalias() += lambda[r] * columns_.col(r);
+    on_base += lambda[r] * row_columns_[r].base_force;
+  }
+  matrix_.backward(dq_);
+  reaction_ = g_.col(0) + base_coupling_ * dq_.head<6>() - on_base;
+
+  double largest = 0;
+  for (int i = 1; i < model_.nodes(); ++i) {
+    const Vector6 step = dq_.segment<6>(6 * (i - 1));
+    shape_.x.col(i) += step.head<3>();
+    q_[i] = (rotation_exp(step.tail<3>()) * q_[i]).normalized();
+    shape_.frames[i] = q_[i].toRotationMatrix();
+    largest = std::max(largest, step.head<3>().cwiseAbs().maxCoeff());
+  }
+  at_rigid_ = false;
+  return largest;
+}
+
+void NeedleMotion::commit(NeedleState& state) const {
+  for (int i = 0; i < model_.nodes(); ++i) {
+    state.v.col(i).head<3>() = (shape_.x.col(i) - state.x.col(i)) / h_;
+    state.v.col(i).tail<3>() = rotation_log(q_[i] * state.q[i].conjugate()) / h_;
+    state.x.col(i) = shape_.x.col(i);
+    state.q[i] = q_[i];
+  }
+}
+
+bool NeedleMotion::finite() const { return shape_.x.allFinite() && reaction_.allFinite() && dq_.allFinite(); }
+
+}  // namespace acus

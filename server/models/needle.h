@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A flexible needle: a chain of corotational beams (beam_element.h), node 0 held at the base pose that the user
+// prescribes, the others free. Nodes carry a position and an orientation whose +x axis is the needle's tangent.
+//
+// One tick solves, linearised about the configuration q_k,
+//
+//   (M/h² + B/h + K) dq = -g(q_k) + Hᵀ lambda
+//   g(q) = M((q - q_n)/h - v_n)/h + F(q) + B (q - q_n)/h - p
+//
+// with lumped M, B = alpha M + beta K_m, K the exact Hessian of the elastic energy and K_m its material part. q_0 is
+// q_n carried along rigidly with the base, so that a turn of the base stretches no beam. The stiffness-proportional
+// damping acts on q - q_0 alone: a rigid motion is not damped by it.
+//
+// Right-hand sides and rows are handled as y = L⁻¹ rhs and Y = L⁻¹ Hᵀ: compliance W_n = Yᵀ Y, free displacement of a
+// row Yᵀ y, and dq = L⁻ᵀ (y + Y lambda).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/math/block_tridiagonal.h"
+#include "server/math/types.h"
+#include "server/models/beam_element.h"
+#include "server/models/material.h"
+
+namespace acus {
+
+using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+// Constant after load.
+struct NeedleModel {
+  int beams = 0;
+  double length = 0;                  // m
+  double diameter = 0;                // m, outer
+  BeamStiffness stiffness{};
+  double rayleigh_mass = 0;           // alpha (1/s)
+  double rayleigh_stiffness = 0;      // beta (s)
+  VectorX mass;                       // kg, lumped, per node
+  VectorX inertia_axial;              // kg m², lumped, about the tangent
+  VectorX inertia_transverse;         // kg m², lumped, about any axis across
+  Vector3 gravity = Vector3::Zero();  // m/s²
+
+  int nodes() const { return beams + 1; }
+  double beam_length() const { return stiffness.length; }
+};
+
+NeedleModel make_needle_model(const NeedleBody& body, const Vector3& gravity);
+
+// Where the needle is and how it moves; velocities are (linear, angular), world.
+struct NeedleState {
+  Matrix3X x;                     // 3 x nodes (m)
+  std::vector<Quaternion> q;      // nodes
+  Matrix6X v;                     // 6 x nodes (m/s, rad/s)
+};
+
+// Straight along the base's +x axis, at rest.
+NeedleState make_needle_state(const NeedleModel& model, const Pose& base);
+
+// A configuration to evaluate the needle's curve in: node positions and frames (column 0 is the tangent).
+struct NeedleShape {
+  Matrix3X x;
+  std::vector<Matrix3> frames;
+};
+
+// A point of the curve at arc length s (m, from the base). Within beam e it is the cubic with the nodes' positions and
+// tangents, p = H00 x1 + H01 x2 + L (H10 t1 + H11 t2); beyond the ends the tangent goes on.
+struct CurvePoint {
+  Vector3 position;
+  Vector3 tangent;     // unit
+  int beam;
+  double h00, h01;     // -
+  double h10, h11;     // m, beam length included
+};
+
+CurvePoint curve_point(const NeedleModel& model, const NeedleShape& shape, double s);
+
+// Hᵀ n for a force along n at the point: generalised forces on the two nodes of its beam, (f1, m1, f2, m2).
+Vector12 curve_force(const NeedleShape& shape, const CurvePoint& point, const Vector3& n);
+
+// The tick's linear system and its memory.
+class NeedleMotion {
+ public:
+  NeedleMotion(const NeedleModel& model, double h, int max_rows);
+
+  // Starts a tick from `state` with the base at its new pose.
+  void begin(const NeedleState& state, const Pose& base);
+
+  // Linearises about the current configuration; y = L⁻¹ (-g). True if the exact tangent was positive definite.
+  bool linearize(const NeedleState& state);
+
+  void clear_rows() { rows_ = 0; }
+  // Adds the column Y of a row whose generalised force is `force` on the nodes of `beam`; returns its index.
+  int add_row(int beam, const Vector12& force);
+  double compliance(int row_a, int row_b) const;  // of W_n (m/N)
+  double free_displacement(int row) const;        // Hᵀ dq_free (m)
+
+  // Solves with the rows' forces (N), moves the configuration and returns the largest change of a position (m).
+  double correct(std::span<const double> lambda);
+
+  // Holder on needle at node 0 (N, N m, world), valid after correct().
+  const Vector6& base_reaction() const { return reaction_; }
+
+  // Takes the configuration over into the state.
+  void commit(NeedleState& state) const;
+  bool finite() const;
+
+  const NeedleShape& shape() const { return shape_; }
+
+ private:
+  struct RowColumn {
+    int first;           // first non-zero block of Y
+    Vector6 base_force;  // the part of Hᵀ on node 0
+  };
+
+  void add_beams(bool exact);
+  void add_inertia(const NeedleState& state);
+  Vector6 inertia_force(const NeedleState& state, int node) const;
+
+  const NeedleModel& model_;
+  double h_;
+  NeedleShape shape_;                       // q_k
+  std::vector<Quaternion> q_;               // orientations of q_k
+  Matrix3X x_rigid_;                        // q_0
+  std::vector<Quaternion> q_rigid_;
+  std::vector<Matrix12> material_;          // K_m per beam at q_0
+  bool at_rigid_ = true;                    // q_k is still q_0
+  Matrix6X g_;                              // residual per node
+  BlockTridiagonal matrix_;                 // nodes 1..n
+  Matrix6 base_coupling_;                   // A(0, 1)
+  VectorX y_;
+  MatrixX columns_;                         // Y
+  std::vector<RowColumn> row_columns_;
+  int rows_ = 0;
+  VectorX dq_;
+  Vector6 reaction_ = Vector6::Zero();
+};
+
+}  // namespace acus
