@@ -260,8 +260,9 @@ struct UnpackField {
   void operator()(const char* name, T& value) {
     const msgpack::object* object = find(map, name);
     if constexpr (kIsOptional<T>) {
-      value.reset();
-      if (object) unpack(name, *object, value.emplace());
+      typename T::value_type present{};
+      if (object) unpack(name, *object, present);
+      value = object ? T(std::move(present)) : std::nullopt;
     } else {
       if (!object) throw DecodeError(ErrorCode::missing_field, quoted(name) + " is missing");
       unpack(name, *object, value);
@@ -323,7 +324,9 @@ bool unpack_as(const std::string& type, const msgpack::object& map, Variant& mes
   } else {
     using Alternative = std::variant_alternative_t<I, Variant>;
     if (type != Alternative::kType) return unpack_as<Variant, I + 1>(type, map, message);
-    unpack_map_fields(map, message.template emplace<I>());
+    Alternative alternative;
+    unpack_map_fields(map, alternative);
+    message = std::move(alternative);
     return true;
   }
 }
