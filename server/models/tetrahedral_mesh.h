@@ -36,16 +36,18 @@ struct TetrahedralMesh {
 double rest_volume(const TetrahedralMesh& mesh, int t);
 
 // Fills neighbours, surface and surface_tetrahedron. Throws MeshError for an empty mesh, an index out of range, a
-// non-finite node, an inverted or flat tetrahedron, a face shared by more than two tetrahedra or by two that overlap, a node that no
-// tetrahedron uses, or a mesh of several parts that do not touch in a face.
+// non-finite node, an inverted or flat tetrahedron, a face shared by more than two tetrahedra or by two that overlap,
+// a node that no tetrahedron uses, or a mesh of several parts that do not touch in a face.
 void build_topology(TetrahedralMesh& mesh);
 
 // A box centred on the origin, `cells` along each axis, every cell cut into six tetrahedra around one diagonal
 // (Kuhn), so that faces of neighbouring cells match. Topology included.
 TetrahedralMesh make_box_mesh(const Vector3& size_m, const std::array<int, 3>& cells);
 
-// Reads any file that Gmsh reads and keeps its tetrahedra; node coordinates are multiplied by `metres_per_unit`. The
-// only place that knows Gmsh. Tetrahedra written with the other handedness are turned. Topology included.
+// Reads the mesh formats of Gmsh (.msh of every version, .vtk, .unv, .mesh, .bdf, .nas) and keeps their linear
+// tetrahedra and the nodes these use, in the order of the file's node numbers; coordinates are multiplied by
+// `metres_per_unit`. The only place that knows Gmsh. Tetrahedra written with the other handedness are turned.
+// Topology included. Throws MeshError that names the file.
 TetrahedralMesh read_gmsh_mesh(const std::string& path, double metres_per_unit);
 
 }  // namespace acus

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <limits>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -41,8 +42,8 @@ struct Box {
   bool contains(const Vector3& p) const { return (p.array() >= min.array()).all() && (p.array() <= max.array()).all(); }
 };
 
-// A part of the tissue. A tetrahedron belongs to the last region that selects it; a region without a selector is the
-// background and takes all.
+// A part of the tissue. A tetrahedron belongs to the last region that selects it; a region with both selectors selects
+// where they agree, a region without a selector is the background and takes all.
 struct Region {
   std::string name = "tissue";
   std::optional<std::string> physical_group;  // Gmsh physical group, by name or number
@@ -57,7 +58,7 @@ struct BoxMesh {
 };
 
 struct GmshMesh {
-  std::string file;            // relative to the scene file
+  std::string file;            // as read_scene() leaves it, relative to the working directory; in YAML, to the scene
   double metres_per_unit = 1;  // m, > 0
 };
 
@@ -98,6 +99,12 @@ struct Publishing {
   double tissue_rate = 30;   // Hz of simulation time, > 0
 };
 
+// Where a field stands in its file, both counted from 1.
+struct Place {
+  int line = 0;
+  int column = 0;
+};
+
 struct Scene {
   std::string name = "scene";
   std::string file;                      // where it was read from, empty if built in code
@@ -108,7 +115,12 @@ struct Scene {
   Newton newton;
   LawSolver laws;
   Publishing publish;
+  std::map<std::string, Place> places;   // of every field that the file gives, by its path, "tissue.regions[0].box"
 };
+
+// Throws SceneError for the first value out of range or at odds with another. read_scene() calls it; scenes built in
+// code need the same.
+void validate(const Scene& scene);
 
 // Reads and checks a YAML scene; throws SceneError. Nothing of the file is ignored: an unknown field is an error.
 Scene read_scene(const std::string& path);

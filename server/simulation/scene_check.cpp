@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// validate(): every range of scene_fields.h, then the rules that tie one field to another.
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "server/simulation/scene_error.h"
+#include "server/simulation/scene_fields.h"
+
+namespace acus {
+namespace {
+
+// More points than this would neither fit the tick nor be resolved by any mesh.
+constexpr double kMaxConstraintPoints = 1000;
+
+class Checker {
+ public:
+  explicit Checker(const Scene& scene) : scene_(scene) {}
+
+  template <class Struct>
+  void check_struct(const Struct& value, const std::string& path) const {
+    check_fields(FieldsOf<Struct>::list, value, path);
+    check_rules(value, path);
+  }
+
+ private:
+  template <class Tuple, class Struct>
+  void check_fields(const Tuple& fields, const Struct& value, const std::string& path) const {
+    for_each_entry(fields, [&]<class Entry>(const Entry& entry) {
+      if constexpr (is_choice<Entry>) {
+        check_fields(entry.alternatives, value, child_path(path, entry.name));
+      } else {
+        check_value(value.*(entry.member), child_path(path, entry.name), entry.range);
+      }
+    });
+  }
+
+  template <class Value>
+  void check_value(const Value& value, const std::string& path, const Range& range) const {
+    if constexpr (HasFields<Value>) {
+      check_struct(value, path);
+    } else if constexpr (is_optional<Value>) {
+      if (value) check_value(*value, path, range);
+    } else if constexpr (is_list<Value>) {
+      check_entries(value, path, range);
+    } else if constexpr (std::is_arithmetic_v<Value>) {
+      check_number(static_cast<double>(value), path, range, std::is_integral_v<Value>);
+    } else {
+      check_leaf(value, path, range);
+    }
+  }
+
+  template <class Value>
+  void check_entries(const std::vector<Value>& list, const std::string& path, const Range& range) const {
+    if (!range.contains(static_cast<double>(list.size()))) {
+      fail(path, "expected a list whose length is " + describe(range) + ", found " + std::to_string(list.size()) +
+                     (list.size() == 1 ? " entry" : " entries"));
+    }
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string entry = child_path(path, i);
+      check_value(list[i], entry_field<Value> ? child_path(entry, entry_field<Value>) : entry, range);
+    }
+  }
+
+  void check_number(double value, const std::string& path, const Range& range, bool whole) const {
+    if (range.contains(value)) return;
+    const std::string bounds = describe(range);
+    fail(path, std::string("expected a ") + (bounds.empty() ? "finite " : "") + (whole ? "whole " : "") + "number" +
+                   (bounds.empty() ? "" : " ") + bounds + ", found " + format_number(value) + origin(path));
+  }
+
+  void check_leaf(const std::string& text, const std::string& path, const Range& range) const {
+    if (range.contains(static_cast<double>(text.size()))) return;
+    fail(path, "expected a text whose length is " + describe(range) +
+                   (is_given(path) ? ", found length " + std::to_string(text.size()) : ", found nothing"));
+  }
+
+  void check_leaf(const Vector3& vector, const std::string& path, const Range& range) const {
+    for (int i = 0; i < 3; ++i) check_number(vector[i], child_path(path, static_cast<std::size_t>(i)), range, false);
+  }
+
+  void check_leaf(const std::array<int, 3>& vector, const std::string& path, const Range& range) const {
+    for (std::size_t i = 0; i < 3; ++i) check_number(vector[i], child_path(path, i), range, true);
+  }
+
+  void check_leaf(const Quaternion& rotation, const std::string& path, const Range&) const {
+    const double norm = rotation.norm();
+    if (std::abs(norm - 1) <= kUnitTolerance) return;
+    fail(path, "expected a unit quaternion [w, x, y, z], found one of length " + format_number(norm));
+  }
+
+  void check_leaf(TissueRung, const std::string&, const Range&) const {}
+
+  // Rules between fields, one overload per struct that has some.
+  template <class Struct>
+  void check_rules(const Struct&, const std::string&) const {}
+
+  void check_rules(const Interaction& interaction, const std::string& path) const {
+    if (interaction.friction_static >= interaction.friction_dynamic) return;
+    const std::string field = child_path(path, "friction_static");
+    fail(field, "expected a number >= friction_dynamic (" + format_number(interaction.friction_dynamic) + "), found " +
+                    format_number(interaction.friction_static) + origin(field));
+  }
+
+  void check_rules(const Box& box, const std::string& path) const {
+    for (int i = 0; i < 3; ++i) {
+      if (box.min[i] <= box.max[i]) continue;
+      const std::string field = child_path(child_path(path, "max"), static_cast<std::size_t>(i));
+      fail(field, "expected a number >= min (" + format_number(box.min[i]) + "), found " + format_number(box.max[i]));
+    }
+  }
+
+  void check_rules(const GmshMesh& mesh, const std::string& path) const {
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(mesh.file, ignored)) return;
+    fail(child_path(path, "file"), "expected a mesh file, found no file at \"" + mesh.file + "\"");
+  }
+
+  void check_rules(const Needle& needle, const std::string& path) const {
+    if (needle.inner_diameter >= needle.outer_diameter) {
+      const std::string field = child_path(path, "inner_diameter");
+      fail(field, "expected a number < outer_diameter (" + format_number(needle.outer_diameter) + "), found " +
+                      format_number(needle.inner_diameter));
+    }
+    if (needle.constraint_spacing * kMaxConstraintPoints < needle.length) {
+      const std::string field = child_path(path, "constraint_spacing");
+      fail(field, "expected a number >= length / 1000 (" + format_number(needle.length / kMaxConstraintPoints) +
+                      "), found " + format_number(needle.constraint_spacing) + origin(field));
+    }
+  }
+
+  void check_rules(const Tissue& tissue, const std::string& path) const {
+    check_distinct(tissue.regions, child_path(path, "regions"));
+  }
+
+  void check_rules(const Scene& scene, const std::string& path) const {
+    check_distinct(scene.needles, child_path(path, "needles"));
+  }
+
+  template <class Named>
+  void check_distinct(const std::vector<Named>& list, const std::string& path) const {
+    std::set<std::string> names;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (names.insert(list[i].name).second) continue;
+      const std::string field = child_path(child_path(path, i), "name");
+      fail(field, "expected a name that no other entry has, found \"" + list[i].name + "\"" + origin(field));
+    }
+  }
+
+  bool is_given(const std::string& path) const { return scene_.file.empty() || scene_.places.contains(path); }
+  std::string origin(const std::string& path) const { return is_given(path) ? "" : " (the default)"; }
+
+  [[noreturn]] void fail(const std::string& path, const std::string& what) const {
+    throw scene_error(scene_, path, what);
+  }
+
+  const Scene& scene_;
+};
+
+}  // namespace
+
+void validate(const Scene& scene) { Checker(scene).check_struct(scene, ""); }
+
+}  // namespace acus

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From a scene's description of its tissue to tetrahedra, their regions and their fixed nodes.
+#include <algorithm>
+#include <charconv>
+
+#include "server/simulation/scene_error.h"
+
+namespace acus {
+namespace {
+
+// A scene that is turned in the world must select the same nodes; boxes reach this fraction of the mesh's diagonal
+// further, which is far above rounding and far below an edge.
+constexpr double kBoxTolerance = 1e-9;
+
+Matrix3X in_mesh_frame(const Scene& scene, const Matrix3X& p_world) {
+  const Pose& pose = scene.tissue.pose;
+  return pose.orientation.toRotationMatrix().transpose() * (p_world.colwise() - pose.position);
+}
+
+Box widened(const Box& box, const Matrix3X& nodes) {
+  const double margin = kBoxTolerance * (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm();
+  return {box.min - Vector3::Constant(margin), box.max + Vector3::Constant(margin)};
+}
+
+Matrix3X centroids(const TetrahedralMesh& mesh) {
+  Matrix3X result(3, mesh.tetrahedron_count());
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
+    const std::array<int, 4>& c = mesh.tetrahedra[t];
+    result.col(t) = (mesh.nodes.col(c[0]) + mesh.nodes.col(c[1]) + mesh.nodes.col(c[2]) + mesh.nodes.col(c[3])) / 4;
+  }
+  return result;
+}
+
+// Number of the group that the mesh knows by this name or number, if any tetrahedron has it.
+std::optional<int> find_group(const TetrahedralMesh& mesh, const std::string& group) {
+  for (std::size_t i = 0; i < mesh.tag_names.size(); ++i) {
+    if (mesh.tag_names[i] == group) return static_cast<int>(i);
+  }
+  int number = 0;
+  const auto [end, error] = std::from_chars(group.data(), group.data() + group.size(), number);
+  if (error != std::errc() || end != group.data() + group.size()) return std::nullopt;
+  if (std::find(mesh.tag.begin(), mesh.tag.end(), number) == mesh.tag.end()) return std::nullopt;
+  return number;
+}
+
+// "2 (scalp), 3 (skull)", or "none".
+std::string list_groups(const TetrahedralMesh& mesh) {
+  std::vector<int> groups = mesh.tag;
+  std::sort(groups.begin(), groups.end());
+  groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
+  std::string text;
+  for (const int group : groups) {
+    if (group == 0) continue;
+    text += (text.empty() ? "" : ", ") + std::to_string(group);
+    const bool named = group < static_cast<int>(mesh.tag_names.size()) && !mesh.tag_names[group].empty();
+    if (named) text += " (" + mesh.tag_names[group] + ")";
+  }
+  return text.empty() ? "none" : text;
+}
+
+// Which tetrahedra one region selects.
+class Selector {
+ public:
+  Selector(const Scene& scene, const TetrahedralMesh& mesh, std::size_t region) : mesh_(mesh) {
+    const Region& r = scene.tissue.regions[region];
+    if (r.box) box_ = widened(*r.box, mesh.nodes);
+    if (!r.physical_group) return;
+    group_ = find_group(mesh, *r.physical_group);
+    if (group_) return;
+    const std::string path = child_path(child_path("tissue.regions", region), "physical_group");
+    throw scene_error(
+        scene, path,
+        "expected a physical group of the mesh (" + list_groups(mesh) + "), found \"" + *r.physical_group + "\"");
+  }
+
+  bool selects(int t, const Vector3& centroid) const {
+    return (!group_ || mesh_.tag[t] == *group_) && (!box_ || box_->contains(centroid));
+  }
+
+ private:
+  const TetrahedralMesh& mesh_;
+  std::optional<int> group_;
+  std::optional<Box> box_;
+};
+
+// Gives the tetrahedra that a region selects to it; returns how many.
+int take(std::vector<int>& regions, const Selector& selector, const Matrix3X& places, std::size_t region) {
+  int count = 0;
+  for (int t = 0; t < static_cast<int>(regions.size()); ++t) {
+    if (!selector.selects(t, places.col(t))) continue;
+    regions[t] = static_cast<int>(region);
+    ++count;
+  }
+  return count;
+}
+
+void check_every_tetrahedron_has_one(const Scene& scene, const std::vector<int>& regions, const Matrix3X& places) {
+  const auto without = std::find(regions.begin(), regions.end(), -1);
+  if (without == regions.end()) return;
+  const Vector3 at = places.col(without - regions.begin());
+  throw scene_error(scene, "tissue.regions",
+                    std::to_string(std::count(regions.begin(), regions.end(), -1)) +
+                        " tetrahedra belong to no region, one of them at [" + std::to_string(at.x()) + ", " +
+                        std::to_string(at.y()) + ", " + std::to_string(at.z()) +
+                        "] m in the mesh frame; begin the list with a region without physical_group and box");
+}
+
+void check_every_region_has_some(const Scene& scene, const std::vector<int>& regions) {
+  for (std::size_t i = 0; i < scene.tissue.regions.size(); ++i) {
+    if (std::find(regions.begin(), regions.end(), static_cast<int>(i)) != regions.end()) continue;
+    throw scene_error(scene, child_path("tissue.regions", i),
+                      "regions further down the list take every tetrahedron that \"" + scene.tissue.regions[i].name +
+                          "\" selects; put larger regions first");
+  }
+}
+
+}  // namespace
+
+TetrahedralMesh load_mesh(const Scene& scene) {
+  const Tissue& tissue = scene.tissue;
+  try {
+    TetrahedralMesh mesh = tissue.gmsh ? read_gmsh_mesh(tissue.gmsh->file, tissue.gmsh->metres_per_unit)
+                                       : make_box_mesh(tissue.box.size, tissue.box.cells);
+    const Matrix3 world_from_mesh = tissue.pose.orientation.toRotationMatrix();
+    mesh.nodes = ((world_from_mesh * mesh.nodes).colwise() + tissue.pose.position).eval();
+    return mesh;
+  } catch (const MeshError& error) {
+    throw scene_error(scene, "tissue.mesh", error.what());
+  }
+}
+
+std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh) {
+  const Matrix3X places = in_mesh_frame(scene, centroids(mesh));
+  std::vector<int> regions(mesh.tetrahedra.size(), -1);
+  for (std::size_t i = 0; i < scene.tissue.regions.size(); ++i) {
+    if (take(regions, Selector(scene, mesh, i), places, i) > 0) continue;
+    throw scene_error(scene, child_path("tissue.regions", i),
+                      "expected a region with tetrahedra, found that \"" + scene.tissue.regions[i].name +
+                          "\" selects none; boxes are in the mesh frame, in metres");
+  }
+  check_every_tetrahedron_has_one(scene, regions, places);
+  check_every_region_has_some(scene, regions);
+  return regions;
+}
+
+std::vector<bool> find_fixed_nodes(const Scene& scene, const TetrahedralMesh& mesh) {
+  const Matrix3X nodes = in_mesh_frame(scene, mesh.nodes);
+  std::vector<bool> fixed(static_cast<std::size_t>(mesh.node_count()), false);
+  for (std::size_t i = 0; i < scene.tissue.fixed.size(); ++i) {
+    const Box box = widened(scene.tissue.fixed[i], nodes);
+    bool holds_some = false;
+    for (int node = 0; node < mesh.node_count(); ++node) {
+      if (!box.contains(nodes.col(node))) continue;
+      fixed[node] = true;
+      holds_some = true;
+    }
+    if (holds_some) continue;
+    throw scene_error(scene, child_path("tissue.fixed", i),
+                      "expected a box that holds nodes of the mesh, found none inside; it is in the mesh frame, in "
+                      "metres");
+  }
+  return fixed;
+}
+
+}  // namespace acus
