@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+// acus-replay: drives a recorded trajectory into an acus-server, writes what comes back, and sums it up.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <optional>
+#include <string>
+
+#include "client/replay.h"
+
+namespace {
+
+using namespace acus::client;
+
+enum ExitCode {
+  kDone = 0,
+  kBadInput = 1,
+  kRefused = 2,
+  kVanished = 3,
+  kStatesLost = 4,
+  kMismatch = 5,
+  kInterrupted = 6
+};
+
+constexpr const char* kFooter =
+    "Exit status: 0 done, 1 bad arguments, files or trajectory, 2 the server refused, 3 the server was not there or\n"
+    "vanished, 4 states were lost, 5 the server speaks another protocol, 6 interrupted.";
+
+std::atomic<bool> interrupted = false;
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
+
+extern "C" void on_signal(int) { interrupted = true; }
+
+struct Arguments {
+  std::string trajectory;
+  std::string out;
+  double timeout_s = 10;
+  ReplayOptions replay;
+};
+
+void declare(CLI::App& app, Arguments& arguments) {
+  app.footer(kFooter);
+  app.add_option("trajectory", arguments.trajectory, "CSV with the columns t,needle,x,y,z,qw,qx,qy,qz[,spin]")
+      ->required();
+  app.add_option("--commands", arguments.replay.commands, "the server's endpoint for commands")->capture_default_str();
+  app.add_option("--states", arguments.replay.states, "the server's endpoint for states")->capture_default_str();
+  app.add_option("--out", arguments.out, "CSV to write, a row per force state; events go to NAME.events.csv beside it");
+  app.add_option("--rate", arguments.replay.rate, "poses per second (Hz); default: the server's ticks per second")
+      ->check(CLI::Range(1.0, 100'000.0));
+  app.add_option("--timeout", arguments.timeout_s, "to wait for the server to appear, to answer or to publish (s)")
+      ->check(CLI::Range(0.001, 86'400.0))
+      ->capture_default_str();
+  app.add_flag("--lockstep", arguments.replay.lockstep, "one tick per pose, for a server that runs in lockstep");
+  app.add_flag("--shutdown", arguments.replay.shutdown, "end the server after the run");
+}
+
+// One line on a terminal, rewritten ten times a second of simulation.
+class Progress {
+ public:
+  explicit Progress(double duration) : duration_(duration), shown_(isatty(STDERR_FILENO) == 1) {}
+
+  void show(const acus::protocol::Force& force) {
+    if (!shown_ || (last_ && force.time - *last_ < 0.1)) return;
+    if (!last_) first_ = force.time;
+    last_ = force.time;
+    std::fprintf(stderr, "\r%6.1f of %.1f s, needle '%s': depth %5.1f mm, axial resistance %6.2f N\033[K",
+                 force.time - first_, duration_, force.needle.c_str(), 1e3 * force.depth, -force.base_force_in_base[0]);
+  }
+
+  void clear() const {
+    if (last_) std::fputs("\r\033[K", stderr);
+  }
+
+ private:
+  double duration_;  // s
+  bool shown_;
+  double first_ = 0;            // s, simulation time of the first line
+  std::optional<double> last_;  // s, simulation time of the newest line
+};
+
+void print_needles(const RunStatistics& statistics) {
+  for (const auto& [name, run] : statistics.needles()) {
+    const auto& peak = run.extremes;
+    std::printf(
+        "needle '%s': deepest %.1f mm; peak axial resistance %.3f N going in, %.3f N coming out;\n"
+        "            peak lateral force %.3f N, peak torque %.4f N m\n",
+        name.c_str(), 1e3 * peak.depth, peak.push, peak.pull, peak.lateral, peak.torque);
+  }
+}
+
+void print_summary(const Replay& replay, const ReplayOptions& options) {
+  const auto& statistics = replay.statistics();
+  const auto latency = replay.latency();
+  std::printf("scene       %s\n", replay.server().scene.c_str());
+  if (options.lockstep) {
+    std::printf("rate        lockstep, %.0f ticks per second of simulation\n", replay.server().rate);
+  } else {
+    std::printf("rate        %.1f Hz held of %.0f Hz, %llu overruns\n", statistics.rate(), replay.server().rate,
+                static_cast<unsigned long long>(statistics.overruns()));
+  }
+  std::printf("poses       %llu sent, %llu deadlines missed here, %llu messages rejected there\n",
+              static_cast<unsigned long long>(replay.poses_sent()),
+              static_cast<unsigned long long>(replay.deadlines_missed()),
+              static_cast<unsigned long long>(statistics.rejections()));
+  std::printf("states      %llu received, %llu lost; %llu events\n",
+              static_cast<unsigned long long>(statistics.states()), static_cast<unsigned long long>(statistics.lost()),
+              static_cast<unsigned long long>(statistics.events()));
+  std::printf("latency     p50 %.2f ms, p99 %.2f ms, max %.2f ms, from pose to first state that used it\n",
+              1e3 * latency.p50, 1e3 * latency.p99, 1e3 * latency.max);
+  print_needles(statistics);
+}
+
+// Runs and translates how it ended into an exit code; what went wrong goes to stderr.
+int run(Replay& replay) {
+  const auto ended = [](ExitCode code, const std::exception& error) {
+    std::fprintf(stderr, "acus-replay: %s\n", error.what());
+    return code;
+  };
+  try {
+    replay.run();
+    return kDone;
+  } catch (const Refused& error) {
+    return ended(kRefused, error);
+  } catch (const Vanished& error) {
+    return ended(kVanished, error);
+  } catch (const ProtocolMismatch& error) {
+    return ended(kMismatch, error);
+  } catch (const Interrupted& error) {
+    return ended(kInterrupted, error);
+  } catch (const std::exception& error) {
+    return ended(kBadInput, error);
+  }
+}
+
+int replay_trajectory(Arguments& arguments) {
+  const auto trajectory = read_trajectory(arguments.trajectory);
+  std::optional<RunLog> log;
+  if (!arguments.out.empty()) log.emplace(arguments.out, !arguments.replay.lockstep);
+
+  Progress progress(trajectory.end() - trajectory.begin());
+  arguments.replay.on_state = [&](const acus::protocol::Force& force) { progress.show(force); };
+  Replay replay(trajectory, arguments.replay, log ? &*log : nullptr);
+  int code = run(replay);
+  progress.clear();
+  if (replay.statistics().states() > 0) print_summary(replay, arguments.replay);
+  if (log) {
+    log->close();
+    std::printf("written     %s, %s\n", log->path().c_str(), log->events_path().c_str());
+  }
+  if (code == kDone && replay.statistics().lost() > 0) {
+    std::fprintf(stderr, "acus-replay: %llu force states were lost\n",
+                 static_cast<unsigned long long>(replay.statistics().lost()));
+    code = kStatesLost;
+  }
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Drives a recorded trajectory into an acus-server and writes the forces that come back.", "acus-replay");
+  Arguments arguments;
+  declare(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kBadInput;
+  }
+  arguments.replay.timeout = std::chrono::round<Timeout>(std::chrono::duration<double>(arguments.timeout_s));
+  arguments.replay.interrupt = &interrupted;
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  try {
+    return replay_trajectory(arguments);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "acus-replay: %s\n", error.what());
+    return kBadInput;
+  }
+}

@@ -1,0 +1,138 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""Turns a recording of a hand-held tool into a trajectory for acus-replay.
+
+The recording has no header and a row per sample: x y z [mm] qw qx qy qz. The whole motion is turned as one rigid body
+so that its principal way, from the first sample to the one farthest from it, runs along --direction, then scaled, and
+moved so that the base starts at --start. The needle starts along --direction and turns as the tool turned.
+Trajectory: SI units, world frame; the needle lies along its base's +x axis.
+"""
+
+import argparse
+import csv
+import math
+import sys
+
+MM = 1e-3  # m
+COLUMNS = ["t", "needle", "x", "y", "z", "qw", "qx", "qy", "qz", "spin"]
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+def cross(a, b):
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def subtract(a, b):
+    return tuple(x - y for x, y in zip(a, b))
+
+
+def normalised(v):
+    length = math.sqrt(dot(v, v))
+    if length == 0:
+        raise ValueError("a direction must not be zero")
+    return tuple(x / length for x in v)
+
+
+def multiply(p, q):
+    """Hamilton product of quaternions (w, x, y, z)."""
+    vector = [p[0] * b + q[0] * a + c for a, b, c in zip(p[1:], q[1:], cross(p[1:], q[1:]))]
+    return (p[0] * q[0] - dot(p[1:], q[1:]), *vector)
+
+
+def conjugate(q):
+    return (q[0], -q[1], -q[2], -q[3])
+
+
+def rotate(q, v):
+    return multiply(multiply(q, (0.0, *v)), conjugate(q))[1:]
+
+
+def shortest_rotation(a, b):
+    """The rotation about a x b that turns the unit vector a to the unit vector b."""
+    if dot(a, b) < -1 + 1e-12:  # any axis across a will do
+        across = (1.0, 0.0, 0.0) if abs(a[0]) < 0.9 else (0.0, 1.0, 0.0)
+        return (0.0, *normalised(cross(a, across)))
+    return normalised((1 + dot(a, b), *cross(a, b)))
+
+
+def read_recording(path):
+    """[(position (m), unit quaternion)] of the rows; exits with file and line at the first bad one."""
+    samples = []
+    with open(path, encoding="ascii") as file:
+        for number, line in enumerate(file, 1):
+            if not line.strip():
+                continue
+            try:
+                values = [float(cell) for cell in line.split()]
+                if len(values) != 7 or not all(map(math.isfinite, values)):
+                    raise ValueError("expected 7 finite numbers: x y z [mm] qw qx qy qz")
+                samples.append((tuple(MM * x for x in values[:3]), normalised(values[3:])))
+            except ValueError as error:
+                sys.exit(f"{path}:{number}: {error}")
+    if not samples:
+        sys.exit(f"{path}: no samples")
+    return samples
+
+
+def principal_way(samples):
+    """From the first sample to the farthest: unit direction and length (m)."""
+    way = max((subtract(position, samples[0][0]) for position, _ in samples), key=lambda v: dot(v, v))
+    length = math.sqrt(dot(way, way))
+    if length == 0:
+        sys.exit("the recording does not move")
+    return normalised(way), length
+
+
+def convert(samples, rate, start, direction, scale):
+    """Trajectory rows as numbers: t, position, orientation; see the head of this file."""
+    way, _ = principal_way(samples)
+    direction = normalised(direction)
+    aim = shortest_rotation(way, direction)
+    base = shortest_rotation((1.0, 0.0, 0.0), direction)
+    first_position, first_orientation = samples[0]
+    for index, (position, orientation) in enumerate(samples):
+        moved = rotate(aim, subtract(position, first_position))
+        turn = multiply(orientation, conjugate(first_orientation))
+        turn_aimed = multiply(multiply(aim, turn), conjugate(aim))
+        yield (index / rate, *(s + scale * m for s, m in zip(start, moved)), *normalised(multiply(turn_aimed, base)))
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("recording", help="text file of the recording")
+    parser.add_argument("--out", required=True, help="trajectory CSV to write")
+    parser.add_argument("--needle", default="needle", help="name of the needle in the scene (default: %(default)s)")
+    parser.add_argument("--rate", type=float, default=50.0, help="Hz of the recording's rows (default: %(default)s)")
+    parser.add_argument("--start", type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=("X", "Y", "Z"),
+                        help="where the base starts (m, default: origin)")
+    parser.add_argument("--direction", type=float, nargs=3, default=(0.0, 0.0, -1.0), metavar=("X", "Y", "Z"),
+                        help="where the principal way leads (default: 0 0 -1)")
+    size = parser.add_mutually_exclusive_group()
+    size.add_argument("--scale", type=float, default=1.0, help="factor on all ways (default: %(default)s)")
+    size.add_argument("--travel", type=float, metavar="M", help="scale so that the principal way is this long (m)")
+    arguments = parser.parse_args()
+    if arguments.rate <= 0 or arguments.scale <= 0 or (arguments.travel is not None and arguments.travel <= 0):
+        parser.error("--rate, --scale and --travel must be positive")
+    if dot(arguments.direction, arguments.direction) == 0:
+        parser.error("--direction must not be zero")
+    return arguments
+
+
+def main():
+    arguments = parse_arguments()
+    samples = read_recording(arguments.recording)
+    scale = arguments.scale
+    if arguments.travel is not None:
+        scale = arguments.travel / principal_way(samples)[1]
+    with open(arguments.out, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for time, *pose in convert(samples, arguments.rate, arguments.start, arguments.direction, scale):
+            writer.writerow([f"{time:.9g}", arguments.needle, *(f"{number:.9g}" for number in pose), "0"])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+#include "client/replay.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <thread>
+#include <variant>
+
+namespace acus::client {
+namespace {
+
+constexpr Timeout kSlice{50};        // between looks at the interrupt flag while nothing arrives
+constexpr double kMaxPoses = 100e6;  // of one needle in a run
+
+std::string names_of(const std::vector<protocol::NeedleInfo>& needles) {
+  std::string names;
+  for (const auto& needle : needles) names += (names.empty() ? "'" : ", '") + needle.name + "'";
+  return names;
+}
+
+void check_needles(const Trajectory& trajectory, const protocol::HelloReply& server) {
+  for (const Motion& motion : trajectory.motions) {
+    const bool known = std::any_of(server.needles.begin(), server.needles.end(),
+                                   [&](const auto& needle) { return needle.name == motion.needle; });
+    if (known) continue;
+    throw Unsuitable("the trajectory moves needle '" + motion.needle + "', but scene '" + server.scene + "' has " +
+                     names_of(server.needles));
+  }
+}
+
+void check_clock_mode(bool lockstep, const protocol::HelloReply& server) {
+  if (lockstep == server.lockstep) return;
+  throw Unsuitable(server.lockstep ? "the server runs in lockstep; replay with --lockstep or start it without"
+                                   : "the server runs in real time; replay without --lockstep or start it with");
+}
+
+protocol::Pose pose_message(const Motion& motion, double time) {
+  const BasePose pose = motion.at(time);
+  const auto& q = pose.orientation;
+  protocol::Pose message;
+  message.needle = motion.needle;
+  message.position = pose.position;
+  message.orientation = {q[0], q[1], q[2], q[3]};
+  message.spin = pose.spin;
+  return message;
+}
+
+}  // namespace
+
+Replay::Replay(const Trajectory& trajectory, const ReplayOptions& options, RunLog* log)
+    : trajectory_(trajectory), options_(options), log_(log), commands_(options.commands), states_(options.states) {}
+
+void Replay::run() {
+  greet();
+  subscribe();
+  await_first_states();
+  if (options_.lockstep) {
+    run_in_lockstep();
+  } else {
+    run_in_real_time();
+    await_last_states();
+  }
+  if (options_.shutdown) commands_.shutdown(options_.timeout);
+}
+
+void Replay::greet() {
+  server_ = commands_.hello(options_.timeout);
+  if (!(server_.rate > 0))
+    throw ProtocolMismatch("the server states a rate of " + std::to_string(server_.rate) + " Hz");
+  check_needles(trajectory_, server_);
+  check_clock_mode(options_.lockstep, server_);
+  if (duration() * rate() > kMaxPoses) throw Unsuitable("the trajectory is too long for this rate of poses");
+  if (server_.paused) commands_.resume(options_.timeout);
+}
+
+// A `stats` message that arrives proves that the server knows of the subscriptions before it, so that no force state
+// can be missed from then on.
+void Replay::subscribe() {
+  for (const char* topic : {"force", "event", "stats"}) states_.subscribe(topic);
+  receive_until([this] { return statistics_.stats_received() > 0; }, Patience::in_all, "statistics");
+}
+
+// The run begins with a state from before the first pose, so that the numbers of its poses follow those of whoever
+// drove the needles last.
+void Replay::await_first_states() {
+  if (options_.lockstep) {
+    step();
+  } else {
+    receive_until([this] { return all_needles_at_tick(1); }, Patience::in_all, "the first force states");
+  }
+  for (const auto& [name, run] : statistics_.needles()) first_seq_ = std::max(first_seq_, run.last_seq + 1);
+}
+
+void Replay::run_in_real_time() {
+  std::exception_ptr failure;
+  std::atomic<bool> ended = false;
+  std::atomic<bool> stop = false;
+  std::jthread sender([&] {
+    try {
+      send_poses_on_time(stop);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    ended = true;
+  });
+  try {
+    receive_until([&] { return ended.load(); }, Patience::per_state, "force states");
+  } catch (...) {
+    stop = true;
+    throw;
+  }
+  sender.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+void Replay::send_poses_on_time(const std::atomic<bool>& stop) {
+  const auto count = static_cast<std::uint64_t>(std::ceil(duration() * rate()));
+  const auto begin = Clock::now();
+  const auto deadline = [&](std::uint64_t k) {
+    return begin +
+           std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(static_cast<double>(k) / rate()));
+  };
+  sent_at_.reserve(count + 1);
+  for (std::uint64_t k = 0; k <= count && !stop; ++k) {
+    if (k < count && Clock::now() >= deadline(k + 1)) {
+      ++deadlines_missed_;
+      continue;
+    }
+    std::this_thread::sleep_until(deadline(k));
+    send_poses(trajectory_.begin() + static_cast<double>(k) / rate());
+  }
+}
+
+void Replay::run_in_lockstep() {
+  const auto ticks = static_cast<std::uint64_t>(std::ceil(duration() * server_.rate)) + 1;
+  const double poses_per_tick = std::min(rate() / server_.rate, 1.0);
+  double poses_due = 1;
+  for (std::uint64_t tick = 0; tick < ticks; ++tick, poses_due += poses_per_tick) {
+    if (poses_due >= 1) {
+      send_poses(trajectory_.begin() + static_cast<double>(tick) / server_.rate);
+      poses_due -= 1;
+    }
+    step();
+  }
+}
+
+void Replay::send_poses(double time) {
+  const std::uint64_t seq = first_seq_ + sent_at_.size();
+  sent_at_.push_back(now());
+  for (const Motion& motion : trajectory_.motions) {
+    auto pose = pose_message(motion, time);
+    pose.seq = seq;
+    pose.time = sent_at_.back();
+    if (!commands_.send(pose)) throw Vanished("the server at '" + options_.commands + "' takes no more poses");
+  }
+  if (const auto rejection = commands_.next_rejection()) throw Refused(*rejection);
+}
+
+void Replay::step() {
+  const auto done = commands_.step(1, options_.timeout);
+  receive_until([&] { return all_needles_at_tick(done.tick); }, Patience::in_all,
+                "the force states of tick " + std::to_string(done.tick));
+}
+
+// The last pose must have been felt, and one more `stats` tells how the server fared until then.
+void Replay::await_last_states() {
+  const auto stats = statistics_.stats_received();
+  receive_until([&] { return last_poses_used() && statistics_.stats_received() > stats; }, Patience::in_all,
+                "a force state that used the last pose, and the statistics after it");
+}
+
+template <class Done>
+void Replay::receive_until(Done done, Patience patience, const std::string& awaited) {
+  auto deadline = Clock::now() + options_.timeout;
+  while (!done()) {
+    if (options_.interrupt && *options_.interrupt) throw Interrupted("interrupted");
+    const bool received = receive(kSlice);
+    if (received && patience == Patience::per_state) deadline = Clock::now() + options_.timeout;
+    if (Clock::now() < deadline) continue;
+    throw Vanished("waited " + std::to_string(options_.timeout.count()) + " ms in vain for " + awaited + " from '" +
+                   options_.states + "'");
+  }
+}
+
+bool Replay::receive(Timeout timeout) {
+  const auto state = states_.receive(timeout);
+  if (state) take(*state);
+  return state.has_value();
+}
+
+void Replay::take(const protocol::State& state) {
+  const double received = now();
+  if (const auto* force = std::get_if<protocol::Force>(&state)) {
+    statistics_.take(*force, received);
+    if (log_) log_->write(*force, received);
+    if (options_.on_state) options_.on_state(*force);
+  } else if (const auto* event = std::get_if<protocol::Event>(&state)) {
+    statistics_.take(*event);
+    if (log_) log_->write(*event);
+  } else if (const auto* stats = std::get_if<protocol::Stats>(&state)) {
+    statistics_.take(*stats);
+  }
+}
+
+bool Replay::all_needles_at_tick(std::uint64_t tick) const {
+  const auto& needles = statistics_.needles();
+  return needles.size() == server_.needles.size() &&
+         std::all_of(needles.begin(), needles.end(), [&](const auto& entry) { return entry.second.last_tick >= tick; });
+}
+
+bool Replay::last_poses_used() const {
+  const std::uint64_t last_seq = first_seq_ + sent_at_.size() - 1;
+  return std::all_of(trajectory_.motions.begin(), trajectory_.motions.end(), [&](const Motion& motion) {
+    return statistics_.needles().at(motion.needle).last_seq == last_seq;
+  });
+}
+
+double Replay::now() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+}  // namespace acus::client

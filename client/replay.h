@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// Drives a trajectory into a server and records the forces that come back.
+//
+// In real time, poses leave at a fixed rate on absolute deadlines of the steady clock, from a thread of their own; a
+// deadline that was missed is skipped, never made up for. In lockstep, each pose is followed by one tick, so the same
+// scene and trajectory give the same states, whatever the machine does besides.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/client.h"
+#include "client/run_log.h"
+#include "client/run_statistics.h"
+#include "client/trajectory.h"
+
+namespace acus::client {
+
+struct ReplayOptions {
+  std::string commands = protocol::kDefaultCommandsEndpoint;
+  std::string states = protocol::kDefaultStatesEndpoint;
+  std::optional<double> rate;  // Hz, > 0, of the poses of each needle; absent: the server's ticks per second
+  bool lockstep = false;
+  bool shutdown = false;                   // ask the server to end after the run
+  Timeout timeout{10'000};                 // to wait for the server to appear, to answer, or to publish a state
+  std::atomic<bool>* interrupt = nullptr;  // ends the run when it becomes true
+  std::function<void(const protocol::Force&)> on_state;  // called with each force state that came in
+};
+
+// The trajectory does not fit the server: a needle that the scene does not have, or the other clock mode.
+struct Unsuitable : ClientError {
+  using ClientError::ClientError;
+};
+
+// ReplayOptions::interrupt became true.
+struct Interrupted : ClientError {
+  using ClientError::ClientError;
+};
+
+class Replay {
+ public:
+  // `log` may be null; both it and `trajectory` must outlive the replay.
+  Replay(const Trajectory& trajectory, const ReplayOptions& options, RunLog* log);
+
+  // Runs once, from hello to the last state. Throws ClientError or what stands below it; what was received until then
+  // is in the log and in the results below.
+  void run();
+
+  const protocol::HelloReply& server() const { return server_; }
+  const RunStatistics& statistics() const { return statistics_; }
+  Distribution latency() const { return statistics_.latency(sent_at_, first_seq_); }  // s
+  std::uint64_t poses_sent() const { return sent_at_.size(); }                        // per needle
+  std::uint64_t deadlines_missed() const { return deadlines_missed_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void greet();
+  void subscribe();
+  void await_first_states();
+  void run_in_real_time();
+  void run_in_lockstep();
+  void send_poses_on_time(const std::atomic<bool>& stop);
+  void send_poses(double time);
+  void await_last_states();
+  void step();
+
+  // What the timeout bounds: the whole wait, or the silence between two states.
+  enum class Patience { in_all, per_state };
+  template <class Done>
+  void receive_until(Done done, Patience patience, const std::string& awaited);
+  bool receive(Timeout timeout);
+  void take(const protocol::State& state);
+
+  bool all_needles_at_tick(std::uint64_t tick) const;
+  bool last_poses_used() const;
+  double now() const;  // s since the start of the run
+  double rate() const { return options_.rate.value_or(server_.rate); }
+  double duration() const { return trajectory_.end() - trajectory_.begin(); }
+
+  const Trajectory& trajectory_;
+  ReplayOptions options_;
+  RunLog* log_;
+  Clock::time_point start_ = Clock::now();
+  CommandLink commands_;
+  StateLink states_;
+  protocol::HelloReply server_;
+  RunStatistics statistics_;
+  std::uint64_t first_seq_ = 1;
+  std::vector<double> sent_at_;  // s since the start of the run; entry i is when the poses numbered first_seq_ + i left
+  std::uint64_t deadlines_missed_ = 0;
+};
+
+}  // namespace acus::client

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// A run as CSV: RUN.csv with a row per received force state, RUN.events.csv with a row per event. The columns are the
+// fields of protocol::Force and protocol::Event, in their order; vectors and quaternions take a column per component
+// and the unit ends the name: base_force_x_N, base_orientation_w, depth_m. Numbers are written so that they read back
+// exactly, so a lockstep run gives the same bytes each time.
+#pragma once
+
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "protocol/messages.h"
+
+namespace acus::client {
+
+// The file system refused; what() names the file.
+struct LogError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+class RunLog {
+ public:
+  // Creates both files with their headers. With `wall_time`, force rows end with received_s: seconds of wall time from
+  // the start of the run to the arrival of the state. Throws LogError.
+  RunLog(const std::string& path, bool wall_time);
+
+  void write(const protocol::Force& force, double received_s);
+  void write(const protocol::Event& event);
+
+  // Everything is on its way to the disk after this. Throws LogError if anything could not be written.
+  void close();
+
+  const std::string& path() const { return path_; }
+  const std::string& events_path() const { return events_path_; }
+
+ private:
+  std::string path_;
+  std::string events_path_;
+  bool wall_time_;
+  std::ofstream forces_;
+  std::ofstream events_;
+  std::string row_;  // being built
+};
+
+}  // namespace acus::client

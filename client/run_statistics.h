@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// What a run was like: states received and lost, the rate that was held, latencies, and the extremes of the forces.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/latency.h"
+#include "protocol/messages.h"
+
+namespace acus::client {
+
+// Largest values over a run. Axial means along the base's +x axis.
+struct ForceExtremes {
+  double push = 0;     // N, axial resistance against going in
+  double pull = 0;     // N, axial resistance against coming out
+  double lateral = 0;  // N, across the axis
+  double torque = 0;   // N m
+  double depth = 0;    // m of needle inside the tissue
+};
+
+struct NeedleRun {
+  std::uint64_t states = 0;      // received
+  std::uint64_t lost = 0;        // ticks between them that never came
+  std::uint64_t epoch = 0;       // of all of them
+  std::uint64_t first_tick = 0;  // received
+  std::uint64_t last_tick = 0;   // received
+  std::uint64_t last_seq = 0;    // command in use at the last tick
+  ForceExtremes extremes;
+};
+
+// A command that a state was the first to use.
+struct CommandUse {
+  std::uint64_t seq = 0;
+  double received = 0;  // s, when that state came in
+};
+
+class RunStatistics {
+ public:
+  // `received` is in seconds on a clock of the caller. Throws Vanished when the world that the run began in is gone:
+  // another epoch, or a tick that is not after the last one.
+  void take(const protocol::Force& force, double received);
+  void take(const protocol::Event& event);
+  void take(const protocol::Stats& stats);
+
+  const std::map<std::string, NeedleRun>& needles() const { return needles_; }
+  const std::vector<CommandUse>& uses() const { return uses_; }
+  std::uint64_t events() const { return events_; }
+  std::uint64_t stats_received() const { return stats_received_; }
+
+  std::uint64_t states() const;      // received, of all needles
+  std::uint64_t lost() const;        // of all needles
+  double rate() const;               // Hz, ticks per second of wall time; 0 before two ticks came in
+  std::uint64_t overruns() const;    // of the server between the first and the last `stats`
+  std::uint64_t rejections() const;  // by the server between the first and the last `stats`
+
+  // From the sending of a pose to the first state that used it (s); sent_at[i] is when number first_seq + i left.
+  Distribution latency(const std::vector<double>& sent_at, std::uint64_t first_seq) const;
+
+ private:
+  std::map<std::string, NeedleRun> needles_;
+  std::vector<CommandUse> uses_;
+  std::uint64_t events_ = 0;
+  std::uint64_t stats_received_ = 0;
+  std::optional<protocol::Stats> first_stats_;
+  std::optional<protocol::Stats> last_stats_;
+  double first_received_ = 0;
+  double last_received_ = 0;
+};
+
+}  // namespace acus::client
