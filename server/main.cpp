@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// acus-server: loads a scene, simulates it on one thread and serves it on another.
+#include <pthread.h>
+#include <signal.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <optional>
+#include <thread>
+
+#include "server/endpoint.h"
+#include "server/privileges.h"
+#include "server/realtime_loop.h"
+
+namespace {
+
+using namespace acus;
+
+enum ExitCode : int { kEnded = 0, kBadCommandLine = 1, kBadScene = 2, kCannotListen = 3, kFailed = 4 };
+
+constexpr const char* kDescription =
+    "Simulates needles in soft tissue in real time and serves them over ZeroMQ.\n"
+    "Clients send needle poses to one socket and subscribe to forces and shapes on another; protocol/README.md is the "
+    "contract. Both sockets listen on this machine only unless told otherwise.";
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  acus-server scenes/insertion_pullback.yaml            run until Ctrl-C\n"
+    "  acus-server SCENE --check                             only see whether the scene can be used, and what is in "
+    "it\n"
+    "  acus-server SCENE --lockstep                          ticks run when a client asks: for replays and tests\n"
+    "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
+    "\nExit status: 0 ended by SIGINT, SIGTERM, a client's shutdown, or --ticks; 1 bad command line; 2 the scene "
+    "cannot "
+    "be used;\n3 an endpoint cannot be listened on; 4 anything else. Log lines go to standard error.";
+
+struct Arguments {
+  std::string scene;
+  EndpointOptions endpoint;
+  LoopOptions loop;
+  bool check = false;
+};
+
+void declare(CLI::App& app, Arguments& arguments) {
+  app.footer(kFooter);
+  app.set_version_flag("--version", ACUS_VERSION);
+  app.add_option("SCENE", arguments.scene, "Scene file (YAML); scenes/README.md describes the format")->required();
+  app.add_option("--commands", arguments.endpoint.commands, "ZeroMQ endpoint for commands (ROUTER)")
+      ->capture_default_str();
+  app.add_option("--states", arguments.endpoint.states, "ZeroMQ endpoint for states (XPUB)")->capture_default_str();
+  app.add_option("--rate", arguments.endpoint.rate, "Ticks per second instead of every scene's own (Hz)")
+      ->check(CLI::Range(1.0, 1e5));
+  app.add_option("--ticks", arguments.loop.max_ticks, "End after so many ticks")
+      ->check(CLI::PositiveNumber)
+      ->default_str("unlimited");
+  app.add_flag("--lockstep", arguments.loop.lockstep, "Run ticks only when a client's 'step' asks for them");
+  app.add_flag("--check", arguments.check, "Load the scene, print what it contains, and exit");
+}
+
+// Signals arrive in a file descriptor, so that the socket thread can wait for them beside its sockets. To be called
+// before any thread starts: they all inherit the mask.
+int open_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  return signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+void print_contents(const World& world) {
+  const auto& [nodes, tetrahedra, triangles] = world.hello.tissue;
+  std::cout << "scene   " << world.hello.scene << ", " << world.hello.rate << " Hz\n"
+            << "tissue  " << nodes << " nodes, " << tetrahedra << " tetrahedra, " << triangles
+            << " surface triangles\n";
+  const auto& regions = world.describe.tetrahedron_regions;
+  for (std::size_t i = 0; i < world.describe.regions.size(); ++i) {
+    std::cout << "region  " << world.describe.regions[i] << ", "
+              << std::count(regions.begin(), regions.end(), static_cast<std::int32_t>(i)) << " tetrahedra\n";
+  }
+  for (const protocol::NeedleInfo& needle : world.hello.needles) {
+    std::cout << "needle  " << needle.name << ", length " << needle.length << " m, diameter " << needle.diameter
+              << " m, " << needle.nodes << " nodes\n";
+  }
+}
+
+// Runs the loop on its own thread, and ends it when it goes out of scope.
+class SimulationThread {
+ public:
+  SimulationThread(RealtimeLoop& loop, Link& link, bool real_time)
+      : link_(link), thread_([&loop, real_time] {
+          if (real_time) raise_priority();
+          loop.run();
+        }) {}
+  ~SimulationThread() {
+    link_.stop.store(true, std::memory_order_relaxed);
+    link_.to_simulation.signal();
+    thread_.join();
+  }
+
+ private:
+  Link& link_;
+  std::thread thread_;
+};
+
+void serve(Endpoint& endpoint, std::unique_ptr<World> world, const LoopOptions& options, Link& link, int signals) {
+  spdlog::info("scene '{}', {} Hz{}", world->hello.scene, world->hello.rate, options.lockstep ? ", lockstep" : "");
+  spdlog::info("commands on {}", endpoint.commands_endpoint());
+  spdlog::info("states on {}", endpoint.states_endpoint());
+  if (!options.lockstep) lock_memory();
+  RealtimeLoop loop(std::move(world), options, link);
+  {
+    const SimulationThread thread(loop, link, !options.lockstep);
+    endpoint.run(signals);
+  }
+  spdlog::info("ended after {} ticks, {} deadlines skipped, {} states dropped, {} messages rejected", loop.ticks(),
+               link.overruns.load(), link.dropped.load(), endpoint.rejected());
+}
+
+int run(const Arguments& arguments) {
+  const int signals = open_signals();
+  std::unique_ptr<World> world;
+  try {
+    world = load_world(arguments.scene, arguments.endpoint.rate);
+  } catch (const std::runtime_error& error) {
+    spdlog::error("{}", error.what());
+    return kBadScene;
+  }
+  if (arguments.check) {
+    print_contents(*world);
+    return kEnded;
+  }
+  Link link;
+  std::optional<Endpoint> endpoint;
+  try {
+    endpoint.emplace(*world, arguments.endpoint, link);
+  } catch (const zmq::error_t& error) {
+    spdlog::error("cannot listen on {} and {}: {}", arguments.endpoint.commands, arguments.endpoint.states,
+                  error.what());
+    return kCannotListen;
+  }
+  serve(*endpoint, std::move(world), arguments.loop, link, signals);
+  return kEnded;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("acus-server"));
+  Arguments arguments;
+  CLI::App app(kDescription, "acus-server");
+  declare(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kEnded : kBadCommandLine;
+  }
+  arguments.endpoint.lockstep = arguments.loop.lockstep;
+  try {
+    return run(arguments);
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    return kFailed;
+  }
+}

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/realtime_loop.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <utility>
+
+#include "server/convert.h"
+#include "server/deadline.h"
+
+namespace acus {
+namespace {
+
+constexpr std::int64_t kNanoseconds = 1'000'000'000;
+constexpr std::int64_t kRoomPoll = 50'000;  // ns between two looks for room, in lockstep
+constexpr int kIdleCheck = 100;             // ms between two looks at the stop flag without a request, in lockstep
+
+std::int64_t monotonic_now() {
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * kNanoseconds + now.tv_nsec;
+}
+
+void sleep_until(std::int64_t time) {
+  const timespec deadline{time / kNanoseconds, time % kNanoseconds};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
+  }
+}
+
+std::int64_t period_of(const World& world) {
+  return std::max<std::int64_t>(1, std::llround(kNanoseconds / world.simulation.scene().rate));
+}
+
+}  // namespace
+
+RealtimeLoop::RealtimeLoop(std::unique_ptr<World> world, const LoopOptions& options, Link& link)
+    : world_(std::move(world)), options_(options), link_(link) {}
+
+void RealtimeLoop::run() {
+  if (options_.lockstep) {
+    run_on_requests();
+  } else {
+    run_on_deadlines();
+  }
+  link_.finished.store(true, std::memory_order_release);
+  link_.to_sockets.signal();
+}
+
+bool RealtimeLoop::over() const {
+  return shut_down_ || ticks_ >= options_.max_ticks || link_.stop.load(std::memory_order_relaxed);
+}
+
+void RealtimeLoop::run_on_deadlines() {
+  std::int64_t deadline = monotonic_now();
+  while (!over()) {
+    sleep_until(deadline);
+    take_requests();
+    if (!paused_ && !over()) tick();
+    const Deadline next = next_deadline(deadline, period_of(*world_), monotonic_now());
+    link_.overruns.fetch_add(next.skipped, std::memory_order_relaxed);
+    deadline = next.time;
+  }
+}
+
+void RealtimeLoop::run_on_requests() {
+  while (!over()) {
+    link_.to_simulation.wait(kIdleCheck);
+    take_requests();
+  }
+}
+
+// A request waits until there is room for its acknowledgement, which must not be lost.
+void RealtimeLoop::take_requests() {
+  while (Request* request = link_.requests.readable()) {
+    if (!link_.records.writable() || over()) return;
+    handle(*request);
+    link_.requests.release();
+  }
+}
+
+void RealtimeLoop::handle(Request& request) {
+  switch (request.kind) {
+    case Request::Kind::pause:
+      paused_ = true;
+      break;
+    case Request::Kind::resume:
+      paused_ = false;
+      break;
+    case Request::Kind::reset:
+      world_->simulation.reset();
+      epoch_ = request.epoch;
+      break;
+    case Request::Kind::replace_world:
+      return replace_world(request);
+    case Request::Kind::step:
+      for (std::uint32_t i = 0; i < request.ticks && !over(); ++i) tick();
+      break;
+    case Request::Kind::shutdown:
+      shut_down_ = true;
+      break;
+  }
+  acknowledge(request);
+}
+
+void RealtimeLoop::replace_world(Request& request) {
+  std::unique_ptr<World> retired = std::exchange(world_, std::move(request.world));
+  epoch_ = request.epoch;
+  acknowledge(request, std::move(retired));
+}
+
+void RealtimeLoop::acknowledge(const Request& request, std::unique_ptr<World> retired) {
+  const TickReport& report = world_->simulation.report();
+  link_.epoch.store(epoch_, std::memory_order_relaxed);
+  link_.tick.store(report.tick, std::memory_order_relaxed);
+  if (Record* record = room_in(link_.records)) {
+    *record =
+        Acknowledgement{request.kind, request.id, epoch_, report.tick, report.time, world_.get(), std::move(retired)};
+    link_.records.commit();
+  }
+  link_.to_sockets.signal();
+}
+
+void RealtimeLoop::tick() {
+  take_commands();
+  const std::int64_t start = monotonic_now();
+  world_->simulation.step();
+  const double seconds = static_cast<double>(monotonic_now() - start) / kNanoseconds;
+  ++ticks_;
+  link_.tick.store(world_->simulation.report().tick, std::memory_order_relaxed);
+  publish(seconds);
+}
+
+// A command for an earlier epoch is forgotten; one for a later epoch overtook the request that begins it, and waits.
+void RealtimeLoop::take_commands() {
+  const int needles = static_cast<int>(world_->hello.needles.size());
+  for (int i = 0; i < kMaxNeedles; ++i) {
+    if (const EpochCommand* fresh = link_.commands[i].take()) taken_[i] = fresh;
+    if (!taken_[i] || taken_[i]->epoch > epoch_) continue;
+    if (taken_[i]->epoch == epoch_ && i < needles) world_->simulation.command(i, taken_[i]->command);
+    taken_[i] = nullptr;
+  }
+}
+
+void RealtimeLoop::publish(double tick_seconds) {
+  const TopicSet wanted = link_.wanted.load(std::memory_order_relaxed);
+  if (wanted == 0) return;
+  const TickReport& report = world_->simulation.report();
+  if (wanted & bit(Topic::force)) publish_forces(report);
+  if (wanted & bit(Topic::event)) publish_events(report);
+  if (wanted & bit(Topic::stats)) publish_tick(report, tick_seconds);
+  if (wanted & bit(Topic::needle) && report.tick % world_->needle_frame_ticks == 0) publish_needles(report);
+  if (wanted & bit(Topic::tissue) && report.tick % world_->tissue_frame_ticks == 0) publish_tissue(report);
+  link_.to_sockets.signal();
+}
+
+void RealtimeLoop::publish_forces(const TickReport& report) {
+  const double time_step = world_->hello.time_step;
+  for (std::size_t i = 0; i < report.needles.size(); ++i) {
+    Record* record = room_in(link_.records);
+    if (!record) continue;
+    const NeedleReport& needle = report.needles[i];
+    const double age = needle.command_seq == 0 ? 0 : static_cast<double>(report.tick - needle.command_tick) * time_step;
+    *record = ForceRecord{epoch_, report.tick, report.time, age, report.flags, static_cast<int>(i), needle};
+    link_.records.commit();
+  }
+}
+
+void RealtimeLoop::publish_events(const TickReport& report) {
+  for (const Event& event : report.events) {
+    Record* record = room_in(link_.records);
+    if (!record) continue;
+    *record = EventRecord{epoch_, report.time, event};
+    link_.records.commit();
+  }
+}
+
+void RealtimeLoop::publish_tick(const TickReport& report, double tick_seconds) {
+  Record* record = room_in(link_.records);
+  if (!record) return;
+  *record = TickRecord{tick_seconds,    report.flags,     report.rows,         report.sweeps, report.newton_iterations,
+                       report.residual, report.imbalance, report.largest_force};
+  link_.records.commit();
+}
+
+void RealtimeLoop::publish_needles(const TickReport& report) {
+  const Simulation& simulation = world_->simulation;
+  for (int i = 0; i < static_cast<int>(world_->hello.needles.size()); ++i) {
+    NeedleFrame* frame = room_in(world_->needle_frames);
+    if (!frame) continue;
+    protocol::NeedleShape& shape = frame->shape;
+    frame->needle = i;
+    shape.epoch = epoch_;
+    shape.tick = report.tick;
+    shape.time = report.time;
+    const auto positions = simulation.needle_positions(i);
+    shape.positions.resize(static_cast<std::size_t>(positions.size()));
+    pack(positions, shape.positions);
+    shape.orientations.clear();
+    for (const Quaternion& q : simulation.needle_orientations(i)) {
+      shape.orientations.insert(shape.orientations.end(), {q.w(), q.x(), q.y(), q.z()});
+    }
+    world_->needle_frames.commit();
+  }
+}
+
+void RealtimeLoop::publish_tissue(const TickReport& report) {
+  protocol::TissueShape* shape = room_in(world_->tissue_frames);
+  if (!shape) return;
+  shape->epoch = epoch_;
+  shape->tick = report.tick;
+  shape->time = report.time;
+  pack(world_->simulation.tissue_positions(), shape->positions);
+  world_->tissue_frames.commit();
+}
+
+template <class T>
+T* RealtimeLoop::room_in(SpscQueue<T>& queue) {
+  T* room = queue.writable();
+  while (!room && options_.lockstep && !link_.stop.load(std::memory_order_relaxed)) {
+    link_.to_sockets.signal();
+    sleep_until(monotonic_now() + kRoomPoll);
+    room = queue.writable();
+  }
+  if (!room) link_.dropped.fetch_add(1, std::memory_order_relaxed);
+  return room;
+}
+
+}  // namespace acus

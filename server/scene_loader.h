@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Builds worlds, and destroys them, on threads of its own: loading a scene takes seconds, freeing one milliseconds, and
+// neither the simulation nor the socket thread has them to spare.
+#pragma once
+
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "server/wakeup.h"
+#include "server/world.h"
+
+namespace acus {
+
+struct LoadResult {
+  std::unique_ptr<World> world;  // null if the scene cannot be used
+  std::string error;             // why, then
+};
+
+class SceneLoader {
+ public:
+  // `done` is signalled when a result is there; `rate` (Hz) replaces that of every scene.
+  SceneLoader(Wakeup& done, std::optional<double> rate) : done_(done), rate_(rate) {}
+
+  bool busy() const { return loading_.valid(); }
+
+  // Begins to load. Must not be busy.
+  void start(const std::string& scene_path) {
+    loading_ = std::async(std::launch::async, [this, scene_path] {
+      LoadResult result = load(scene_path);
+      done_.signal();
+      return result;
+    });
+  }
+
+  // The result, once it is there; then it is no longer busy.
+  std::optional<LoadResult> take() {
+    if (!busy() || loading_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return std::nullopt;
+    return loading_.get();
+  }
+
+  void destroy(std::unique_ptr<World> world) {
+    destroying_ = std::async(std::launch::async, [doomed = std::move(world)]() mutable { doomed.reset(); });
+  }
+
+ private:
+  LoadResult load(const std::string& scene_path) const {
+    try {
+      return {load_world(scene_path, rate_), ""};
+    } catch (const std::exception& error) {
+      return {nullptr, error.what()};
+    }
+  }
+
+  Wakeup& done_;
+  const std::optional<double> rate_;
+  std::future<LoadResult> loading_;
+  std::future<void> destroying_;
+};
+
+}  // namespace acus

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A loaded scene with everything that belongs to it and goes when it goes: the simulation, room for its shapes on their
+// way to the publisher, and what clients are told about it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "protocol/messages.h"
+#include "server/exchange.h"
+#include "server/simulation/simulation.h"
+
+namespace acus {
+
+struct NeedleFrame {
+  int needle = 0;
+  protocol::NeedleShape shape;  // buffers sized for the largest needle of the scene; the publisher adds the name
+};
+
+struct World {
+  explicit World(const Scene& scene);  // throws SceneError
+
+  Simulation simulation;  // of the simulation thread while it has the world
+
+  // From the simulation thread to the publisher.
+  SpscQueue<NeedleFrame> needle_frames;
+  SpscQueue<protocol::TissueShape> tissue_frames;
+
+  // Constant.
+  std::uint64_t needle_frame_ticks;  // ticks between two needle shapes, >= 1
+  std::uint64_t tissue_frame_ticks;  // ticks between two tissue shapes, >= 1
+  protocol::HelloReply hello;        // all but what depends on the request and the moment
+  protocol::DescribeReply describe;  // likewise
+
+  // Index of the needle with that name, or -1.
+  int find_needle(const std::string& name) const;
+};
+
+// Reads the scene and builds its world; `rate` (Hz) replaces the scene's. Throws SceneError.
+std::unique_ptr<World> load_world(const std::string& scene_path, std::optional<double> rate);
+
+}  // namespace acus
