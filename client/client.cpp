@@ -19,7 +19,6 @@ std::unique_ptr<Socket> open_commands(const std::string& endpoint) {
   return std::make_unique<Socket>(zmq::socket_type::dealer, endpoint, [](zmq::socket_t& socket) {
     socket.set(zmq::sockopt::linger, kLingerMilliseconds);
     socket.set(zmq::sockopt::reconnect_ivl, kReconnectMilliseconds);
-    socket.set(zmq::sockopt::immediate, true);  // old poses must not pile up for a server that comes later
   });
 }
 
@@ -78,9 +77,9 @@ Answer CommandLink::request(Request request, Timeout timeout) {
   request.seq = ++last_request_;
   const std::string vanished =
       "no answer to '" + std::string(Request::kType) + "' from '" + socket_->endpoint() + "' within " + shown(timeout);
-  if (!socket_->wait(ZMQ_POLLOUT, deadline) || !send_now(request)) throw Vanished(vanished + ": nobody is there");
+  if (!socket_->wait_for_peer(deadline) || !send_now(request)) throw Vanished(vanished + ": nobody is there");
 
-  while (socket_->wait(ZMQ_POLLIN, deadline)) {
+  while (socket_->wait_for_message(deadline, /*while_connected=*/true)) {
     std::string_view bytes;
     if (!socket_->receive(bytes)) continue;
     auto reply = decode_or_mismatch<protocol::Reply>(protocol::decode_reply, bytes, socket_->endpoint());
@@ -92,7 +91,7 @@ Answer CommandLink::request(Request request, Timeout timeout) {
     if (error->code == protocol::ErrorCode::wrong_version) throw ProtocolMismatch(told(*error));
     throw Refused(*error);
   }
-  throw Vanished(vanished);
+  throw Vanished(socket_->connected() ? vanished : vanished + ": the connection ended");
 }
 
 protocol::HelloReply CommandLink::hello(Timeout timeout) {
@@ -116,8 +115,9 @@ protocol::Done CommandLink::step(std::uint32_t ticks, Timeout timeout) {
 }
 protocol::Done CommandLink::shutdown(Timeout timeout) { return request<protocol::Done>(protocol::Shutdown{}, timeout); }
 
-bool CommandLink::send(const protocol::Pose& pose) { return send_now(pose); }
-bool CommandLink::send(const protocol::Spin& spin) { return send_now(spin); }
+// Without a peer a command would wait in the queue and reach a later server out of date.
+bool CommandLink::send(const protocol::Pose& pose) { return socket_->connected() && send_now(pose); }
+bool CommandLink::send(const protocol::Spin& spin) { return socket_->connected() && send_now(spin); }
 
 void CommandLink::keep_rejection(const protocol::Error& error) {
   if (rejections_.size() == kMaxRejections) rejections_.pop_front();
@@ -147,7 +147,9 @@ void StateLink::unsubscribe(const std::string& topic) { socket_->raw().set(zmq::
 std::optional<protocol::State> StateLink::receive(Timeout timeout) {
   std::string_view bytes;
   if (!socket_->receive(bytes)) {
-    if (!socket_->wait(ZMQ_POLLIN, Socket::Clock::now() + timeout) || !socket_->receive(bytes)) return std::nullopt;
+    const auto deadline = Socket::Clock::now() + timeout;
+    if (!socket_->wait_for_message(deadline, /*while_connected=*/false)) return std::nullopt;
+    if (!socket_->receive(bytes)) return std::nullopt;
   }
   return decode_or_mismatch<protocol::State>(protocol::decode_state, bytes, socket_->endpoint());
 }

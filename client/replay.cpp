@@ -87,7 +87,7 @@ void Replay::await_first_states() {
   if (options_.lockstep) {
     step();
   } else {
-    receive_until([this] { return all_needles_at_tick(1); }, Patience::in_all, "the first force states");
+    receive_until([this] { return all_needles_seen(); }, Patience::in_all, "the first force states");
   }
   for (const auto& [name, run] : statistics_.needles()) first_seq_ = std::max(first_seq_, run.last_seq + 1);
 }
@@ -159,7 +159,7 @@ void Replay::send_poses(double time) {
 
 void Replay::step() {
   const auto done = commands_.step(1, options_.timeout);
-  receive_until([&] { return all_needles_at_tick(done.tick); }, Patience::in_all,
+  receive_until([&] { return all_needles_at(done.tick); }, Patience::in_all,
                 "the force states of tick " + std::to_string(done.tick));
 }
 
@@ -203,10 +203,10 @@ void Replay::take(const protocol::State& state) {
   }
 }
 
-bool Replay::all_needles_at_tick(std::uint64_t tick) const {
+bool Replay::all_needles_at(std::uint64_t tick) const {
   const auto& needles = statistics_.needles();
-  return needles.size() == server_.needles.size() &&
-         std::all_of(needles.begin(), needles.end(), [&](const auto& entry) { return entry.second.last_tick >= tick; });
+  return all_needles_seen() &&
+         std::all_of(needles.begin(), needles.end(), [&](const auto& entry) { return entry.second.last_tick == tick; });
 }
 
 bool Replay::last_poses_used() const {

@@ -77,7 +77,8 @@ class Replay {
   bool receive(Timeout timeout);
   void take(const protocol::State& state);
 
-  bool all_needles_at_tick(std::uint64_t tick) const;
+  bool all_needles_seen() const { return statistics_.needles().size() == server_.needles.size(); }
+  bool all_needles_at(std::uint64_t tick) const;
   bool last_poses_used() const;
   double now() const;  // s since the start of the run
   double rate() const { return options_.rate.value_or(server_.rate); }

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
-// One ZeroMQ socket that is connected to an endpoint, with waits that end at a deadline. Internal to the client
-// library.
+// One ZeroMQ socket that connects to an endpoint, knows whether a peer is there, and waits no longer than a deadline.
+// Internal to the client library.
+//
+// ZMQ_IMMEDIATE would tell about the peer as well, but drops answers that came in right before the peer closed.
 #pragma once
 
 #include <chrono>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <zmq.hpp>
 
 namespace acus::client {
@@ -17,7 +21,7 @@ class Socket {
   // `configure` sets options before the socket connects. Throws ClientError.
   template <class Configure>
   Socket(zmq::socket_type type, std::string endpoint, Configure configure)
-      : endpoint_(std::move(endpoint)), context_(1), socket_(context_, type) {
+      : endpoint_(std::move(endpoint)), socket_(context_, type), monitor_(context_, zmq::socket_type::pair) {
     configure(socket_);
     connect();
   }
@@ -25,10 +29,16 @@ class Socket {
   const std::string& endpoint() const { return endpoint_; }
   zmq::socket_t& raw() { return socket_; }
 
-  // Whether the socket can take (ZMQ_POLLOUT) or give (ZMQ_POLLIN) a message before the deadline.
-  bool wait(short event, Clock::time_point deadline);
+  // Whether a peer has completed ZeroMQ's handshake and not gone away since.
+  bool connected();
 
-  // Without waiting; false if nobody is connected to take it.
+  // False if no peer was there until the deadline.
+  bool wait_for_peer(Clock::time_point deadline);
+
+  // False if no message came until the deadline or, with `while_connected`, until the peer went away.
+  bool wait_for_message(Clock::time_point deadline, bool while_connected);
+
+  // Without waiting; false if the queue to the peer is full.
   bool send(std::string_view bytes);
 
   // Without waiting; the last frame of the next message, or false. The frame stays valid until the next receive.
@@ -36,11 +46,15 @@ class Socket {
 
  private:
   void connect();
+  void wait(std::span<zmq::pollitem_t> items, Clock::time_point deadline);
+  bool has_message() { return (socket_.get(zmq::sockopt::events) & ZMQ_POLLIN) != 0; }
 
   std::string endpoint_;
   zmq::context_t context_;
   zmq::socket_t socket_;
+  zmq::socket_t monitor_;  // events of socket_
   zmq::message_t frame_;
+  bool connected_ = false;
 };
 
 }  // namespace acus::client

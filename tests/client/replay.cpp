@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The acus-replay program against a scripted peer: what it writes, prints and returns.
+#include <doctest/doctest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "tests/client/mock_server.h"
+
+using acus::test::MockScript;
+using acus::test::MockServer;
+
+namespace {
+
+struct Outcome {
+  int status = -1;
+  std::string output;  // stdout and stderr
+};
+
+// A folder with a short trajectory (0.2 s, one needle), gone with the test.
+class Workplace {
+ public:
+  Workplace() : folder_(std::filesystem::temp_directory_path() / ("acus_replay_" + std::to_string(::getpid()))) {
+    std::filesystem::create_directories(folder_);
+    std::ofstream(path("motion.csv")) << "t,needle,x,y,z,qw,qx,qy,qz,spin\n"
+                                         "0,needle,0,0,0,1,0,0,0,0\n"
+                                         "0.2,needle,0,0,-0.05,1,0,0,0,1\n";
+  }
+  ~Workplace() { std::filesystem::remove_all(folder_); }
+  Workplace(const Workplace&) = delete;
+  Workplace& operator=(const Workplace&) = delete;
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  std::string read(const std::string& name) const {
+    std::ifstream file(path(name));
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+  Outcome replay(const MockServer& server, const std::string& arguments = "", const std::string& motion = "motion.csv",
+                 double timeout_s = 20) const {
+    const std::string command = "timeout 100 " ACUS_BINARY_DIR "/acus-replay '" + path(motion) + "' --commands " +
+                                server.commands() + " --states " + server.states() + " --timeout " +
+                                std::to_string(timeout_s) + " " + arguments + " 2>&1";
+    Outcome outcome;
+    FILE* pipe = popen(command.c_str(), "r");
+    REQUIRE(pipe != nullptr);
+    std::array<char, 4096> buffer{};
+    while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
+      outcome.output.append(buffer.data(), count);
+    }
+    const int status = pclose(pipe);
+    outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return outcome;
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+MockScript lockstep_script() {
+  MockScript script;
+  script.lockstep = true;
+  return script;
+}
+
+}  // namespace
+
+TEST_CASE("a replay in real time sends its poses, writes its states, shuts the server down and returns 0") {
+  const Workplace here;
+  MockServer server;
+  const auto outcome = here.replay(server, "--shutdown --out " + here.path("run.csv"));
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+  CHECK(contains(outcome.output, ", 0 lost"));
+  CHECK(contains(outcome.output, "deepest 50.0 mm; peak axial resistance 0.050 N going in"));
+  CHECK(contains(here.read("run.csv"), ",received_s\n"));
+  CHECK(contains(here.read("run.events.csv"), ",puncture,"));
+  CHECK(server.poses() > 0);
+}
+
+TEST_CASE("poses leave at the rate that was asked for, numbered after those of the last client") {
+  const Workplace here;
+  MockScript script;
+  script.first_seq = 700;
+  MockServer server(script);
+  const auto outcome = here.replay(server, "--rate 10 --out " + here.path("run.csv"));
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+  CHECK(server.poses() <= 3);  // at 0, 0.1 and 0.2 s; a busy machine skips some
+  CHECK(contains(here.read("run.csv"), ",needle,703,"));
+}
+
+TEST_CASE("a replay in lockstep sends one pose per tick, twice with the same bytes") {
+  const Workplace here;
+  for (const char* name : {"a.csv", "b.csv"}) {
+    MockServer server(lockstep_script());
+    const auto outcome = here.replay(server, "--lockstep --shutdown --out " + here.path(name));
+    INFO(outcome.output);
+    CHECK(outcome.status == 0);
+    CHECK(server.poses() == 41);  // 0.2 s at 200 Hz, both ends included
+    CHECK(server.ticks() == 42);  // and one before the first pose
+  }
+  CHECK(here.read("a.csv") == here.read("b.csv"));
+  CHECK(here.read("a.events.csv") == here.read("b.events.csv"));
+}
+
+TEST_CASE("a slower pose rate holds in lockstep, too") {
+  const Workplace here;
+  MockServer server(lockstep_script());
+  const auto outcome = here.replay(server, "--lockstep --rate 50");
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+  CHECK(server.poses() == 11);
+}
+
+TEST_CASE("a server that comes later is waited for, a paused one is resumed") {
+  const Workplace here;
+  MockScript script;
+  script.paused = true;
+  MockServer server(script, 500);
+  const auto outcome = here.replay(server);
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+}
+
+TEST_CASE("a trajectory for another scene is refused with the names of the needles") {
+  const Workplace here;
+  MockScript script;
+  script.needles = {"left", "right"};
+  MockServer server(script);
+  const auto outcome = here.replay(server);
+  CHECK(outcome.status == 1);
+  CHECK(contains(outcome.output, "moves needle 'needle', but scene 'mock scene' has 'left', 'right'"));
+}
+
+TEST_CASE("the clock modes of both sides must agree") {
+  const Workplace here;
+  MockServer real_time;
+  CHECK(here.replay(real_time, "--lockstep").status == 1);
+  MockServer lockstep(lockstep_script());
+  CHECK(here.replay(lockstep).status == 1);
+}
+
+TEST_CASE("bad arguments and files return 1") {
+  const Workplace here;
+  MockServer server;
+  CHECK(here.replay(server, "--nonsense").status == 1);
+  CHECK(here.replay(server, "", "missing.csv").status == 1);
+  CHECK(here.replay(server, "--out /nowhere/run.csv").status == 1);
+}
+
+TEST_CASE("a server that rejects poses returns 2") {
+  const Workplace here;
+  for (const bool lockstep : {false, true}) {
+    MockScript script;
+    script.lockstep = lockstep;
+    script.rejects_poses = true;
+    MockServer server(script);
+    const auto outcome = here.replay(server, lockstep ? "--lockstep" : "");
+    INFO(outcome.output);
+    CHECK(outcome.status == 2);
+    CHECK(contains(outcome.output, "refused 'pose' (bad_value)"));
+  }
+}
+
+TEST_CASE("a server that is not there, says nothing, or ends in the middle returns 3") {
+  const Workplace here;
+  MockScript mute;
+  mute.mute = true;
+  MockServer silent(mute);
+  CHECK(here.replay(silent, "", "motion.csv", 0.3).status == 3);
+
+  for (const bool lockstep : {false, true}) {
+    MockScript script;
+    script.lockstep = lockstep;
+    script.last_tick = 20;
+    MockServer server(script);
+    const auto outcome =
+        here.replay(server, (lockstep ? "--lockstep --out " : "--out ") + here.path("run.csv"), "motion.csv", 1);
+    INFO(outcome.output);
+    CHECK(outcome.status == 3);
+    if (lockstep) CHECK(contains(here.read("run.csv"), "\n1,19,"));  // what came until then is kept
+  }
+}
+
+TEST_CASE("a world that starts anew in the middle returns 3") {
+  const Workplace here;
+  MockScript script;
+  script.lockstep = true;
+  script.reset_tick = 20;
+  MockServer server(script);
+  const auto outcome = here.replay(server, "--lockstep");
+  INFO(outcome.output);
+  CHECK(outcome.status == 3);
+  CHECK(contains(outcome.output, "the world of this run is gone"));
+}
+
+TEST_CASE("lost states return 4 and are counted") {
+  const Workplace here;
+  MockScript script;
+  script.lossy_pose = 3;
+  MockServer server(script);
+  const auto outcome = here.replay(server);
+  INFO(outcome.output);
+  CHECK(outcome.status == 4);
+  CHECK(contains(outcome.output, ", 1 lost"));
+}
+
+TEST_CASE("another version of the protocol returns 5") {
+  const Workplace here;
+  MockScript script;
+  script.version = 2;
+  MockServer server(script);
+  CHECK(here.replay(server).status == 5);
+}

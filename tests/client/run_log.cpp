@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/run_log.h"
+
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+using acus::client::LogError;
+using acus::client::RunLog;
+
+namespace {
+
+std::vector<std::string> lines_of(const std::string& path) {
+  std::ifstream file(path);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(file, line);) lines.push_back(line);
+  return lines;
+}
+
+struct TemporaryFolder {
+  std::filesystem::path path = std::filesystem::temp_directory_path() / ("acus_run_log_" + std::to_string(::getpid()));
+  TemporaryFolder() { std::filesystem::create_directories(path); }
+  ~TemporaryFolder() { std::filesystem::remove_all(path); }
+};
+
+}  // namespace
+
+TEST_CASE("a row per force state with units in the header, events beside it") {
+  const TemporaryFolder folder;
+  RunLog log((folder.path / "run.csv").string(), true);
+  acus::protocol::Force force;
+  force.tick = 3;
+  force.needle = "left, bent";
+  force.phase = acus::protocol::Phase::inside;
+  force.base_force = {0.1, -2, 1e-20};
+  log.write(force, 0.25);
+  acus::protocol::Event event;
+  event.kind = acus::protocol::EventKind::puncture;
+  event.force = 0.97;
+  log.write(event);
+  log.close();
+
+  const auto forces = lines_of(log.path());
+  REQUIRE(forces.size() == 2);
+  for (const char* column :
+       {"epoch,tick,time_s,needle,seq,age_s,phase,depth_m,base_position_x_m,", "base_orientation_w,base_orientation_x,",
+        ",spin_rad,", ",base_force_x_N,base_force_y_N,", ",base_torque_in_base_z_Nm,", ",flags,received_s"}) {
+    CHECK_MESSAGE(forces[0].find(column) != std::string::npos, column);
+  }
+  CHECK(forces[1].find("\"left, bent\"") != std::string::npos);
+  CHECK(forces[1].find(",inside,") != std::string::npos);
+  CHECK(forces[1].find(",0.1,-2,1e-20,") != std::string::npos);
+  CHECK(forces[1].substr(forces[1].rfind(',')) == ",0.25");
+  CHECK(std::count(forces[0].begin(), forces[0].end(), ',') + 1 == std::count(forces[1].begin(), forces[1].end(), ','));
+
+  const auto events = lines_of((folder.path / "run.events.csv").string());
+  REQUIRE(events.size() == 2);
+  CHECK(events[0] == "epoch,tick,time_s,needle,kind,position_x_m,position_y_m,position_z_m,force_N");
+  CHECK(events[1] == "0,0,0,,puncture,0,0,0,0.97");
+}
+
+TEST_CASE("without wall time the rows hold nothing but the simulation") {
+  const TemporaryFolder folder;
+  RunLog log((folder.path / "run.csv").string(), false);
+  log.close();
+  CHECK(lines_of(log.path()).at(0).find("received_s") == std::string::npos);
+}
+
+TEST_CASE("a log that cannot be written says which file") {
+  CHECK_THROWS_WITH_AS(RunLog("/nowhere/run.csv", true), "/nowhere/run.csv: cannot be written; does its folder exist?",
+                       LogError);
+}
