@@ -149,9 +149,11 @@ class Reader {
   template <class Value>
   void read_entries(const YAML::Node& node, const std::string& path, std::vector<Value>& list, const Range& range) {
     if (!node.IsSequence()) fail(path, "expected a list, " + describe_found(node));
+    if (static_cast<double>(node.size()) > range.max) {
+      fail(path, "expected a list of at most " + format_number(range.max) + " entries, " + describe_found(node));
+    }
     list.clear();
-    const std::size_t limit = static_cast<std::size_t>(range.max) + 1;  // one too many, for validate() to find
-    for (std::size_t i = 0; i < std::min(node.size(), limit); ++i) {
+    for (std::size_t i = 0; i < node.size(); ++i) {
       mark(child_path(path, i), node[i].Mark());
       read_entry(node[i], child_path(path, i), list.emplace_back(), range);
     }
