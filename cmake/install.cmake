@@ -1,0 +1,29 @@
+# Installs the programs, the scenes, and the protocol and client libraries for find_package(acus), which offers
+# acus::protocol and acus::client. Headers are included as in the sources: "client/client.h" from include/acus.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(acus_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/acus)
+
+install(TARGETS acus_protocol acus_client EXPORT acus_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(DIRECTORY protocol client DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/acus
+        FILES_MATCHING PATTERN "*.h" PATTERN "socket.h" EXCLUDE)
+install(EXPORT acus_targets NAMESPACE acus:: FILE acusTargets.cmake DESTINATION ${acus_package_dir})
+
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/acusConfig.cmake.in ${PROJECT_BINARY_DIR}/acusConfig.cmake
+                              INSTALL_DESTINATION ${acus_package_dir})
+# Until version 1.0 a minor version may break what stands before it.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/acusConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/acusConfig.cmake ${PROJECT_BINARY_DIR}/acusConfigVersion.cmake
+        DESTINATION ${acus_package_dir})
+
+install(TARGETS acus-replay RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(PROGRAMS client/plot DESTINATION ${CMAKE_INSTALL_BINDIR} RENAME acus-plot)
+if(TARGET acus-server)
+  install(TARGETS acus-server RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/scenes)
+endif()
+
+install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
+install(FILES client/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE.client-and-protocol)
+install(FILES protocol/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME protocol.md OPTIONAL)
