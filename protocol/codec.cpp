@@ -41,12 +41,27 @@ struct StringSink {
   std::string& bytes;
   void write(const char* data, std::size_t size) { bytes.append(data, size); }
 };
-using Packer = msgpack::packer<StringSink>;
 
-void pack_text(Packer& packer, std::string_view text) {
-  packer.pack_str(static_cast<std::uint32_t>(text.size()));
-  packer.pack_str_body(text.data(), static_cast<std::uint32_t>(text.size()));
-}
+class Packer : public msgpack::packer<StringSink> {
+ public:
+  explicit Packer(StringSink& sink) : msgpack::packer<StringSink>(sink), sink_(sink) {}
+
+  void pack_text(std::string_view text) {
+    pack_str(static_cast<std::uint32_t>(text.size()));
+    pack_str_body(text.data(), static_cast<std::uint32_t>(text.size()));
+  }
+
+  // Always as float64: the base class would turn whole numbers into integers, and -0 into 0.
+  void pack_number(double value) {
+    std::uint64_t bits = std::bit_cast<std::uint64_t>(value);
+    char bytes[9] = {'\xcb'};
+    for (int i = 8; i > 0; --i, bits >>= 8) bytes[i] = static_cast<char>(bits & 0xff);
+    sink_.write(bytes, sizeof bytes);
+  }
+
+ private:
+  StringSink& sink_;
+};
 
 template <class T>
 void pack_map_fields(Packer& packer, const T& fielded);
@@ -54,17 +69,19 @@ void pack_map_fields(Packer& packer, const T& fielded);
 template <class T>
 void pack_value(Packer& packer, const T& value) {
   if constexpr (std::is_enum_v<T>) {
-    pack_text(packer, name_of(value));
+    packer.pack_text(name_of(value));
+  } else if constexpr (std::is_floating_point_v<T>) {
+    packer.pack_number(value);
   } else if constexpr (std::is_arithmetic_v<T>) {
     packer.pack(value);
   } else if constexpr (std::is_same_v<T, std::string>) {
-    pack_text(packer, value);
+    packer.pack_text(value);
   } else if constexpr (std::is_same_v<T, Vector3>) {
     packer.pack_array(3);
-    for (double x : value) packer.pack(x);
+    for (double x : value) packer.pack_number(x);
   } else if constexpr (std::is_same_v<T, Quaternion>) {
     packer.pack_array(4);
-    for (double x : {value.w, value.x, value.y, value.z}) packer.pack(x);
+    for (double x : {value.w, value.x, value.y, value.z}) packer.pack_number(x);
   } else if constexpr (kIsVector<T>) {
     using Element = typename T::value_type;
     if constexpr (std::is_arithmetic_v<Element>) {
@@ -88,7 +105,7 @@ struct PackField {
     if constexpr (kIsOptional<T>) {
       if (value) (*this)(name, *value);
     } else {
-      pack_text(packer, name);
+      packer.pack_text(name);
       pack_value(packer, value);
     }
   }

@@ -70,6 +70,19 @@ TEST_CASE("a message is one map that opens with version and type") {
   CHECK(map.via.map.ptr[5].val.as<std::vector<double>>() == std::vector<double>{1, 2, 3});
 }
 
+TEST_CASE("numbers are float64 on the wire even when they are whole") {
+  Spin spin;
+  spin.spin = 2;
+  const std::string bytes = encode(spin);
+  const msgpack::object_handle handle = msgpack::unpack(bytes.data(), bytes.size());
+  const msgpack::object_map& map = handle.get().via.map;
+  CHECK(map.ptr[map.size - 1].val.type == msgpack::type::FLOAT64);
+  CHECK(map.ptr[map.size - 1].val.via.f64 == 2);
+
+  spin.spin = -0.0;
+  CHECK(std::signbit(std::get<Spin>(decode_command(encode(spin))).spin));
+}
+
 TEST_CASE("a quaternion close to unit length is normalised") {
   Pose pose;
   pose.orientation = {1.0009, 0, 0, 0};
