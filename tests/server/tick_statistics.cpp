@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/tick_statistics.h"
+
+#include <doctest/doctest.h>
+
+namespace acus {
+
+TEST_CASE("quantiles of tick times, the worst of everything else, and a fresh start after each period") {
+  TickStatistics statistics;
+  for (int i = 100; i >= 0; --i) {
+    TickRecord tick;
+    tick.seconds = i * 1e-3;
+    tick.sweeps = i;
+    tick.residual = 100 - i;
+    if (i == 50) tick.flags = kPathFull;
+    statistics.add(tick);
+  }
+  const protocol::Stats stats = statistics.take();
+  CHECK(stats.ticks == 101);
+  CHECK(stats.tick_p50 == doctest::Approx(0.050));
+  CHECK(stats.tick_p99 == doctest::Approx(0.099));
+  CHECK(stats.tick_max == doctest::Approx(0.100));
+  CHECK(stats.sweeps == 100);
+  CHECK(stats.residual == 100);
+  CHECK(stats.flags == kPathFull);
+
+  const protocol::Stats empty = statistics.take();
+  CHECK(empty.ticks == 0);
+  CHECK(empty.tick_p50 == 0);
+  CHECK(empty.tick_max == 0);
+}
+
+}  // namespace acus
