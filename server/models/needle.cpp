@@ -228,6 +228,12 @@ double NeedleMotion::correct(std::span<const double> lambda) {
   return largest;
 }
 
+Vector3 NeedleMotion::inertia_less_weight(const NeedleState& state) const {
+  Vector3 sum = Vector3::Zero();
+  for (int i = 0; i < model_.nodes(); ++i) sum += inertia_force(state, i).head<3>();
+  return sum;
+}
+
 void NeedleMotion::commit(NeedleState& state) const {
   for (int i = 0; i < model_.nodes(); ++i) {
     state.v.col(i).head<3>() = (shape_.x.col(i) - state.x.col(i)) / h_;

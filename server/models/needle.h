@@ -100,6 +100,10 @@ class NeedleMotion {
   // Holder on needle at node 0 (N, N m, world), valid after correct().
   const Vector6& base_reaction() const { return reaction_; }
 
+  // Sum over the nodes of inertia and mass-proportional drag less weight (N), of the tick that commit() will end. The
+  // base's reaction and the forces of the laws add up to it.
+  Vector3 inertia_less_weight(const NeedleState& state) const;
+
   // Takes the configuration over into the state.
   void commit(NeedleState& state) const;
   bool finite() const;

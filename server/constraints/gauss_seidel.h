@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Gauss-Seidel over the laws (Duriez et al. 2009, section 3, eq. 6): each row in turn moves to where its law's graph
+// meets its line, the others frozen, until no law is violated by more than the tolerance.
+//
+// Departure from the paper: the bilateral rows B (tip and shaft path) are eliminated first, by a Cholesky factorisation
+// of their block, and the sweeps run over the other rows I with
+//
+//   S = W_II - W_IB W_BB⁻¹ W_BI,    delta_bar = delta_free_I - W_IB W_BB⁻¹ delta_free_B,
+//   lambda_B = -W_BB⁻¹ (delta_free_B + W_BI lambda_I).
+//
+// A stiff needle couples the bilateral rows of neighbouring points so tightly that sweeping over them needs hundreds of
+// sweeps and more with every point; the remaining rows are few and nearly independent. To stay factorisable when points
+// are closer than mesh and beams can tell apart, W_BB gets kRegularization of its mean diagonal added.
+//
+// The violation of a row is the force by which it would still move, |lambda - law_force(...)| (N), on the full W: it
+// measures the laws themselves, not the progress of the iteration. Starts from the lambda it is given.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/constraints/laws.h"
+#include "server/math/types.h"
+
+namespace acus {
+
+struct SolverResult {
+  bool converged = false;
+  int sweeps = 0;
+  double residual = 0;  // N, largest violation at the end
+};
+
+// The largest violation (N) of the laws by lambda with its delta = W lambda + delta_free.
+double law_residual(const MatrixX& W, std::span<const Law> laws, std::span<const double> lambda,
+                    std::span<const double> delta);
+
+class GaussSeidel {
+ public:
+  static constexpr double kRegularization = 1e-9;
+
+  explicit GaussSeidel(int capacity);
+
+  // W: symmetric (m/N), positive diagonal, rows x rows in its top left corner, rows <= capacity. delta_free (m) and
+  // lambda (N) have one entry per law; delta returns W lambda + delta_free.
+  SolverResult solve(const MatrixX& W, std::span<const Law> laws, std::span<const double> delta_free, int max_sweeps,
+                     double tolerance, std::span<double> lambda, std::span<double> delta);
+
+ private:
+  void split(std::span<const Law> laws);
+  void eliminate(const MatrixX& W, std::span<const Law> laws, std::span<const double> delta_free);
+
+  std::vector<int> bilateral_, others_;  // rows of W
+  std::vector<Law> laws_;                // of the others, normal_row in their own numbering
+  std::vector<int> place_;               // row of W -> index in others_
+  std::vector<double> lambda_, delta_;   // of the others
+  MatrixX block_;                        // Cholesky factor of W_BB
+  MatrixX coupling_;                     // L⁻¹ W_BI
+  MatrixX schur_;                        // S
+  VectorX free_bilateral_;               // L⁻¹ delta_free_B
+  VectorX free_others_;                  // delta_bar
+};
+
+}  // namespace acus

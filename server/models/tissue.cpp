@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/models/tissue.h"
+
+#include <algorithm>
+
+namespace acus {
+
+namespace {
+
+TetrahedronShape<double> make_element(const TetrahedralMesh& mesh, int t, const Material& material) {
+  const auto& node = mesh.tetrahedra[static_cast<std::size_t>(t)];
+  Matrix3 edges;
+  for (int k = 0; k < 3; ++k) edges.col(k) = mesh.nodes.col(node[k + 1]) - mesh.nodes.col(node[0]);
+  const Matrix3 gradient = edges.inverse();  // row k is grad N_{k+1}
+  TetrahedronShape<double> shape;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) shape.gradient[i][j] = gradient(i, j);
+  shape.volume = edges.determinant() / 6;
+  const double e = material.young_modulus, nu = material.poisson_ratio;
+  shape.mu = e / (2 * (1 + nu));
+  shape.lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
+  return shape;
+}
+
+void fill_lane(ElementBatch& batch, int lane, const TetrahedronShape<double>& s, const std::array<int, 4>& nodes) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) batch.shape.gradient[i][j][lane] = s.gradient[i][j];
+  batch.shape.volume[lane] = s.volume;
+  batch.shape.mu[lane] = s.mu;
+  batch.shape.lambda[lane] = s.lambda;
+  for (int k = 0; k < 4; ++k) batch.nodes[k][lane] = nodes[k];
+}
+
+std::vector<ElementBatch> make_batches(const TissueModel& model) {
+  const int count = model.mesh->tetrahedron_count();
+  std::vector<ElementBatch> batches(static_cast<std::size_t>((count + kLanes - 1) / kLanes));
+  for (int i = 0; i < static_cast<int>(batches.size()) * kLanes; ++i) {
+    const int t = std::min(i, count - 1);
+    TetrahedronShape<double> shape = model.elements[t];
+    if (i != t) shape.volume = 0;
+    fill_lane(batches[i / kLanes], i % kLanes, shape, model.mesh->tetrahedra[t]);
+  }
+  return batches;
+}
+
+void gather(const Matrix3X& x, const std::array<int, 4>& nodes, double (&out)[4][3]) {
+  for (int k = 0; k < 4; ++k)
+    for (int i = 0; i < 3; ++i) out[k][i] = x(i, nodes[k]);
+}
+
+}  // namespace
+
+TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> region_of,
+                              std::span<const Material> materials, const std::vector<bool>& fixed,
+                              const Vector3& gravity) {
+  TissueModel model;
+  model.mesh = &mesh;
+  model.gravity = gravity;
+  model.mass.setZero(mesh.node_count());
+  model.mass_damping.setZero(mesh.node_count());
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
+    const Material& material = materials[region_of[t]];
+    model.elements.push_back(make_element(mesh, t, material));
+    model.rayleigh_stiffness.push_back(material.rayleigh_stiffness);
+    const double quarter = material.density * model.elements.back().volume / 4;
+    for (int node : mesh.tetrahedra[t]) {
+      model.mass[node] += quarter;
+      model.mass_damping[node] += material.rayleigh_mass * quarter;
+    }
+  }
+  model.batches = make_batches(model);
+  model.free_index.assign(static_cast<std::size_t>(mesh.node_count()), -1);
+  for (int i = 0; i < mesh.node_count(); ++i) {
+    if (fixed[i]) continue;
+    model.free_index[i] = static_cast<int>(model.free_nodes.size());
+    model.free_nodes.push_back(i);
+  }
+  return model;
+}
+
+TissueState make_tissue_state(const TissueModel& model) {
+  return {model.mesh->nodes, Matrix3X::Zero(3, model.nodes())};
+}
+
+void ElementRotations::reset(const TissueModel& model) {
+  batches.resize(model.batches.size());
+  for (Batch& b : batches) {
+    b.q[0] = Lanes{} + 1.0;
+    b.q[1] = b.q[2] = b.q[3] = Lanes{};
+  }
+}
+
+void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces) {
+  forces.setZero();
+  const double* position = x.data();
+  double* total = forces.data();
+  for (std::size_t b = 0; b < model.batches.size(); ++b) {
+    const ElementBatch& batch = model.batches[b];
+    Lanes local[4][3], force[4][3];
+    for (int k = 0; k < 4; ++k)
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const double* p = position + 3 * batch.nodes[k][lane];
+        for (int i = 0; i < 3; ++i) local[k][i][lane] = p[i];
+      }
+    corotational_forces(batch.shape, local, rotations.batches[b].q, force);
+    for (int k = 0; k < 4; ++k)
+      for (int lane = 0; lane < kLanes; ++lane) {
+        double* f = total + 3 * batch.nodes[k][lane];
+        for (int i = 0; i < 3; ++i) f[i] += force[k][i][lane];
+      }
+  }
+}
+
+double elastic_energy(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations) {
+  double energy = 0;
+  for (int t = 0; t < model.mesh->tetrahedron_count(); ++t) {
+    double local[4][3], q[4];
+    gather(x, model.mesh->tetrahedra[t], local);
+    rotations.element(t, q);
+    energy += corotational_energy(model.elements[t], local, q);
+  }
+  return energy;
+}
+
+void node_rotations(const TissueModel& model, const ElementRotations& rotations, Matrix4X& q) {
+  q.setZero();
+  double* total = q.data();
+  for (std::size_t b = 0; b < model.batches.size(); ++b) {
+    const ElementBatch& batch = model.batches[b];
+    Lanes weighted[4];
+    for (int c = 0; c < 4; ++c) weighted[c] = batch.shape.volume * rotations.batches[b].q[c];
+    for (int k = 0; k < 4; ++k)
+      for (int lane = 0; lane < kLanes; ++lane) {
+        double* sum = total + 4 * batch.nodes[k][lane];
+        for (int c = 0; c < 4; ++c) sum[c] += weighted[c][lane];
+      }
+  }
+  for (int i = 0; i < model.nodes(); ++i) {
+    const double norm = q.col(i).norm();
+    if (norm > 0) {
+      q.col(i) /= norm;
+    } else {
+      q.col(i) = Eigen::Vector4d(1, 0, 0, 0);
+    }
+  }
+}
+
+SparseMatrix assemble(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations, Tangent tangent,
+                      const MatrixFactors& factors) {
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(model.elements.size() * 78 + static_cast<std::size_t>(model.unknowns()));
+  const Matrix3X& where = tangent == Tangent::rest ? model.mesh->nodes : x;
+  for (int t = 0; t < model.mesh->tetrahedron_count(); ++t) {
+    const auto& nodes = model.mesh->tetrahedra[t];
+    double local[4][3], q[4] = {1, 0, 0, 0};
+    gather(where, nodes, local);
+    if (tangent != Tangent::rest) rotations.element(t, q);
+    const Eigen::Matrix<double, 12, 12> k =
+        (factors.stiffness + factors.stiffness_damping * model.rayleigh_stiffness[t]) *
+        corotational_tangent(model.elements[t], local, q, tangent == Tangent::exact);
+    for (int a = 0; a < 12; ++a)
+      for (int b = 0; b < 12; ++b) {
+        const int fa = model.free_index[nodes[a / 3]], fb = model.free_index[nodes[b / 3]];
+        if (fa < 0 || fb < 0) continue;
+        const int row = 3 * fa + a % 3, column = 3 * fb + b % 3;
+        if (row >= column) entries.emplace_back(row, column, k(a, b));
+      }
+  }
+  for (std::size_t f = 0; f < model.free_nodes.size(); ++f) {
+    const int node = model.free_nodes[f];
+    const double d = factors.mass * model.mass[node] + factors.mass_damping * model.mass_damping[node];
+    for (int i = 0; i < 3; ++i) entries.emplace_back(static_cast<int>(3 * f) + i, static_cast<int>(3 * f) + i, d);
+  }
+  SparseMatrix matrix(model.unknowns(), model.unknowns());
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+}  // namespace acus

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One tick of the tissue: backward Euler, linearised about x_k,
+//
+//   A dx = -g(x_k) + Hᵀ lambda
+//   g(x) = M((x - x_n)/h - v_n)/h + f(x) + B (x - x_n)/h - p
+//
+// Rung `warped`: A = R A0 Rᵀ with the rest matrix A0 = M/h² + B0/h + K0 factorised once and R the nodes' rotations; one
+// linearisation a tick, exact forces f, so the resting shape is that of the corotational model itself. Residual and
+// rows are turned into the rest frame (R ᵀ), the answer back.
+// Rung `exact`: A = M/h² + B/h + K(x_k) reassembled and refactorised at every call, K the exact Hessian (R K0 Rᵀ where
+// that is indefinite), B = alpha M + beta R K0 Rᵀ at the start of the tick; the caller repeats to convergence.
+//
+// Rows are handled as in NeedleMotion: y = L⁻¹ (-g), W_t from the corridor's Gram matrix, dx = L⁻ᵀ (y + Y lambda).
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "server/models/corridor.h"
+#include "server/models/tissue.h"
+
+namespace acus {
+
+enum class TissueMatrix { fixed, refactorized };
+
+// A point of the tissue's material: a tetrahedron and the weights of its four nodes.
+struct MaterialPoint {
+  int tetrahedron = -1;
+  Eigen::Vector4d weights = Eigen::Vector4d::Zero();
+};
+
+inline Vector3 material_position(const TetrahedralMesh& mesh, const Matrix3X& x, const MaterialPoint& p) {
+  const auto& nodes = mesh.tetrahedra[static_cast<std::size_t>(p.tetrahedron)];
+  Vector3 position = Vector3::Zero();
+  for (int k = 0; k < 4; ++k) position += p.weights[k] * x.col(nodes[k]);
+  return position;
+}
+
+// A point between two material points, (1 - u) a + u b; b is not looked at where u is 0.
+struct TissuePoint {
+  MaterialPoint a, b;
+  double u = 0;
+};
+
+inline Vector3 tissue_position(const TetrahedralMesh& mesh, const Matrix3X& x, const TissuePoint& p) {
+  const Vector3 at_a = material_position(mesh, x, p.a);
+  return p.u == 0 ? at_a : Vector3((1 - p.u) * at_a + p.u * material_position(mesh, x, p.b));
+}
+
+class TissueMotion {
+ public:
+  // `max_nodes`: the most nodes that rows of one tick touch. Throws std::runtime_error if the factorisation fails.
+  TissueMotion(const TissueModel& model, double h, TissueMatrix matrix, int max_rows, int max_nodes);
+
+  void begin(const TissueState& state);
+
+  // True unless an indefinite Hessian was replaced.
+  bool linearize(const TissueState& state);
+
+  void clear_rows();
+  // Adds a row whose unit force acts on the tissue as `force` at a point; -1 if the corridor is full.
+  int add_row(const TissuePoint& point, const Vector3& force);
+  double compliance(int row_a, int row_b) const;
+  double free_displacement(int row) const;
+
+  // Solves with the rows' forces (N), moves x_k and returns the largest change of a coordinate (m).
+  double correct(std::span<const double> lambda);
+  void commit(TissueState& state);
+  bool finite() const { return x_.allFinite(); }
+
+  const Matrix3X& x() const { return x_; }  // x_k (m)
+  std::size_t factor_entries() const { return factor_.factor_entries(); }
+
+  // Forget everything that a run has left behind (rotations, corridor).
+  void reset();
+
+  // Sums for the balance of forces (N, world). The elastic part of the supports' force is known only at the next
+  // linearize(), which evaluates the elements there; balance() then speaks of the tick before.
+  struct Balance {
+    Vector3 support = Vector3::Zero();  // by the fixed nodes' supports on the tissue
+    Vector3 weight = Vector3::Zero();   // of the free nodes
+    Vector3 inertia = Vector3::Zero();  // M a and mass-proportional drag of the free nodes
+  };
+  const Balance& balance() const { return balance_; }
+
+ private:
+  struct Row {
+    int parts = 0;      // free nodes that it acts on
+    int slot[8];
+    Vector3 force[8];   // in the factor's frame
+    Vector3 on_fixed;   // sum of the parts on fixed nodes, world
+  };
+
+  bool add_part(Row& row, const MaterialPoint& point, const Vector3& force);
+  void evaluate(const TissueState& state);
+  bool refactorize();
+  void turn_to_rest(Matrix3X& vectors) const;
+  Quaternion rotation(int node) const {
+    return {rotations_(0, node), rotations_(1, node), rotations_(2, node), rotations_(3, node)};
+  }
+
+  const TissueModel& model_;
+  double h_;
+  TissueMatrix matrix_;
+  SparseCholesky factor_;
+  Corridor corridor_;
+  SparseMatrix damping_;                 // refactorized: beta K of this tick, lower triangle
+  Eigen::Matrix<double, 3, Eigen::Dynamic> damping_sums_;  // fixed: sum over free rows of beta K0, per unknown
+  Matrix3X x_;                           // x_k
+  Matrix3X elastic_;                     // dPsi/dx at x_k
+  Matrix3X residual_;                    // -g, zero at fixed nodes
+  ElementRotations element_rotations_;
+  Matrix4X rotations_;                   // fixed: of the nodes
+  VectorX y_;
+  VectorX unknowns_;                     // scratch, in unknown order
+  std::vector<Row> rows_;
+  int row_count_ = 0;
+  MatrixX gram_rows_;                    // G S per row: 3 slots x rows
+  VectorX slot_forces_;
+  bool first_iteration_ = true;
+  Vector3 pending_support_ = Vector3::Zero();  // support force of the last tick but for its elastic part
+  Balance pending_;
+  Balance balance_;
+  Vector3 lambda_on_fixed_ = Vector3::Zero();
+};
+
+}  // namespace acus

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/base_motion.h"
+
+#include <cmath>
+
+#include "server/math/rotation.h"
+
+namespace acus {
+
+namespace {
+
+double length(double x) { return std::abs(x); }
+double length(const Vector3& x) { return x.norm(); }
+
+// One tick of the follower for the distance e = x - target; returns the step of x and updates the velocity.
+template <class Value>
+Value follow(const Value& e, Value& velocity, double tau, double max_speed, double h) {
+  Value step;
+  if (tau > 0) {
+    // e(t) = (e0 + (v0 + e0/tau) t) exp(-t/tau)
+    const Value slope = velocity + e / tau;
+    const double decay = std::exp(-h / tau);
+    step = (e + slope * h) * decay - e;
+    velocity = (velocity - slope * (h / tau)) * decay;
+  } else {
+    step = -e;
+    velocity = step / h;
+  }
+  const double size = length(step);
+  if (size > max_speed * h) {
+    step *= max_speed * h / size;
+    velocity = step / h;
+  }
+  return step;
+}
+
+}  // namespace
+
+BaseMotion::BaseMotion(const Needle& parameters, double h) : parameters_(parameters), h_(h) { reset(); }
+
+void BaseMotion::reset() {
+  pending_.reset();
+  target_ = pose_ = parameters_.base;
+  target_spin_ = spin_ = spin_velocity_ = 0;
+  velocity_.setZero();
+  angular_velocity_.setZero();
+  seq_ = command_tick_ = 0;
+}
+
+Pose BaseMotion::advance(std::uint64_t tick) {
+  if (pending_) {
+    if (pending_->pose) target_ = *pending_->pose;
+    if (pending_->spin) target_spin_ = *pending_->spin;
+    seq_ = pending_->seq;
+    command_tick_ = tick;
+    pending_.reset();
+  }
+  const double tau = parameters_.smoothing;
+  pose_.position +=
+      follow<Vector3>(pose_.position - target_.position, velocity_, tau, parameters_.max_speed, h_);
+  const Vector3 turned = rotation_log(pose_.orientation * target_.orientation.conjugate());
+  const Vector3 turn = follow<Vector3>(turned, angular_velocity_, tau, parameters_.max_angular_speed, h_);
+  // turned and the step share an axis but for what is left of an earlier motion; compose exactly.
+  pose_.orientation = (rotation_exp(turned + turn) * target_.orientation).normalized();
+  spin_ += follow<double>(spin_ - target_spin_, spin_velocity_, tau, parameters_.max_spin_speed, h_);
+  return {pose_.position, (pose_.orientation * rotation_exp({spin_, 0, 0})).normalized()};
+}
+
+}  // namespace acus

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How a needle's base follows its commands. Commands arrive in steps, at the client's rate and with the network's
+// jitter; the base follows the newest one as a critically damped second-order system of time constant tau,
+//
+//   tau² x'' + 2 tau x' + (x - target) = 0,
+//
+// solved exactly over a tick for a target that stands still in it, so the motion does not depend on h but through the
+// sampling of the targets. It comes to rest at the target without overshoot and lags behind a steady motion by 2 tau.
+// tau = 0: straight to the target. A speed limit caps the step of every tick. Orientation and spin follow alike;
+// orientation takes the shortest way.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "server/simulation/simulation.h"
+
+namespace acus {
+
+class BaseMotion {
+ public:
+  BaseMotion(const Needle& parameters, double h);
+
+  void reset();
+  void command(const Command& command) { pending_ = command; }
+
+  // One tick; takes the pending command in first. Returns the base's pose with the spin applied.
+  Pose advance(std::uint64_t tick);
+
+  const Pose& pose() const { return pose_; }  // without spin
+  double spin() const { return spin_; }       // rad
+  std::uint64_t command_seq() const { return seq_; }
+  std::uint64_t command_tick() const { return command_tick_; }
+
+ private:
+  const Needle& parameters_;
+  double h_;
+  std::optional<Command> pending_;
+  Pose target_, pose_;
+  double target_spin_ = 0, spin_ = 0;
+  Vector3 velocity_ = Vector3::Zero();          // m/s
+  Vector3 angular_velocity_ = Vector3::Zero();  // rad/s, world
+  double spin_velocity_ = 0;                    // rad/s
+  std::uint64_t seq_ = 0, command_tick_ = 0;
+};
+
+}  // namespace acus

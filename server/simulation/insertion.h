@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One needle's relation to the tissue: where its tip is, which path it is in, which points of that path hold its shaft.
+// Stages 4 (locate), 5 (rows) and 9 (transitions) of the tick for that needle.
+//
+// Outside, the tip has a contact row along the surface normal, capped by f_p, and two rows of contact friction. When
+// the cap is reached the surface gives way and a path is born at the contact point. Inside, the tip has a cutting row
+// against the path's end, capped by f_c, and two lateral rows; every path vertex alongside the shaft has two lateral
+// rows across the path and one friction row along it.
+//
+// The friction threshold of a vertex is l pi d mu p, l the length of needle that the vertex owns: from halfway to its
+// neighbour on one side to halfway on the other, the first from the surface, the last to the tip. The lengths sum to
+// the inserted length at every moment, so that force does not jump when a vertex comes or goes.
+//
+// A tip that is back inside its path lies between the last vertex alongside the shaft, A, and the next one ahead, B (or
+// the path's end). Its lateral rows hold it to (1 - u) A + u B, u the fraction of the way, with softness (1 - u)²: at
+// u = 1 they are the rows that B will have once it is passed, at u = 0, where they would repeat the rows of A with an
+// ever shorter lever, they have faded out. So vertices come and go without a jump, pulling and pushing.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/models/surface.h"
+#include "server/simulation/path.h"
+#include "server/simulation/report.h"
+#include "server/simulation/rows.h"
+#include "server/simulation/scene.h"
+
+namespace acus {
+
+// What a needle sees of the tissue in a tick.
+struct TissueView {
+  const TetrahedralMesh& mesh;
+  const Surface& surface;
+  std::span<const Interaction> interactions;  // per tetrahedron's region
+  std::span<const int> regions;               // per tetrahedron
+  const Matrix3X& x_start;                    // at the start of the tick (m)
+  const Matrix3X& x;                          // x_k
+
+  const Interaction& interaction(const MaterialPoint& p) const { return interactions[regions[p.tetrahedron]]; }
+  Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
+  Vector3 position(const TissuePoint& p) const { return tissue_position(mesh, x, p); }
+  Vector3 start_position(const MaterialPoint& p) const { return material_position(mesh, x_start, p); }
+};
+
+// And of itself.
+struct NeedleView {
+  const NeedleModel& model;
+  const NeedleShape& start;  // at the start of the tick
+  const NeedleShape& shape;  // q_k
+  double h;                  // s
+
+  CurvePoint tip() const { return curve_point(model, shape, model.length); }
+};
+
+class Insertion {
+ public:
+  // Path points that the shaft can hold at once.
+  static int max_points(const Needle& parameters);
+  static int max_rows(const Needle& parameters) { return 3 * max_points(parameters) + 3; }
+
+  // `path_capacity`: vertices that any path can hold.
+  Insertion(int needle, const Needle& parameters, int path_capacity);
+  void reset();
+
+  // Stage 4, once a tick: the contact point or the parameters of the path's points along the needle. May pick an old
+  // path up again at its mouth.
+  void locate(const NeedleView& needle, const TissueView& tissue, std::vector<Path>& paths);
+
+  // Stage 5, at every iteration: rows with their gaps at the current configuration. False if some did not fit.
+  bool build_rows(const NeedleView& needle, const TissueView& tissue, std::span<const Path> paths, Rows& rows);
+
+  // After the solve: remembers forces for the next tick's start and adds them up for the report.
+  void read_forces(const Rows& rows, NeedleReport& report);
+
+  // Stage 9, at the new positions (`needle.shape` and `tissue.x`): puncture, growth of the path, exit, withdrawal.
+  // Returns flags.
+  std::uint32_t transitions(const NeedleView& needle, const TissueView& tissue, std::uint64_t tick,
+                            std::vector<Path>& paths, std::vector<Event>& events);
+
+  Phase phase() const { return phase_; }
+  double inserted_depth() const { return depth_; }  // m
+  const Path* path(std::span<const Path> paths) const { return path_ < 0 ? nullptr : &paths[path_]; }
+
+ private:
+  // What a path vertex remembers from tick to tick.
+  struct Memory {
+    double s = 0;                       // m, where it stands along the needle
+    bool sliding = true;
+    double friction = 0;                // N
+    Vector3 lateral = Vector3::Zero();  // N, world
+  };
+  // A vertex alongside the shaft in this tick.
+  struct ShaftPoint {
+    int vertex;
+    double s;         // m, along the needle
+    double owned;     // m, length of needle that it stands for
+    Vector3 tangent;  // of the path, unit, towards the end
+  };
+  struct TipMemory {
+    double normal = 0;                  // N, contact or cutting
+    Vector3 lateral = Vector3::Zero();  // N, contact friction or tip path
+  };
+
+  void locate_outside(const NeedleView& needle, const TissueView& tissue, std::vector<Path>& paths);
+  void locate_inside(const NeedleView& needle, const TissueView& tissue, const Path& path);
+  void share_length(double end);
+  Vector3 path_tangent(const TissueView& tissue, const Path& path, int vertex, const Vector3& needle_tangent) const;
+  Vector3 end_tangent(const TissueView& tissue, const Path& path, const Vector3& needle_tangent) const;
+  void place_tip(const NeedleView& needle, const TissueView& tissue, const Path& path);
+  int holding_vertices(const Path& path) const;
+
+  bool add_contact(const NeedleView& needle, const TissueView& tissue, Rows& rows) const;
+  bool add_tip(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const;
+  bool add_shaft(const NeedleView& needle, const TissueView& tissue, const Path& path, const ShaftPoint& point,
+                 Rows& rows) const;
+
+  void leave_contact_or_puncture(const NeedleView& needle, const TissueView& tissue, std::uint64_t tick,
+                                 std::vector<Path>& paths, std::vector<Event>& events);
+  std::uint32_t grow(const NeedleView& needle, const TissueView& tissue, Path& path);
+  void enter(int path, std::vector<Path>& paths);
+
+  int needle_;
+  const Needle& parameters_;
+  Phase phase_ = Phase::free;
+  int path_ = -1;
+  double depth_ = 0;
+
+  bool touching_ = false;          // a contact row exists in this tick
+  bool reentered_ = false;         // an old path was picked up in this tick
+  bool puncturing_ = false;        // the contact force reached f_p
+  bool cutting_ = false;           // the cutting force reached f_c
+  SurfacePoint contact_;
+  MaterialPoint contact_material_;
+  std::vector<Memory> memory_;     // per path vertex
+  std::vector<ShaftPoint> shaft_;  // of this tick
+  TipMemory tip_;
+  bool at_end_ = false;            // the tip is at the end of its path, not back inside it
+  double end_s_ = 0;               // m, where the path's end stands along the needle, or ahead of it
+  TissuePoint tip_point_;          // the point of the path that the tip is held to
+  Vector3 tip_tangent_ = Vector3::Zero();  // of the path there, unit
+};
+
+}  // namespace acus

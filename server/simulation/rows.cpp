@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/rows.h"
+
+namespace acus {
+
+Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
+  const auto n = static_cast<std::size_t>(capacity);
+  rows_.reserve(n);
+  laws_.reserve(n);
+  needle_row_.resize(n);
+  tissue_row_.resize(n);
+  lambda_.resize(n);
+  delta_.resize(n);
+  delta_free_.resize(n);
+  needle_lambda_.resize(n);
+  W_.setZero(capacity, capacity);
+}
+
+void Rows::clear() {
+  rows_.clear();
+  laws_.clear();
+}
+
+bool Rows::add(const Row& row, const Law& law, double warm_start) {
+  if (full()) return false;
+  lambda_[rows_.size()] = warm_start;
+  rows_.push_back(row);
+  laws_.push_back(law);
+  return true;
+}
+
+bool Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
+  for (NeedleMotion& needle : needles) needle.clear_rows();
+  tissue.clear_rows();
+  const int n = count();
+  bool complete = true;
+  for (int i = 0; i < n; ++i) {
+    const Row& r = rows_[i];
+    NeedleMotion& needle = needles[r.needle];
+    needle_row_[i] = needle.add_row(r.on_needle.beam, curve_force(needle.shape(), r.on_needle, r.n));
+    tissue_row_[i] = tissue.add_row(r.in_tissue, -r.n);
+    complete = complete && tissue_row_[i] >= 0;
+  }
+  if (!complete) return false;
+  for (int i = 0; i < n; ++i) {
+    const NeedleMotion& needle = needles[rows_[i].needle];
+    delta_free_[i] = rows_[i].gap + needle.free_displacement(needle_row_[i]) + tissue.free_displacement(tissue_row_[i]);
+    for (int j = i; j < n; ++j) {
+      double w = tissue.compliance(tissue_row_[i], tissue_row_[j]);
+      if (rows_[j].needle == rows_[i].needle) w += needle.compliance(needle_row_[i], needle_row_[j]);
+      W_(i, j) = W_(j, i) = w;
+    }
+  }
+  return true;
+}
+
+SolverResult Rows::solve(int max_sweeps, double tolerance) {
+  const std::size_t n = rows_.size();
+  return solver_.solve(W_, laws_, {delta_free_.data(), n}, max_sweeps, tolerance, {lambda_.data(), n},
+                       {delta_.data(), n});
+}
+
+std::span<const double> Rows::needle_forces(int needle) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    if (rows_[i].needle == needle) needle_lambda_[count++] = lambda_[i];
+  return {needle_lambda_.data(), count};
+}
+
+}  // namespace acus

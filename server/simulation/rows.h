@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The rows of a tick: pairs of a point on a needle's curve and a point of the tissue's material, a direction n and a
+// law. delta = nᵀ(Q - P) for laws on positions, its change during the tick for friction; H_n and H_t follow from the
+// pair (paper, eq. 1), with forces +n lambda on the needle and -n lambda on the tissue.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/constraints/gauss_seidel.h"
+#include "server/models/needle.h"
+#include "server/models/tissue_motion.h"
+
+namespace acus {
+
+// What a row's force is counted as.
+enum class RowRole : std::uint8_t { contact, contact_friction, cutting, tip_lateral, lateral, friction };
+
+struct Row {
+  int needle = 0;
+  RowRole role = RowRole::lateral;
+  int vertex = -1;                        // of the path, for shaft rows
+  CurvePoint on_needle{};
+  TissuePoint in_tissue;
+  Vector3 n = Vector3::Zero();            // unit, world
+  double gap = 0;                         // m, delta at q_k, before this iteration's correction
+};
+
+class Rows {
+ public:
+  explicit Rows(int capacity);
+
+  void clear();
+  bool full() const { return count() == capacity_; }
+  int count() const { return static_cast<int>(rows_.size()); }
+
+  // Adds a row with a first guess of its force (N); false if there is no room.
+  bool add(const Row& row, const Law& law, double warm_start);
+
+  // Stage 6: W = W_n + W_t and delta_free. False if rows had to be left out because the corridor was full.
+  bool assemble(std::span<NeedleMotion> needles, TissueMotion& tissue);
+  // Stage 7.
+  SolverResult solve(int max_sweeps, double tolerance);
+  // Forces per needle in the order in which its rows were added, as NeedleMotion::correct() wants them.
+  std::span<const double> needle_forces(int needle);
+
+  const Row& row(int i) const { return rows_[i]; }
+  const Law& law(int i) const { return laws_[i]; }
+  Law& law(int i) { return laws_[i]; }
+  std::span<const double> lambda() const { return {lambda_.data(), rows_.size()}; }  // N
+  std::span<const double> delta() const { return {delta_.data(), rows_.size()}; }    // m
+  Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }                      // on the needle, N
+
+ private:
+  int capacity_;
+  std::vector<Row> rows_;
+  std::vector<Law> laws_;
+  std::vector<int> needle_row_;
+  std::vector<int> tissue_row_;
+  std::vector<double> lambda_, delta_, delta_free_, needle_lambda_;
+  MatrixX W_;
+  GaussSeidel solver_;
+};
+
+}  // namespace acus

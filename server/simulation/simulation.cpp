@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/simulation.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "server/simulation/base_motion.h"
+#include "server/simulation/insertion.h"
+
+namespace acus {
+
+namespace {
+
+constexpr int kMaxPaths = 64;
+constexpr int kMaxEvents = 64;  // of one tick
+
+std::vector<Interaction> interactions_of(const Scene& scene) {
+  std::vector<Interaction> all;
+  for (const Region& region : scene.tissue.regions) all.push_back(region.interaction);
+  return all;
+}
+
+std::vector<Material> materials_of(const Scene& scene) {
+  std::vector<Material> all;
+  for (const Region& region : scene.tissue.regions) all.push_back(region.material);
+  return all;
+}
+
+template <class Value>
+int sum_over_needles(const Scene& scene, Value value) {
+  int sum = 0;
+  for (const Needle& needle : scene.needles) sum += value(needle);
+  return sum;
+}
+
+// Vertices that a path can hold: any needle may pick it up.
+int path_capacity(const Scene& scene) {
+  int most = 0;
+  for (const Needle& needle : scene.needles) most = std::max(most, 2 * Insertion::max_points(needle));
+  return most;
+}
+
+// Adds the time since its construction or the last lap() to a stage, if timing is on.
+class StageTimer {
+ public:
+  StageTimer(bool on, std::array<double, kStageCount>& seconds) : on_(on), seconds_(seconds) {
+    if (on_) {
+      seconds_.fill(0);
+      last_ = Clock::now();
+    }
+  }
+  void lap(int stage) {
+    if (!on_) return;
+    const Clock::time_point now = Clock::now();
+    seconds_[stage - 1] += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool on_;
+  std::array<double, kStageCount>& seconds_;
+  Clock::time_point last_;
+};
+
+}  // namespace
+
+struct Simulation::World {
+  explicit World(const Scene& s);
+
+  // The stages, in the order of a tick.
+  void take_commands();
+  bool needle_free_motion();
+  bool tissue_free_motion();
+  void locate();
+  bool build_rows();
+  bool compute_compliance();
+  SolverResult solve_laws();
+  double correct();
+  void commit();
+  void hold();
+  std::uint32_t transitions();
+  void write_report(std::uint32_t flags, const SolverResult& laws, int iterations);
+
+  NeedleView needle_view(int i) const { return {needle_models[i], start_shapes[i], motions[i].shape(), h}; }
+  TissueView tissue_view() const {
+    return {mesh, surface, interactions, regions, tissue.x, tissue_motion.x()};
+  }
+  int needles() const { return static_cast<int>(scene.needles.size()); }
+  bool finite() const;
+  void reset();
+  void balance_of_forces();
+
+  // Constant after load.
+  Scene scene;
+  double h;
+  TetrahedralMesh mesh;
+  std::vector<int> regions;
+  std::vector<Interaction> interactions;
+  TissueModel tissue_model;
+  std::vector<NeedleModel> needle_models;
+  Surface surface;
+
+  // State.
+  std::uint64_t tick = 0;
+  TissueState tissue;
+  std::vector<NeedleState> needle_states;
+  std::vector<BaseMotion> bases;
+  std::vector<Insertion> insertions;
+  std::vector<Path> paths;
+
+  // Work of a tick.
+  std::vector<Pose> base_poses;
+  std::vector<NeedleShape> start_shapes;
+  std::vector<NeedleMotion> motions;
+  TissueMotion tissue_motion;
+  Rows rows;
+  Vector3 needle_balance = Vector3::Zero();  // last tick: base forces + weight - inertia of all needles (N)
+  double needle_largest_force = 0;
+  bool timing = false;
+  TickReport report;
+};
+
+Simulation::World::World(const Scene& s)
+    : scene(s),
+      h(1 / s.rate),
+      mesh(load_mesh(s)),
+      regions(assign_regions(s, mesh)),
+      interactions(interactions_of(s)),
+      tissue_model(make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity)),
+      surface(mesh),
+      tissue_motion(tissue_model, h,
+                    s.tissue.rung == TissueRung::exact ? TissueMatrix::refactorized : TissueMatrix::fixed,
+                    sum_over_needles(s, Insertion::max_rows),
+                    4 * sum_over_needles(s, [](const Needle& n) { return Insertion::max_points(n) + 2; })),
+      rows(sum_over_needles(s, Insertion::max_rows)) {
+  const int vertices = path_capacity(scene);
+  needle_models.reserve(scene.needles.size());
+  for (int i = 0; i < needles(); ++i) {
+    const Needle& needle = scene.needles[i];
+    needle_models.push_back(make_needle_model(needle, scene.gravity));
+    bases.emplace_back(needle, h);
+    insertions.emplace_back(i, needle, vertices);
+    motions.emplace_back(needle_models[i], h, Insertion::max_rows(needle));
+    start_shapes.push_back(motions[i].shape());
+    needle_states.push_back(make_needle_state(needle_models[i], needle.base));
+    base_poses.push_back(needle.base);
+  }
+  paths.resize(kMaxPaths);
+  for (Path& path : paths) path.vertices.reserve(static_cast<std::size_t>(vertices));
+  report.needles.resize(scene.needles.size());
+  report.events.reserve(kMaxEvents);
+  reset();
+}
+
+void Simulation::World::reset() {
+  tick = 0;
+  tissue.x = mesh.nodes;
+  tissue.v.setZero(3, mesh.node_count());
+  tissue_motion.reset();
+  for (Path& path : paths) {
+    path.vertices.clear();
+    path.needle = -1;
+  }
+  for (int i = 0; i < needles(); ++i) {
+    bases[i].reset();
+    insertions[i].reset();
+    needle_states[i] = make_needle_state(needle_models[i], scene.needles[i].base);
+    motions[i].begin(needle_states[i], scene.needles[i].base);
+  }
+  needle_balance.setZero();
+  needle_largest_force = 0;
+  report.tick = 0;
+  report.time = 0;
+  report.flags = 0;
+  report.imbalance = report.largest_force = report.residual = 0;
+  report.rows = report.sweeps = report.newton_iterations = 0;
+  report.events.clear();
+  for (int i = 0; i < needles(); ++i) {
+    report.needles[i] = NeedleReport{};
+    report.needles[i].base = scene.needles[i].base;
+    report.needles[i].tip_position = needle_states[i].x.rightCols<1>();
+  }
+}
+
+// 1. Newest pose and spin of every base, followed within the speed limits.
+void Simulation::World::take_commands() {
+  ++tick;
+  for (int i = 0; i < needles(); ++i) base_poses[i] = bases[i].advance(tick);
+  for (int i = 0; i < needles(); ++i) {
+    start_shapes[i] = motions[i].shape();
+    motions[i].begin(needle_states[i], base_poses[i]);
+  }
+  tissue_motion.begin(tissue);
+}
+
+// 2. Block-tridiagonal factor and y of every needle.
+bool Simulation::World::needle_free_motion() {
+  bool exact = true;
+  for (int i = 0; i < needles(); ++i) exact = motions[i].linearize(needle_states[i]) && exact;
+  return exact;
+}
+
+// 3. Element forces and one forward substitution.
+bool Simulation::World::tissue_free_motion() { return tissue_motion.linearize(tissue); }
+
+// 4. Tip and path points against needle and tissue.
+void Simulation::World::locate() {
+  for (int i = 0; i < needles(); ++i) insertions[i].locate(needle_view(i), tissue_view(), paths);
+}
+
+// 5. Directions, gaps and laws.
+bool Simulation::World::build_rows() {
+  rows.clear();
+  bool all = true;
+  for (int i = 0; i < needles(); ++i)
+    all = insertions[i].build_rows(needle_view(i), tissue_view(), paths, rows) && all;
+  return all;
+}
+
+// 6. W and delta_free.
+bool Simulation::World::compute_compliance() { return rows.assemble(motions, tissue_motion); }
+
+// 7. lambda.
+SolverResult Simulation::World::solve_laws() { return rows.solve(scene.laws.max_sweeps, scene.laws.tolerance); }
+
+// 8. One backward substitution each; returns the largest change of a position (m).
+double Simulation::World::correct() {
+  double change = tissue_motion.correct(rows.lambda());
+  for (int i = 0; i < needles(); ++i) change = std::max(change, motions[i].correct(rows.needle_forces(i)));
+  return change;
+}
+
+bool Simulation::World::finite() const {
+  return tissue_motion.finite() &&
+         std::all_of(motions.begin(), motions.end(), [](const NeedleMotion& m) { return m.finite(); });
+}
+
+// The new positions become the state.
+void Simulation::World::commit() {
+  balance_of_forces();
+  for (int i = 0; i < needles(); ++i) motions[i].commit(needle_states[i]);
+  tissue_motion.commit(tissue);
+}
+
+// Back to the state of the last good tick, without the work that spoilt this one.
+void Simulation::World::hold() {
+  for (int i = 0; i < needles(); ++i)
+    motions[i].begin(needle_states[i], {needle_states[i].x.col(0), needle_states[i].q[0]});
+  tissue_motion.reset();
+}
+
+// The tissue's part of the balance needs the elements at the new positions, which the next tick evaluates: what is
+// reported speaks of the tick before.
+void Simulation::World::balance_of_forces() {
+  const TissueMotion::Balance& b = tissue_motion.balance();
+  report.imbalance = (needle_balance + b.support + b.weight - b.inertia).norm();
+  report.largest_force =
+      std::max({needle_largest_force, b.support.norm(), b.weight.norm(), b.inertia.norm()});
+  needle_balance.setZero();
+  needle_largest_force = 0;
+  for (int i = 0; i < needles(); ++i) {
+    const Vector3 base = motions[i].base_reaction().head<3>();
+    needle_balance += base - motions[i].inertia_less_weight(needle_states[i]);
+    needle_largest_force = std::max(needle_largest_force, base.norm());
+  }
+}
+
+// 9. Contact, puncture, growth of paths, exit, withdrawal.
+std::uint32_t Simulation::World::transitions() {
+  report.events.clear();
+  std::uint32_t flags = 0;
+  for (int i = 0; i < needles(); ++i) {
+    insertions[i].read_forces(rows, report.needles[i]);
+    flags |= insertions[i].transitions(needle_view(i), tissue_view(), tick, paths, report.events);
+  }
+  return flags;
+}
+
+// 10. What the outside is told.
+void Simulation::World::write_report(std::uint32_t flags, const SolverResult& laws, int iterations) {
+  report.tick = tick;
+  report.time = static_cast<double>(tick) * h;
+  report.flags = flags;
+  report.rows = rows.count();
+  report.sweeps = laws.sweeps;
+  report.residual = laws.residual;
+  report.newton_iterations = iterations;
+  for (int i = 0; i < needles(); ++i) {
+    NeedleReport& n = report.needles[i];
+    n.command_seq = bases[i].command_seq();
+    n.command_tick = bases[i].command_tick();
+    n.phase = insertions[i].phase();
+    n.inserted_depth = insertions[i].inserted_depth();
+    n.base = base_poses[i];
+    n.spin = bases[i].spin();
+    n.tip_position = needle_states[i].x.rightCols<1>();
+    n.base_force = -motions[i].base_reaction().head<3>();
+    n.base_torque = -motions[i].base_reaction().tail<3>();
+  }
+}
+
+Simulation::Simulation(const Scene& scene) : world_(std::make_unique<World>(scene)) {}
+Simulation::~Simulation() = default;
+
+void Simulation::step() {
+  World& w = *world_;
+  StageTimer timer(w.timing, w.report.stage_seconds);
+  std::uint32_t flags = 0;
+  SolverResult laws;
+
+  w.take_commands(), timer.lap(1);
+  const bool exact = w.scene.tissue.rung == TissueRung::exact;
+  const int limit = exact ? w.scene.newton.max_iterations : 1;
+  int iteration = 0;
+  for (double change = kInfinity; iteration < limit && change > w.scene.newton.tolerance; ++iteration) {
+    if (!w.needle_free_motion()) flags |= kTangentProjected;
+    timer.lap(2);
+    if (!w.tissue_free_motion()) flags |= kTangentProjected;
+    timer.lap(3);
+    if (iteration == 0) w.locate();
+    timer.lap(4);
+    if (!w.build_rows()) flags |= kRowsDropped;
+    timer.lap(5);
+    if (!w.compute_compliance()) flags |= kRowsDropped;
+    timer.lap(6);
+    laws = w.solve_laws(), timer.lap(7);
+    change = w.correct(), timer.lap(8);
+    if (exact && iteration + 1 == limit && change > w.scene.newton.tolerance) flags |= kNewtonNotConverged;
+  }
+  if (!laws.converged) flags |= kLawsNotConverged;
+
+  if (w.finite()) {
+    w.commit();
+    flags |= w.transitions();
+  } else {
+    w.hold();
+    flags |= kNotFinite;
+  }
+  timer.lap(9);
+  w.write_report(flags, laws, iteration), timer.lap(10);
+}
+
+void Simulation::command(int needle, const Command& command) { world_->bases[needle].command(command); }
+void Simulation::reset() { world_->reset(); }
+void Simulation::time_stages(bool on) { world_->timing = on; }
+
+const TickReport& Simulation::report() const { return world_->report; }
+const Scene& Simulation::scene() const { return world_->scene; }
+const TetrahedralMesh& Simulation::mesh() const { return world_->mesh; }
+std::span<const int> Simulation::regions() const { return world_->regions; }
+int Simulation::needle_node_count(int needle) const { return world_->needle_models[needle].nodes(); }
+Eigen::Ref<const Matrix3X> Simulation::tissue_positions() const { return world_->tissue.x; }
+Eigen::Ref<const Matrix3X> Simulation::needle_positions(int needle) const { return world_->needle_states[needle].x; }
+std::span<const Quaternion> Simulation::needle_orientations(int needle) const {
+  return world_->needle_states[needle].q;
+}
+
+}  // namespace acus
