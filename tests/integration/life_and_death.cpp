@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How a server begins and ends, and what its clients see of it.
+#include <doctest/doctest.h>
+#include <signal.h>
+
+#include "tests/integration/server_process.h"
+
+namespace acus::testing {
+namespace {
+
+constexpr int kEnded = 0, kBadCommandLine = 1, kBadScene = 2, kCannotListen = 3;
+
+void wait_until_up(const ServerProcess& server) { client::CommandLink(server.commands()).hello(kPatience); }
+
+}  // namespace
+
+TEST_CASE("SIGTERM and SIGINT end the server with status 0, in both modes") {
+  for (int signal : {SIGTERM, SIGINT}) {
+    for (const std::vector<std::string>& options : {std::vector<std::string>{}, {"--lockstep"}}) {
+      ServerProcess server(options);
+      wait_until_up(server);
+      server.process().send_signal(signal);
+      CHECK(server.process().wait(kPatience) == kEnded);
+    }
+  }
+}
+
+TEST_CASE("SIGTERM ends a server with a subscriber that never reads") {
+  ServerProcess server;
+  client::StateLink stalled(server.states(), 1);
+  stalled.subscribe("");
+  wait_until_up(server);
+  server.process().send_signal(SIGTERM);
+  CHECK(server.process().wait(kPatience) == kEnded);
+}
+
+TEST_CASE("SIGTERM ends a long step") {
+  ServerProcess server({"--lockstep"});
+  client::CommandLink commands(server.commands());
+  commands.hello(kPatience);
+  CHECK_THROWS_AS(commands.step(protocol::kMaxStepTicks, 1ms), client::Vanished);
+  server.process().send_signal(SIGTERM);
+  CHECK(server.process().wait(kPatience) == kEnded);
+}
+
+TEST_CASE("shutdown is answered, then the server ends with status 0") {
+  for (const std::vector<std::string>& options : {std::vector<std::string>{}, {"--lockstep"}}) {
+    ServerProcess server(options);
+    client::CommandLink(server.commands()).shutdown(kPatience);
+    CHECK(server.process().wait(kPatience) == kEnded);
+  }
+}
+
+TEST_CASE("--ticks ends the server by itself") {
+  ServerProcess server({"--ticks", "50"});
+  CHECK(server.process().wait(kPatience) == kEnded);
+
+  ServerProcess lockstep({"--lockstep", "--ticks", "50"});
+  CHECK(client::CommandLink(lockstep.commands()).step(100, kPatience).tick == 50);
+  CHECK(lockstep.process().wait(kPatience) == kEnded);
+}
+
+TEST_CASE("--check loads the scene and ends") {
+  ServerProcess server({"--check"});
+  CHECK(server.process().wait(kPatience) == kEnded);
+}
+
+TEST_CASE("what cannot start says so in its exit status") {
+  ServerProcess running;
+  wait_until_up(running);
+
+  Process without_scene({ACUS_BINARY_DIR "/acus-server"});
+  CHECK(without_scene.wait(kPatience) == kBadCommandLine);
+  Process absent_scene({ACUS_BINARY_DIR "/acus-server", running.folder() / "absent.yaml"});
+  CHECK(absent_scene.wait(kPatience) == kBadScene);
+  Process bad_endpoint({ACUS_BINARY_DIR "/acus-server", running.scene(), "--commands", "nonsense"});
+  CHECK(bad_endpoint.wait(kPatience) == kCannotListen);
+}
+
+TEST_CASE("a client may start before the server") {
+  ServerProcess none({"--check"});
+  REQUIRE(none.process().wait(kPatience) == kEnded);
+  client::CommandLink commands(none.commands());
+  CHECK_THROWS_AS(commands.hello(200ms), client::Vanished);
+  Process late(none.command_line({}));
+  CHECK(commands.hello(kPatience).scene == "small");
+}
+
+TEST_CASE("a client notices that the server was killed, and finds the next one") {
+  ServerProcess server;
+  client::CommandLink commands(server.commands());
+  commands.hello(kPatience);
+  server.process().send_signal(SIGKILL);
+  CHECK(server.process().wait(kPatience) == -SIGKILL);
+  CHECK_THROWS_AS(commands.hello(500ms), client::Vanished);
+  Process next(server.command_line({}));
+  CHECK(commands.hello(kPatience).scene == "small");
+}
+
+}  // namespace acus::testing

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A real acus-server on endpoints of its own, with a scene that loads and ticks fast, and what tests do with it.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/client.h"
+#include "tests/integration/process.h"
+
+namespace acus::testing {
+
+using namespace std::chrono_literals;
+
+// Generous: for what happens at once on an idle machine.
+inline constexpr std::chrono::milliseconds kPatience = 60s;
+
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  std::string operator/(const std::string& name) const { return path_ / name; }
+
+  // Writes a file and returns its path.
+  std::string write(const std::string& name, const std::string& text) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+// YAML of a scene of 64 nodes with needles of six nodes, far from the tissue.
+std::string small_scene(const std::string& name, const std::vector<std::string>& needles = {"needle"});
+
+class ServerProcess {
+ public:
+  // Starts it on small_scene("small"). It may not listen yet; clients need not care.
+  explicit ServerProcess(const std::vector<std::string>& options = {});
+
+  const TemporaryFolder& folder() const { return folder_; }
+  std::string scene() const { return folder_ / "scene.yaml"; }
+  std::string commands() const { return "ipc://" + (folder_ / "commands"); }
+  std::string states() const { return "ipc://" + (folder_ / "states"); }
+
+  // acus-server's command line: scene, both endpoints, then the options.
+  std::vector<std::string> command_line(const std::vector<std::string>& options) const;
+
+  Process& process() { return *process_; }
+
+ private:
+  TemporaryFolder folder_;
+  std::optional<Process> process_;
+};
+
+// A link that listens to the topics for certain: it has seen a `stats`.
+client::StateLink subscribe(const ServerProcess& server, const std::vector<std::string>& topics);
+
+// The next state of this type, whatever comes before it; fails the test if none comes.
+template <class Message>
+Message receive(client::StateLink& states);
+
+// A pose of the needle at (0, 0, height).
+protocol::Pose pose_at(double height, std::uint64_t seq, const std::string& needle = "needle");
+
+}  // namespace acus::testing
