@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // From YAML to Scene: structure and types. Ranges are validate()'s.
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -293,9 +294,33 @@ class Reader {
   Scene& scene_;
 };
 
-std::vector<YAML::Node> parse_yaml(const std::string& text, const std::string& name) {
+// Takes in a document without keeping it.
+class Ignore : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+// Looks no further than the second document: at a stray comma yaml-cpp would find documents without end.
+void check_one_document(const std::string& text, const std::string& name) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  Ignore ignore;
+  if (!parser.HandleNextDocument(ignore)) throw SceneError(name + ":1:1: expected one YAML document, found none");
+  if (parser.HandleNextDocument(ignore)) throw SceneError(name + ":1:1: expected one YAML document, found more");
+}
+
+YAML::Node parse_yaml(const std::string& text, const std::string& name) {
   try {
-    return YAML::LoadAll(text);
+    check_one_document(text, name);
+    return YAML::Load(text);
   } catch (const YAML::ParserException& error) {
     throw SceneError(name + ":" + std::to_string(error.mark.line + 1) + ":" + std::to_string(error.mark.column + 1) +
                      ": expected YAML, found: " + error.msg);
@@ -305,13 +330,10 @@ std::vector<YAML::Node> parse_yaml(const std::string& text, const std::string& n
 }  // namespace
 
 Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder) {
-  const std::vector<YAML::Node> documents = parse_yaml(text, name);
-  if (documents.size() != 1) {
-    throw SceneError(name + ":1:1: expected one YAML document, found " + std::to_string(documents.size()));
-  }
+  const YAML::Node root = parse_yaml(text, name);
   Scene scene;
   scene.file = name;
-  Reader(scene).read_scene(documents.front());
+  Reader(scene).read_scene(root);
   std::optional<GmshMesh>& gmsh = scene.tissue.gmsh;
   if (gmsh && !gmsh->file.empty()) gmsh->file = (std::filesystem::path(folder) / gmsh->file).string();
   validate(scene);

@@ -106,8 +106,9 @@ publish: {tissue_rate: 15}
 }
 
 TEST_CASE("what is no scene") {
-  CHECK(file_error("") == "scene.yaml:1:1: expected one YAML document, found 0");
-  CHECK(file_error("acus_scene: 1\n---\nrate: 2\n") == "scene.yaml:1:1: expected one YAML document, found 2");
+  CHECK(file_error("") == "scene.yaml:1:1: expected one YAML document, found none");
+  CHECK(file_error("acus_scene: 1\n---\nrate: 2\n") == "scene.yaml:1:1: expected one YAML document, found more");
+  CHECK(file_error(", acus_scene: 1") == "scene.yaml:1:1: expected one YAML document, found more");
   CHECK(file_error("rate: [1\n").starts_with("scene.yaml:2:1: expected YAML, found: "));
   CHECK(file_error("just words").starts_with("scene.yaml:1:1: expected fields"));
   CHECK(file_error("rate: 500\n") == "scene.yaml:1:1: expected \"acus_scene: 1\", found no acus_scene");
