@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // acus-server: loads a scene, simulates it on one thread and serves it on another.
-#include <pthread.h>
-#include <signal.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-#include <sys/signalfd.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -16,6 +12,7 @@
 #include "server/endpoint.h"
 #include "server/privileges.h"
 #include "server/realtime_loop.h"
+#include "server/termination.h"
 
 namespace {
 
@@ -61,17 +58,6 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_flag("--check", arguments.check, "Load the scene, print what it contains, and exit");
 }
 
-// Signals arrive in a file descriptor, so that the socket thread can wait for them beside its sockets. To be called
-// before any thread starts: they all inherit the mask.
-int open_signals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  return signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
-}
-
 void print_contents(const World& world) {
   const auto& [nodes, tetrahedra, triangles] = world.hello.tissue;
   std::cout << "scene   " << world.hello.scene << ", " << world.hello.rate << " Hz\n"
@@ -107,7 +93,8 @@ class SimulationThread {
   std::thread thread_;
 };
 
-void serve(Endpoint& endpoint, std::unique_ptr<World> world, const LoopOptions& options, Link& link, int signals) {
+void serve(Endpoint& endpoint, std::unique_ptr<World> world, const LoopOptions& options, Link& link,
+           const Termination& termination) {
   spdlog::info("scene '{}', {} Hz{}", world->hello.scene, world->hello.rate, options.lockstep ? ", lockstep" : "");
   spdlog::info("commands on {}", endpoint.commands_endpoint());
   spdlog::info("states on {}", endpoint.states_endpoint());
@@ -115,14 +102,14 @@ void serve(Endpoint& endpoint, std::unique_ptr<World> world, const LoopOptions& 
   RealtimeLoop loop(std::move(world), options, link);
   {
     const SimulationThread thread(loop, link, !options.lockstep);
-    endpoint.run(signals);
+    endpoint.run(termination.file());
   }
   spdlog::info("ended after {} ticks, {} deadlines skipped, {} states dropped, {} messages rejected", loop.ticks(),
                link.overruns.load(), link.dropped.load(), endpoint.rejected());
 }
 
 int run(const Arguments& arguments) {
-  const int signals = open_signals();
+  const Termination termination;
   std::unique_ptr<World> world;
   try {
     world = load_world(arguments.scene, arguments.endpoint.rate);
@@ -143,7 +130,7 @@ int run(const Arguments& arguments) {
                   error.what());
     return kCannotListen;
   }
-  serve(*endpoint, std::move(world), arguments.loop, link, signals);
+  serve(*endpoint, std::move(world), arguments.loop, link, termination);
   return kEnded;
 }
 

@@ -2,7 +2,7 @@
 find_package(CLI11 REQUIRED)
 
 add_library(acus_server_core STATIC world.cpp realtime_loop.cpp publisher.cpp endpoint.cpp
-                                    privileges.cpp)
+                                    privileges.cpp termination.cpp)
 target_link_libraries(acus_server_core PUBLIC acus_simulation acus_protocol PkgConfig::zeromq Threads::Threads
                                               spdlog::spdlog)
 target_compile_definitions(acus_server_core PUBLIC ACUS_VERSION="${PROJECT_VERSION}")

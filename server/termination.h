@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// SIGINT and SIGTERM as a file descriptor, so that the socket thread can wait for them beside its sockets, and no call
+// of ours is ever interrupted by them. Create one, before any thread is started: threads inherit what it sets up.
+#pragma once
+
+namespace acus {
+
+class Termination {
+ public:
+  Termination();  // throws std::system_error
+  ~Termination();
+  Termination(const Termination&) = delete;
+  Termination& operator=(const Termination&) = delete;
+
+  // Readable once a signal has come.
+  int file() const { return either_; }
+
+ private:
+  int blocked_ = -1;  // signals that all threads block: ours do
+  int handled_ = -1;  // signals that a thread took: libraries start some before main() that block none
+  int either_ = -1;   // polls both
+};
+
+}  // namespace acus
