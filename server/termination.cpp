@@ -57,9 +57,10 @@ Termination::Termination() {
   checked(sigaction(SIGTERM, &action, nullptr));
 }
 
+// The signal may still be on its way to a library's thread, where the default would end the process with it.
 Termination::~Termination() {
-  signal(SIGINT, SIG_DFL);
-  signal(SIGTERM, SIG_DFL);
+  signal(SIGINT, SIG_IGN);
+  signal(SIGTERM, SIG_IGN);
   for (int file : {either_, handled_, blocked_}) close(file);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // SIGINT and SIGTERM as a file descriptor, so that the socket thread can wait for them beside its sockets, and no call
-// of ours is ever interrupted by them. Create one, before any thread is started: threads inherit what it sets up.
+// of ours is ever interrupted by them. Create one, before any thread is started: threads inherit what it sets up. Once
+// it is gone the process is ending, and further signals are ignored.
 #pragma once
 
 namespace acus {
