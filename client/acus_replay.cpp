@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // acus-replay: drives a recorded trajectory into an acus-server, writes what comes back, and sums it up.
+#include <sched.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -34,6 +35,16 @@ std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
 
 extern "C" void on_signal(int) { interrupted = true; }
+
+constexpr int kPriority = 40;  // of SCHED_FIFO, below acus-server's simulation thread
+
+// A motion is only as smooth as the poses are punctual. For this thread and all that it starts from then on; false if
+// the system does not permit it.
+bool raise_priority() {
+  sched_param parameters{};
+  parameters.sched_priority = kPriority;
+  return sched_setscheduler(0, SCHED_FIFO, &parameters) == 0;
+}
 
 struct Arguments {
   std::string trajectory;
@@ -92,7 +103,7 @@ void print_needles(const RunStatistics& statistics) {
   }
 }
 
-void print_summary(const Replay& replay, const ReplayOptions& options) {
+void print_summary(const Replay& replay, const ReplayOptions& options, bool punctual) {
   const auto& statistics = replay.statistics();
   const auto latency = replay.latency();
   std::printf("scene       %s\n", replay.server().scene.c_str());
@@ -109,8 +120,8 @@ void print_summary(const Replay& replay, const ReplayOptions& options) {
   std::printf("states      %llu received, %llu lost; %llu events\n",
               static_cast<unsigned long long>(statistics.states()), static_cast<unsigned long long>(statistics.lost()),
               static_cast<unsigned long long>(statistics.events()));
-  std::printf("latency     p50 %.2f ms, p99 %.2f ms, max %.2f ms, from pose to first state that used it\n",
-              1e3 * latency.p50, 1e3 * latency.p99, 1e3 * latency.max);
+  std::printf("latency     p50 %.2f ms, p99 %.2f ms, max %.2f ms, from pose to first state that used it%s\n",
+              1e3 * latency.p50, 1e3 * latency.p99, 1e3 * latency.max, punctual ? "" : " (no real-time priority here)");
   print_needles(statistics);
 }
 
@@ -141,12 +152,13 @@ int replay_trajectory(Arguments& arguments) {
   std::optional<RunLog> log;
   if (!arguments.out.empty()) log.emplace(arguments.out, !arguments.replay.lockstep);
 
+  const bool punctual = arguments.replay.lockstep || raise_priority();
   Progress progress(trajectory.end() - trajectory.begin());
   arguments.replay.on_state = [&](const acus::protocol::Force& force) { progress.show(force); };
   Replay replay(trajectory, arguments.replay, log ? &*log : nullptr);
   int code = run(replay);
   progress.clear();
-  if (replay.statistics().states() > 0) print_summary(replay, arguments.replay);
+  if (replay.statistics().states() > 0) print_summary(replay, arguments.replay, punctual);
   if (log) {
     log->close();
     std::printf("written     %s, %s\n", log->path().c_str(), log->events_path().c_str());

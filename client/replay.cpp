@@ -35,6 +35,10 @@ void check_clock_mode(bool lockstep, const protocol::HelloReply& server) {
                                    : "the server runs in real time; replay without --lockstep or start it with");
 }
 
+std::chrono::steady_clock::duration to_clock(double seconds) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
+}
+
 protocol::Pose pose_message(const Motion& motion, double time) {
   const BasePose pose = motion.at(time);
   const auto& q = pose.orientation;
@@ -93,12 +97,13 @@ void Replay::await_first_states() {
 }
 
 void Replay::run_in_real_time() {
+  const auto begin = half_way_between_ticks();
   std::exception_ptr failure;
   std::atomic<bool> ended = false;
   std::atomic<bool> stop = false;
   std::jthread sender([&] {
     try {
-      send_poses_on_time(stop);
+      send_poses_on_time(begin, stop);
     } catch (...) {
       failure = std::current_exception();
     }
@@ -114,13 +119,16 @@ void Replay::run_in_real_time() {
   if (failure) std::rethrow_exception(failure);
 }
 
-void Replay::send_poses_on_time(const std::atomic<bool>& stop) {
+// Both sides keep the same rate on the same clock, if they run on one machine. Poses that leave half way between two
+// ticks leave both sides the most room for being late, before a tick finds no new pose and the next one two.
+Replay::Clock::time_point Replay::half_way_between_ticks() const {
+  const double tick_began = statistics_.last_received() - statistics_.tick_seconds();
+  return start_ + to_clock(tick_began + 0.5 / server_.rate);
+}
+
+void Replay::send_poses_on_time(Clock::time_point begin, const std::atomic<bool>& stop) {
   const auto count = static_cast<std::uint64_t>(std::ceil(duration() * rate()));
-  const auto begin = Clock::now();
-  const auto deadline = [&](std::uint64_t k) {
-    return begin +
-           std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(static_cast<double>(k) / rate()));
-  };
+  const auto deadline = [&](std::uint64_t k) { return begin + to_clock(static_cast<double>(k) / rate()); };
   sent_at_.reserve(count + 1);
   for (std::uint64_t k = 0; k <= count && !stop; ++k) {
     if (k < count && Clock::now() >= deadline(k + 1)) {

@@ -65,7 +65,8 @@ class Replay {
   void await_first_states();
   void run_in_real_time();
   void run_in_lockstep();
-  void send_poses_on_time(const std::atomic<bool>& stop);
+  Clock::time_point half_way_between_ticks() const;
+  void send_poses_on_time(Clock::time_point begin, const std::atomic<bool>& stop);
   void send_poses(double time);
   void await_last_states();
   void step();

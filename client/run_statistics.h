@@ -51,8 +51,10 @@ class RunStatistics {
   std::uint64_t events() const { return events_; }
   std::uint64_t stats_received() const { return stats_received_; }
 
-  std::uint64_t states() const;      // received, of all needles
-  std::uint64_t lost() const;        // of all needles
+  std::uint64_t states() const;                            // received, of all needles
+  std::uint64_t lost() const;                              // of all needles
+  double last_received() const { return last_received_; }  // s, when the newest force state came in
+  double tick_seconds() const { return last_stats_ ? last_stats_->tick_p50 : 0; }  // s of computing, median
   double rate() const;               // Hz, ticks per second of wall time; 0 before two ticks came in
   std::uint64_t overruns() const;    // of the server between the first and the last `stats`
   std::uint64_t rejections() const;  // by the server between the first and the last `stats`
