@@ -37,22 +37,74 @@ struct Panel {
   int rows;           // columns + rows below
   const int* below;   // rows - columns indices
   const double* x;    // rows x columns, column-major
+
+  const double* column(int j) const { return x + static_cast<std::ptrdiff_t>(j) * rows; }
+  const double* tail(int j) const { return column(j) + columns; }  // the rows below
 };
 
 // Forward substitution with one panel: solves for its unknowns in b and takes them out of the rows below. g is scratch
-// for those rows, so that the inner loop runs over contiguous memory.
+// for those rows, so that the inner loop runs over contiguous memory; four columns at a time share its traffic.
 void eliminate(const Panel& p, double* b, double* g) {
   const int below = p.rows - p.columns;
-  std::fill_n(g, below, 0.0);
+  double* unknown = b + p.first;
   for (int j = 0; j < p.columns; ++j) {
-    const double* column = p.x + static_cast<std::ptrdiff_t>(j) * p.rows;
-    const double* tail = column + p.columns;
-    const double value = b[p.first + j] / column[j];
-    b[p.first + j] = value;
-    for (int i = j + 1; i < p.columns; ++i) b[p.first + i] -= column[i] * value;
-    for (int i = 0; i < below; ++i) g[i] += tail[i] * value;
+    const double* column = p.column(j);
+    const double value = unknown[j] / column[j];
+    unknown[j] = value;
+    for (int i = j + 1; i < p.columns; ++i) unknown[i] -= column[i] * value;
+  }
+  std::fill_n(g, below, 0.0);
+  int j = 0;
+  for (; j + 4 <= p.columns; j += 4) {
+    const double* c0 = p.tail(j);
+    const double* c1 = p.tail(j + 1);
+    const double* c2 = p.tail(j + 2);
+    const double* c3 = p.tail(j + 3);
+    const double v0 = unknown[j], v1 = unknown[j + 1], v2 = unknown[j + 2], v3 = unknown[j + 3];
+    for (int i = 0; i < below; ++i) g[i] += (c0[i] * v0 + c1[i] * v1) + (c2[i] * v2 + c3[i] * v3);
+  }
+  for (; j < p.columns; ++j) {
+    const double* c = p.tail(j);
+    const double v = unknown[j];
+    for (int i = 0; i < below; ++i) g[i] += c[i] * v;
   }
   for (int i = 0; i < below; ++i) b[p.below[i]] -= g[i];
+}
+
+// Backward substitution with one panel, the mirror image.
+void substitute(const Panel& p, double* b, double* g) {
+  const int below = p.rows - p.columns;
+  double* unknown = b + p.first;
+  for (int i = 0; i < below; ++i) g[i] = b[p.below[i]];
+  int j = 0;
+  for (; j + 4 <= p.columns; j += 4) {
+    const double* c0 = p.tail(j);
+    const double* c1 = p.tail(j + 1);
+    const double* c2 = p.tail(j + 2);
+    const double* c3 = p.tail(j + 3);
+    double s0 = 0, s1 = 0, s2 = 0, s3 = 0;
+#pragma omp simd reduction(+ : s0, s1, s2, s3)
+    for (int i = 0; i < below; ++i) {
+      s0 += c0[i] * g[i];
+      s1 += c1[i] * g[i];
+      s2 += c2[i] * g[i];
+      s3 += c3[i] * g[i];
+    }
+    unknown[j] -= s0, unknown[j + 1] -= s1, unknown[j + 2] -= s2, unknown[j + 3] -= s3;
+  }
+  for (; j < p.columns; ++j) {
+    const double* c = p.tail(j);
+    double sum = 0;
+#pragma omp simd reduction(+ : sum)
+    for (int i = 0; i < below; ++i) sum += c[i] * g[i];
+    unknown[j] -= sum;
+  }
+  for (j = p.columns - 1; j >= 0; --j) {
+    const double* column = p.column(j);
+    double sum = 0;
+    for (int i = j + 1; i < p.columns; ++i) sum += column[i] * unknown[i];
+    unknown[j] = (unknown[j] - sum) / column[j];
+  }
 }
 
 }  // namespace
@@ -132,22 +184,7 @@ void SparseCholesky::forward3(Eigen::Ref<Eigen::MatrixX3d> x, int first) const {
 }
 
 void SparseCholesky::backward(Eigen::Ref<VectorX> x) const {
-  double* b = x.data();
-  double* g = gathered_.data();
-  for (int s = factor_->panel_count() - 1; s >= 0; --s) {
-    const Panel p = factor_->panel(s);
-    const int below = p.rows - p.columns;
-    for (int i = 0; i < below; ++i) g[i] = b[p.below[i]];
-    for (int j = p.columns - 1; j >= 0; --j) {
-      const double* column = p.x + static_cast<std::ptrdiff_t>(j) * p.rows;
-      const double* tail = column + p.columns;
-      double sum = 0;
-#pragma omp simd reduction(+ : sum)
-      for (int i = 0; i < below; ++i) sum += tail[i] * g[i];
-      for (int i = j + 1; i < p.columns; ++i) sum += column[i] * b[p.first + i];
-      b[p.first + j] = (b[p.first + j] - sum) / column[j];
-    }
-  }
+  for (int s = factor_->panel_count() - 1; s >= 0; --s) substitute(factor_->panel(s), x.data(), gathered_.data());
 }
 
 }  // namespace acus

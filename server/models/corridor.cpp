@@ -68,7 +68,8 @@ Vector3 Corridor::free_displacement(int s, const VectorX& y) const {
 
 void Corridor::add_force(int s, const Vector3& force, VectorX& y) const {
   const Eigen::Index tail = y.size() - slots_[s].first;
-  for (int k = 0; k < 3; ++k) y.tail(tail) += force[k] * columns_[s].col(k).tail(tail);
+  const auto& c = columns_[s];
+  y.tail(tail) += force[0] * c.col(0).tail(tail) + force[1] * c.col(1).tail(tail) + force[2] * c.col(2).tail(tail);
 }
 
 }  // namespace acus

@@ -10,7 +10,7 @@ struct Material {
   double poisson_ratio = 0.45;       // -, [0, 0.5)
   double density = 1000;             // kg/m^3, > 0
   double rayleigh_mass = 0;          // 1/s, >= 0
-  double rayleigh_stiffness = 0.05;  // s, >= 0
+  double rayleigh_stiffness = 0.01;  // s, >= 0
 };
 
 // A needle's body: a straight tube of circular section.

@@ -145,35 +145,75 @@ void node_rotations(const TissueModel& model, const ElementRotations& rotations,
   }
 }
 
-SparseMatrix assemble(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations, Tangent tangent,
-                      const MatrixFactors& factors) {
+namespace {
+
+// Unknown of local coordinate a (node * 3 + axis) of a tetrahedron, -1 where its node is fixed.
+int unknown_of(const TissueModel& model, const std::array<int, 4>& nodes, int a) {
+  const int free = model.free_index[nodes[a / 3]];
+  return free < 0 ? -1 : 3 * free + a % 3;
+}
+
+// Calls visit(index in the packed triangle, a, b) for a >= b.
+template <class Visit>
+void for_lower_triangle(Visit visit) {
+  int index = 0;
+  for (int a = 0; a < 12; ++a)
+    for (int b = 0; b <= a; ++b) visit(index++, a, b);
+}
+
+int position_in(const SparseMatrix& matrix, int row, int column) {
+  const int* begin = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column];
+  const int* end = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column + 1];
+  return static_cast<int>(std::lower_bound(begin, end, row) - matrix.innerIndexPtr());
+}
+
+}  // namespace
+
+TissueAssembler::TissueAssembler(const TissueModel& model) : model_(model) {
+  const int n = model.unknowns();
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(model.elements.size() * 78 + static_cast<std::size_t>(model.unknowns()));
-  const Matrix3X& where = tangent == Tangent::rest ? model.mesh->nodes : x;
-  for (int t = 0; t < model.mesh->tetrahedron_count(); ++t) {
-    const auto& nodes = model.mesh->tetrahedra[t];
+  for (int i = 0; i < n; ++i) entries.emplace_back(i, i, 0.0);
+  for (const auto& nodes : model.mesh->tetrahedra)
+    for_lower_triangle([&](int, int a, int b) {
+      const int row = unknown_of(model, nodes, a), column = unknown_of(model, nodes, b);
+      if (row >= 0 && column >= 0) entries.emplace_back(std::max(row, column), std::min(row, column), 0.0);
+    });
+  pattern_.resize(n, n);
+  pattern_.setFromTriplets(entries.begin(), entries.end());
+
+  for (const auto& nodes : model.mesh->tetrahedra) {
+    auto& positions = positions_.emplace_back();
+    for_lower_triangle([&](int index, int a, int b) {
+      const int row = unknown_of(model, nodes, a), column = unknown_of(model, nodes, b);
+      positions[index] =
+          row < 0 || column < 0 ? -1 : position_in(pattern_, std::max(row, column), std::min(row, column));
+    });
+  }
+  for (int i = 0; i < n; ++i) diagonal_.push_back(position_in(pattern_, i, i));
+}
+
+void TissueAssembler::assemble(const Matrix3X& x, const ElementRotations& rotations, Tangent tangent,
+                               const MatrixFactors& factors, SparseMatrix& matrix) const {
+  if (matrix.nonZeros() != pattern_.nonZeros()) matrix = pattern_;
+  double* values = matrix.valuePtr();
+  std::fill_n(values, matrix.nonZeros(), 0.0);
+  const Matrix3X& where = tangent == Tangent::rest ? model_.mesh->nodes : x;
+  for (int t = 0; t < model_.mesh->tetrahedron_count(); ++t) {
     double local[4][3], q[4] = {1, 0, 0, 0};
-    gather(where, nodes, local);
+    gather(where, model_.mesh->tetrahedra[t], local);
     if (tangent != Tangent::rest) rotations.element(t, q);
+    const double factor = factors.stiffness + factors.stiffness_damping * model_.rayleigh_stiffness[t];
     const Eigen::Matrix<double, 12, 12> k =
-        (factors.stiffness + factors.stiffness_damping * model.rayleigh_stiffness[t]) *
-        corotational_tangent(model.elements[t], local, q, tangent == Tangent::exact);
-    for (int a = 0; a < 12; ++a)
-      for (int b = 0; b < 12; ++b) {
-        const int fa = model.free_index[nodes[a / 3]], fb = model.free_index[nodes[b / 3]];
-        if (fa < 0 || fb < 0) continue;
-        const int row = 3 * fa + a % 3, column = 3 * fb + b % 3;
-        if (row >= column) entries.emplace_back(row, column, k(a, b));
-      }
+        corotational_tangent(model_.elements[t], local, q, tangent == Tangent::exact);
+    for_lower_triangle([&](int index, int a, int b) {
+      if (positions_[t][index] >= 0) values[positions_[t][index]] += factor * k(a, b);
+    });
   }
-  for (std::size_t f = 0; f < model.free_nodes.size(); ++f) {
-    const int node = model.free_nodes[f];
-    const double d = factors.mass * model.mass[node] + factors.mass_damping * model.mass_damping[node];
-    for (int i = 0; i < 3; ++i) entries.emplace_back(static_cast<int>(3 * f) + i, static_cast<int>(3 * f) + i, d);
+  for (std::size_t f = 0; f < model_.free_nodes.size(); ++f) {
+    const int node = model_.free_nodes[f];
+    const double d = factors.mass * model_.mass[node] + factors.mass_damping * model_.mass_damping[node];
+    for (std::size_t i = 0; i < 3; ++i) values[diagonal_[3 * f + i]] += d;
   }
-  SparseMatrix matrix(model.unknowns(), model.unknowns());
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
 }
 
 }  // namespace acus

@@ -3,6 +3,7 @@
 // gravity, fixed nodes. Unknowns are the free nodes' displacements, three per node, numbered 3 * free_index + axis.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -85,7 +86,20 @@ struct MatrixFactors {
   double stiffness = 0;
   double stiffness_damping = 0;
 };
-SparseMatrix assemble(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations, Tangent tangent,
-                      const MatrixFactors& factors);
+// Such matrices, all of one pattern, found once.
+class TissueAssembler {
+ public:
+  explicit TissueAssembler(const TissueModel& model);
+
+  // Overwrites `matrix`, which must be empty or come from this assembler.
+  void assemble(const Matrix3X& x, const ElementRotations& rotations, Tangent tangent, const MatrixFactors& factors,
+                SparseMatrix& matrix) const;
+
+ private:
+  const TissueModel& model_;
+  SparseMatrix pattern_;                        // lower triangle, zeros
+  std::vector<std::array<int, 78>> positions_;  // per element: where the lower triangle of its 12 x 12 goes, -1: nowhere
+  std::vector<int> diagonal_;                   // per unknown
+};
 
 }  // namespace acus

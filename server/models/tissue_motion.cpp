@@ -11,9 +11,7 @@ namespace {
 
 // Sum of all rows of beta K0 restricted to free unknowns, three rows: the damping force that the free nodes receive in
 // total is this times their velocity, and the supports take the opposite.
-Eigen::Matrix3Xd stiffness_damping_sums(const TissueModel& model, const ElementRotations& rotations) {
-  const SparseMatrix lower =
-      assemble(model, model.mesh->nodes, rotations, Tangent::rest, {.stiffness_damping = 1});
+Eigen::Matrix3Xd stiffness_damping_sums(const SparseMatrix& lower) {
   Eigen::Matrix3Xd sums = Eigen::Matrix3Xd::Zero(3, lower.cols());
   for (int column = 0; column < lower.outerSize(); ++column)
     for (SparseMatrix::InnerIterator it(lower, column); it; ++it) {
@@ -29,13 +27,17 @@ TissueMotion::TissueMotion(const TissueModel& model, double h, TissueMatrix matr
     : model_(model),
       h_(h),
       matrix_(matrix),
+      assembler_(model),
       corridor_(static_cast<int>(model.free_nodes.size()), std::min(max_nodes, static_cast<int>(model.free_nodes.size()))) {
   element_rotations_.reset(model);
-  const SparseMatrix rest = assemble(model, model.mesh->nodes, element_rotations_, Tangent::rest,
-                                     {1 / (h * h), 1 / h, 1, 1 / h});
+  SparseMatrix rest;
+  assembler_.assemble(model.mesh->nodes, element_rotations_, Tangent::rest, {1 / (h * h), 1 / h, 1, 1 / h}, rest);
   factor_.analyze(rest);
   if (!factor_.factorize(rest)) throw std::runtime_error("the tissue's matrix is not positive definite");
-  if (matrix == TissueMatrix::fixed) damping_sums_ = stiffness_damping_sums(model, element_rotations_);
+  if (matrix == TissueMatrix::fixed) {
+    assembler_.assemble(model.mesh->nodes, element_rotations_, Tangent::rest, {.stiffness_damping = 1}, rest);
+    damping_sums_ = stiffness_damping_sums(rest);
+  }
 
   x_ = model.mesh->nodes;
   elastic_.setZero(3, model.nodes());
@@ -83,9 +85,10 @@ void TissueMotion::evaluate(const TissueState& state) {
 bool TissueMotion::refactorize() {
   // The Hessian at x_k; where it is indefinite, the turned rest stiffness, which never is.
   for (const Tangent tangent : {Tangent::exact, Tangent::turned}) {
-    const SparseMatrix a = assemble(model_, x_, element_rotations_, tangent, {1 / (h_ * h_), 1 / h_, 1, 0}) +
-                           SparseMatrix(damping_ / h_);
-    if (factor_.factorize(a)) return tangent == Tangent::exact;
+    assembler_.assemble(x_, element_rotations_, tangent, {1 / (h_ * h_), 1 / h_, 1, 0}, system_);
+    Eigen::Map<VectorX>(system_.valuePtr(), system_.nonZeros()) +=
+        Eigen::Map<const VectorX>(damping_.valuePtr(), damping_.nonZeros()) / h_;
+    if (factor_.factorize(system_)) return tangent == Tangent::exact;
   }
   return false;
 }
@@ -102,7 +105,7 @@ bool TissueMotion::linearize(const TissueState& state) {
     turn_to_rest(residual_);
   } else {
     if (first_iteration_) {
-      damping_ = assemble(model_, x_, element_rotations_, Tangent::turned, {.stiffness_damping = 1});
+      assembler_.assemble(x_, element_rotations_, Tangent::turned, {.stiffness_damping = 1}, damping_);
     } else {
       for (int i : model_.free_nodes)
         unknowns_.segment<3>(3 * model_.free_index[i]) = (x_.col(i) - state.x.col(i)) / h_;

@@ -103,9 +103,11 @@ class TissueMotion {
   const TissueModel& model_;
   double h_;
   TissueMatrix matrix_;
+  TissueAssembler assembler_;
   SparseCholesky factor_;
   Corridor corridor_;
   SparseMatrix damping_;                 // refactorized: beta K of this tick, lower triangle
+  SparseMatrix system_;                  // refactorized: A
   Eigen::Matrix<double, 3, Eigen::Dynamic> damping_sums_;  // fixed: sum over free rows of beta K0, per unknown
   Matrix3X x_;                           // x_k
   Matrix3X elastic_;                     // dPsi/dx at x_k

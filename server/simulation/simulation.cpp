@@ -14,6 +14,12 @@ namespace {
 constexpr int kMaxPaths = 64;
 constexpr int kMaxEvents = 64;  // of one tick
 
+// The scene itself, if its values are in range: one built in code has not been through the reader.
+const Scene& checked(const Scene& scene) {
+  validate(scene);
+  return scene;
+}
+
 std::vector<Interaction> interactions_of(const Scene& scene) {
   std::vector<Interaction> all;
   for (const Region& region : scene.tissue.regions) all.push_back(region.interaction);
@@ -122,7 +128,7 @@ struct Simulation::World {
 };
 
 Simulation::World::World(const Scene& s)
-    : scene(s),
+    : scene(checked(s)),
       h(1 / s.rate),
       mesh(load_mesh(s)),
       regions(assign_regions(s, mesh)),
