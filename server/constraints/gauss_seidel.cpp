@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/constraints/gauss_seidel.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace acus {
@@ -83,6 +84,12 @@ GaussSeidel::GaussSeidel(int capacity) {
   schur_.setZero(capacity, capacity);
   free_bilateral_.setZero(capacity);
   free_others_.setZero(capacity);
+  softening_.setZero(capacity);
+  straight_.reserve(n);
+  subspace_.setZero(capacity, capacity);
+  subspace_rhs_.setZero(capacity);
+  trial_lambda_.resize(n);
+  trial_delta_.resize(n);
 }
 
 void GaussSeidel::split(std::span<const Law> laws) {
@@ -118,7 +125,10 @@ void GaussSeidel::eliminate(const MatrixX& W, std::span<const Law> laws, std::sp
   if (b == 0) return;
 
   block.diagonal().array() += kRegularization * block.diagonal().mean();
-  for (Eigen::Index i = 0; i < b; ++i) block(i, i) += laws[bilateral_[i]].softness * W(bilateral_[i], bilateral_[i]);
+  for (Eigen::Index i = 0; i < b; ++i) {
+    softening_[i] = laws[bilateral_[i]].compliance;
+    block(i, i) += softening_[i];
+  }
   Eigen::Ref<MatrixX> in_place(block);
   const Eigen::LLT<Eigen::Ref<MatrixX>> cholesky(in_place);
   const auto lower = block.triangularView<Eigen::Lower>();
@@ -127,6 +137,81 @@ void GaussSeidel::eliminate(const MatrixX& W, std::span<const Law> laws, std::sp
   lower.solveInPlace(free_bilateral);
   schur.noalias() -= coupling.transpose() * coupling;
   free_others_.head(n).noalias() -= coupling.transpose() * free_bilateral;
+}
+
+// Rows on a straight piece of their graph obey a linear equation: S lambda + delta_bar = 0 when sticking, and
+// S lambda + lambda/c = -delta_bar -+ T/c when sliding with viscosity c.
+void GaussSeidel::subspace_step(std::span<double> lambda, std::span<double> delta) {
+  straight_.clear();
+  const auto n = static_cast<int>(laws_.size());
+  for (int i = 0; i < n; ++i) {
+    const Law& law = laws_[i];
+    const bool between = law.kind == LawKind::unilateral ? lambda[i] > 0 && lambda[i] < law.limit
+                                                         : std::abs(lambda[i]) < law.limit;
+    const bool sliding = law.kind == LawKind::friction && !between && law.viscosity > 0;
+    if ((law.kind == LawKind::unilateral || law.kind == LawKind::friction) && (between || sliding))
+      straight_.push_back(i);
+  }
+  const auto m = static_cast<Eigen::Index>(straight_.size());
+  if (m < 2) return;
+
+  auto system = subspace_.topLeftCorner(m, m);
+  auto rhs = subspace_rhs_.head(m);
+  for (Eigen::Index a = 0; a < m; ++a) {
+    const int i = straight_[a];
+    rhs[a] = -delta[i];
+    for (Eigen::Index b = 0; b < m; ++b) {
+      system(a, b) = schur_(i, straight_[b]);
+      rhs[a] += system(a, b) * lambda[straight_[b]];
+    }
+    const Law& law = laws_[i];
+    if (law.kind == LawKind::friction && std::abs(lambda[i]) >= law.limit) {
+      system(a, a) += 1 / law.viscosity;
+      rhs[a] += std::copysign(law.limit, lambda[i]) / law.viscosity;
+    }
+  }
+  system.diagonal().array() += 1e-12 * system.diagonal().mean();
+  Eigen::Ref<MatrixX> in_place(system);
+  const Eigen::LLT<Eigen::Ref<MatrixX>> cholesky(in_place);
+  if (cholesky.info() != Eigen::Success) return;
+  system.triangularView<Eigen::Lower>().solveInPlace(rhs);
+  system.triangularView<Eigen::Lower>().transpose().solveInPlace(rhs);
+
+  const std::span<double> trial(trial_lambda_.data(), lambda.size()), trial_delta(trial_delta_.data(), lambda.size());
+  std::copy(lambda.begin(), lambda.end(), trial.begin());
+  for (Eigen::Index a = 0; a < m; ++a) {
+    const Law& law = laws_[straight_[a]];
+    const double low = law.kind == LawKind::unilateral ? 0 : -law.limit;
+    const bool sliding = law.kind == LawKind::friction && std::abs(lambda[straight_[a]]) >= law.limit;
+    trial[straight_[a]] = sliding ? rhs[a] : std::clamp(rhs[a], low, law.limit);
+  }
+  const std::span<const double> free_others(free_others_.data(), lambda.size());
+  evaluate(schur_, free_others, trial, trial_delta);
+  if (law_residual(schur_, laws_, trial, trial_delta) >= law_residual(schur_, laws_, lambda, delta)) return;
+  std::copy(trial.begin(), trial.end(), lambda.begin());
+  std::copy(trial_delta.begin(), trial_delta.end(), delta.begin());
+}
+
+// lambda_B from the others, with one step of refinement for what the regularisation left over.
+void GaussSeidel::solve_bilateral(std::span<const double> lambda_others, const MatrixX& W,
+                                  std::span<const double> delta_free, std::span<double> lambda,
+                                  std::span<double> delta) {
+  const auto b = static_cast<Eigen::Index>(bilateral_.size());
+  const auto upper = block_.topLeftCorner(b, b).triangularView<Eigen::Lower>().transpose();
+  const auto lower = block_.topLeftCorner(b, b).triangularView<Eigen::Lower>();
+  auto force = free_bilateral_.head(b);
+  force = -force;
+  for (std::size_t i = 0; i < lambda_others.size(); ++i)
+    force -= lambda_others[i] * coupling_.col(static_cast<Eigen::Index>(i)).head(b);
+  upper.solveInPlace(force);
+  for (Eigen::Index i = 0; i < b; ++i) lambda[bilateral_[i]] = force[i];
+
+  evaluate(W, delta_free, lambda, delta);
+  for (Eigen::Index i = 0; i < b; ++i) force[i] = -delta[bilateral_[i]] - softening_[i] * lambda[bilateral_[i]];
+  lower.solveInPlace(force);
+  upper.solveInPlace(force);
+  for (Eigen::Index i = 0; i < b; ++i) lambda[bilateral_[i]] += force[i];
+  evaluate(W, delta_free, lambda, delta);
 }
 
 SolverResult GaussSeidel::solve(const MatrixX& W, std::span<const Law> laws, std::span<const double> delta_free,
@@ -142,18 +227,12 @@ SolverResult GaussSeidel::solve(const MatrixX& W, std::span<const Law> laws, std
   evaluate(schur_, free_others, lambda_others, delta_others);
   while (result.sweeps < max_sweeps && law_residual(schur_, laws_, lambda_others, delta_others) > tolerance) {
     sweep(schur_, laws_, lambda_others, delta_others);
-    ++result.sweeps;
+    if (++result.sweeps % kSubspaceInterval != 0) continue;
+    subspace_step(lambda_others, delta_others);
+    evaluate(schur_, free_others, lambda_others, delta_others);  // rounding errors of the sweeps' running sums
   }
-
   for (std::size_t i = 0; i < n; ++i) lambda[others_[i]] = lambda_others[i];
-  const auto b = static_cast<Eigen::Index>(bilateral_.size());
-  auto force = free_bilateral_.head(b);
-  force = -force;
-  for (std::size_t i = 0; i < n; ++i) force -= lambda_others[i] * coupling_.col(static_cast<Eigen::Index>(i)).head(b);
-  block_.topLeftCorner(b, b).triangularView<Eigen::Lower>().transpose().solveInPlace(force);
-  for (Eigen::Index i = 0; i < b; ++i) lambda[bilateral_[i]] = force[i];
-
-  evaluate(W, delta_free, lambda, delta);
+  solve_bilateral(lambda_others, W, delta_free, lambda, delta);
   result.residual = law_residual(W, laws, lambda, delta);
   result.converged = result.residual <= tolerance;
   return result;

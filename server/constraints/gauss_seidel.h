@@ -12,6 +12,12 @@
 // sweeps and more with every point; the remaining rows are few and nearly independent. To stay factorisable when points
 // are closer than mesh and beams can tell apart, W_BB gets kRegularization of its mean diagonal added.
 //
+// Points that stick within one element are nearly dependent, and sweeps alone converge slowly there. So every
+// kSubspaceInterval sweeps the rows that stand on a straight piece of their graph (sticking, sliding with viscosity, or
+// held at a distance of zero) are solved for exactly and together, the others held; the result is clipped to the laws
+// and kept only if it violates them less [Silcowitz, Niebe, Erleben 2010, "Projected Gauss-Seidel subspace
+// minimization"].
+//
 // The violation of a row is the force by which it would still move, |lambda - law_force(...)| (N), on the full W: it
 // measures the laws themselves, not the progress of the iteration. Starts from the lambda it is given.
 #pragma once
@@ -37,6 +43,7 @@ double law_residual(const MatrixX& W, std::span<const Law> laws, std::span<const
 class GaussSeidel {
  public:
   static constexpr double kRegularization = 1e-9;
+  static constexpr int kSubspaceInterval = 8;
 
   explicit GaussSeidel(int capacity);
 
@@ -49,6 +56,10 @@ class GaussSeidel {
   void split(std::span<const Law> laws);
   void eliminate(const MatrixX& W, std::span<const Law> laws, std::span<const double> delta_free);
 
+  void solve_bilateral(std::span<const double> lambda_others, const MatrixX& W, std::span<const double> delta_free,
+                       std::span<double> lambda, std::span<double> delta);
+  void subspace_step(std::span<double> lambda, std::span<double> delta);
+
   std::vector<int> bilateral_, others_;  // rows of W
   std::vector<Law> laws_;                // of the others, normal_row in their own numbering
   std::vector<int> place_;               // row of W -> index in others_
@@ -57,7 +68,12 @@ class GaussSeidel {
   MatrixX coupling_;                     // L⁻¹ W_BI
   MatrixX schur_;                        // S
   VectorX free_bilateral_;               // L⁻¹ delta_free_B
+  VectorX softening_;                    // m/N, of the soft bilateral rows
   VectorX free_others_;                  // delta_bar
+  std::vector<int> straight_;            // of the others: rows of a subspace step
+  MatrixX subspace_;
+  VectorX subspace_rhs_;
+  std::vector<double> trial_lambda_, trial_delta_;
 };
 
 }  // namespace acus

@@ -18,8 +18,7 @@
 //                         delta = 0: 0 <= lambda <= f   delta > 0: lambda = -T - c delta (slip)
 //                         delta < 0: lambda = f         delta < 0: lambda =  T - c delta
 //
-// A bilateral row may be soft: delta = -softness W lambda, W its own compliance. Softness fades a row in and out
-// without a jump.
+// A bilateral row may be soft: delta = -s lambda, with a compliance s of its own.
 //
 // disk: the two rows of contact friction, lambda (2-vector) within the disk of radius mu * (force of the normal row);
 // stick where it is inside, opposed to delta where it is on the rim (Coulomb's cone, with the normal force known).
@@ -51,12 +50,12 @@ struct Law {
   double limit = 0;      // f or T (N), >= 0, may be infinite; disks: mu (-)
   double viscosity = 0;  // c (N/m), friction only: force per displacement in this tick
   int normal_row = -1;   // disks only
-  double softness = 0;   // bilateral only, see above (-)
+  double compliance = 0; // s (m/N), >= 0, bilateral only
 };
 
 // lambda of a one-row law on the line delta = compliance * lambda + delta_bar.
 inline double law_force(const Law& law, double compliance, double delta_bar) {
-  const double stick = -delta_bar / (compliance * (1 + law.softness));
+  const double stick = -delta_bar / (compliance + law.compliance);
   switch (law.kind) {
     case LawKind::unilateral:
       return std::clamp(stick, 0.0, law.limit);

@@ -216,13 +216,12 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
     all = rows.add(row, {LawKind::unilateral, tissue.interaction(path.end).cutting_force}, tip_.normal);
   }
   const double behind = at_end_ ? 0 : 1 - tip_point_.u;
-  const Law law{.kind = LawKind::bilateral, .softness = behind * behind};
   Vector3 across[2];
   perpendicular_basis(tip_tangent_, across[0], across[1]);
   const Vector3 apart = tip.position - tissue.position(tip_point_);
   for (const Vector3& n : across) {
-    const Row row{needle_, RowRole::tip_lateral, -1, tip, tip_point_, n, n.dot(apart)};
-    all = rows.add(row, law, tip_.lateral.dot(n)) && all;
+    const Row row{needle_, RowRole::tip_lateral, -1, tip, tip_point_, n, n.dot(apart), behind * behind};
+    all = rows.add(row, {}, tip_.lateral.dot(n)) && all;
   }
   return all;
 }

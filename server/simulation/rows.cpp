@@ -51,7 +51,17 @@ bool Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
       W_(i, j) = W_(j, i) = w;
     }
   }
+  soften();
   return true;
+}
+
+// The two lateral rows of a tip follow each other and are equally soft, whichever way their directions stand.
+void Rows::soften() {
+  for (int i = 0; i + 1 < count(); ++i) {
+    if (rows_[i].role != RowRole::tip_lateral) continue;
+    laws_[i].compliance = laws_[i + 1].compliance = rows_[i].softness * (W_(i, i) + W_(i + 1, i + 1)) / 2;
+    ++i;
+  }
 }
 
 SolverResult Rows::solve(int max_sweeps, double tolerance) {

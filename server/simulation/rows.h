@@ -24,6 +24,7 @@ struct Row {
   TissuePoint in_tissue;
   Vector3 n = Vector3::Zero();            // unit, world
   double gap = 0;                         // m, delta at q_k, before this iteration's correction
+  double softness = 0;                    // -, tip_lateral: compliance of the law over the mean of the pair's W
 };
 
 class Rows {
@@ -52,6 +53,8 @@ class Rows {
   Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }                      // on the needle, N
 
  private:
+  void soften();
+
   int capacity_;
   std::vector<Row> rows_;
   std::vector<Law> laws_;
