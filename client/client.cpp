@@ -115,9 +115,11 @@ protocol::Done CommandLink::step(std::uint32_t ticks, Timeout timeout) {
 }
 protocol::Done CommandLink::shutdown(Timeout timeout) { return request<protocol::Done>(protocol::Shutdown{}, timeout); }
 
+bool CommandLink::connected() { return socket_->connected(); }
+
 // Without a peer a command would wait in the queue and reach a later server out of date.
-bool CommandLink::send(const protocol::Pose& pose) { return socket_->connected() && send_now(pose); }
-bool CommandLink::send(const protocol::Spin& spin) { return socket_->connected() && send_now(spin); }
+bool CommandLink::send(const protocol::Pose& pose) { return connected() && send_now(pose); }
+bool CommandLink::send(const protocol::Spin& spin) { return connected() && send_now(spin); }
 
 void CommandLink::keep_rejection(const protocol::Error& error) {
   if (rejections_.size() == kMaxRejections) rejections_.pop_front();

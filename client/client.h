@@ -69,6 +69,9 @@ class CommandLink {
   protocol::Done step(std::uint32_t ticks, Timeout timeout);
   protocol::Done shutdown(Timeout timeout);
 
+  // Whether the server is there, as far as is known now. Does not wait.
+  bool connected();
+
   // Hands a command over without waiting. False if there is no connection to take it: the server is not there, or
   // does not read. An accepted command may still be rejected later, see next_rejection().
   [[nodiscard]] bool send(const protocol::Pose& pose);

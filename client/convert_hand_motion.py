@@ -4,7 +4,8 @@
 
 The recording has no header and a row per sample: x y z [mm] qw qx qy qz. The whole motion is turned as one rigid body
 so that its principal way, from the first sample to the one farthest from it, runs along --direction, then scaled, and
-moved so that the base starts at --start. The needle starts along --direction and turns as the tool turned.
+moved so that the base starts at --start. The needle turns as the tool turned, and points along --direction where the
+tool had its mean orientation; --turn 0 keeps it there, --turn 0.5 halves its turns.
 Trajectory: SI units, world frame; the needle lies along its base's +x axis.
 """
 
@@ -86,16 +87,34 @@ def principal_way(samples):
     return normalised(way), length
 
 
-def convert(samples, rate, start, direction, scale):
+def mean_orientation(samples):
+    """Of orientations that stay within half a turn of the first."""
+    first = samples[0][1]
+    same_side = [q if dot(q, first) >= 0 else tuple(-c for c in q) for _, q in samples]
+    return normalised(tuple(map(sum, zip(*same_side))))
+
+
+def scaled_turn(turn, factor):
+    """The rotation about the same axis by `factor` times the angle, which is taken in [-pi, pi]."""
+    w, *vector = turn if turn[0] >= 0 else tuple(-c for c in turn)
+    sine = math.sqrt(dot(vector, vector))
+    if sine == 0:
+        return (1.0, 0.0, 0.0, 0.0)
+    half_angle = factor * math.atan2(sine, w)
+    return (math.cos(half_angle), *(math.sin(half_angle) * c / sine for c in vector))
+
+
+def convert(samples, rate, start, direction, scale, turn_factor):
     """Trajectory rows as numbers: t, position, orientation; see the head of this file."""
     way, _ = principal_way(samples)
     direction = normalised(direction)
     aim = shortest_rotation(way, direction)
     base = shortest_rotation((1.0, 0.0, 0.0), direction)
-    first_position, first_orientation = samples[0]
+    first_position = samples[0][0]
+    from_mean = conjugate(mean_orientation(samples))
     for index, (position, orientation) in enumerate(samples):
         moved = rotate(aim, subtract(position, first_position))
-        turn = multiply(orientation, conjugate(first_orientation))
+        turn = scaled_turn(multiply(orientation, from_mean), turn_factor)
         turn_aimed = multiply(multiply(aim, turn), conjugate(aim))
         yield (index / rate, *(s + scale * m for s, m in zip(start, moved)), *normalised(multiply(turn_aimed, base)))
 
@@ -113,6 +132,7 @@ def parse_arguments():
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--scale", type=float, default=1.0, help="factor on all ways (default: %(default)s)")
     size.add_argument("--travel", type=float, metavar="M", help="scale so that the principal way is this long (m)")
+    parser.add_argument("--turn", type=float, default=1.0, help="factor on all turns (default: %(default)s)")
     arguments = parser.parse_args()
     if arguments.rate <= 0 or arguments.scale <= 0 or (arguments.travel is not None and arguments.travel <= 0):
         parser.error("--rate, --scale and --travel must be positive")
@@ -130,7 +150,8 @@ def main():
     with open(arguments.out, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
-        for time, *pose in convert(samples, arguments.rate, arguments.start, arguments.direction, scale):
+        rows = convert(samples, arguments.rate, arguments.start, arguments.direction, scale, arguments.turn)
+        for time, *pose in rows:
             writer.writerow([f"{time:.9g}", arguments.needle, *(f"{number:.9g}" for number in pose), "0"])
 
 

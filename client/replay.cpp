@@ -185,6 +185,9 @@ void Replay::receive_until(Done done, Patience patience, const std::string& awai
     if (options_.interrupt && *options_.interrupt) throw Interrupted("interrupted");
     const bool received = receive(kSlice);
     if (received && patience == Patience::per_state) deadline = Clock::now() + options_.timeout;
+    if (!received && patience == Patience::in_all && !commands_.connected()) {
+      throw Vanished("the server at '" + options_.commands + "' ended before " + awaited + " came");
+    }
     if (Clock::now() < deadline) continue;
     throw Vanished("waited " + std::to_string(options_.timeout.count()) + " ms in vain for " + awaited + " from '" +
                    options_.states + "'");

@@ -71,7 +71,7 @@ class Replay {
   void await_last_states();
   void step();
 
-  // What the timeout bounds: the whole wait, or the silence between two states.
+  // What the timeout bounds: the whole wait, or the silence between two states while another thread sends poses.
   enum class Patience { in_all, per_state };
   template <class Done>
   void receive_until(Done done, Patience patience, const std::string& awaited);

@@ -28,5 +28,6 @@ build_preset() {
   local preset=$1
   say "building preset $preset in build/$preset"
   (cd "$acus_root" && cmake --preset "$preset") || fail "configuring preset $preset, see above"
-  (cd "$acus_root" && cmake --build --preset "$preset" --parallel "$(nproc)") || fail "building preset $preset, see above"
+  (cd "$acus_root" && cmake --build --preset "$preset" --parallel "$(nproc)") ||
+    fail "building preset $preset, see above"
 }

@@ -72,15 +72,21 @@ class ConvertHandMotion(InTemporaryFolder):
         self.assertLess(distance(floats(rows[0], "xyz"), (1, 2, 3)), 1e-8)
         self.assertLess(distance(floats(rows[50], "xyz"), (1, 2, 2.94)), 1e-8)
 
-    def test_the_needle_starts_along_the_direction_and_turns_as_the_tool_did(self):
-        half = math.radians(30) / 2  # about x, across the way
-        recording = self.write_recording([(0, 0, 0, 1, 0, 0, 0), (0, 10, 0, math.cos(half), math.sin(half), 0, 0)])
-        self.assert_success(self.convert(recording, "--direction", "0", "0", "-1"))
-        first, last = (floats(row, ["qw", "qx", "qy", "qz"]) for row in read_rows(self.path("out.csv")))
-        axis = lambda q: (1 - 2 * (q[2]**2 + q[3]**2), 2 * (q[1] * q[2] + q[0] * q[3]), 2 * (q[1] * q[3] - q[0] * q[2]))
-        self.assertLess(distance(axis(first), (0, 0, -1)), 1e-7)
-        cosine = sum(a * b for a, b in zip(axis(first), axis(last)))
-        self.assertAlmostEqual(cosine, math.cos(math.radians(30)), places=6)
+    def axes_after_turning(self, *arguments):
+        """Where the needle points first and last when the tool turns by 30 degrees about x, across its way along y."""
+        half = math.radians(30) / 2
+        recording = self.write_recording([(0, 0, 0, 1, 0, 0, 0), (0, 10, 0, -math.cos(half), -math.sin(half), 0, 0)])
+        self.assert_success(self.convert(recording, "--direction", "0", "0", "-1", *arguments))
+        quaternions = [floats(row, ["qw", "qx", "qy", "qz"]) for row in read_rows(self.path("out.csv"))]
+        return [(1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)) for w, x, y, z in quaternions]
+
+    def test_the_needle_turns_as_the_tool_did_about_the_direction(self):
+        for factor, degrees in ((1, 30), (0.5, 15), (0, 0)):
+            first, last = self.axes_after_turning("--turn", str(factor))
+            cosine = sum(a * b for a, b in zip(first, last))
+            self.assertAlmostEqual(cosine, math.cos(math.radians(degrees)), places=6)
+            middle = [(a + b) / 2 for a, b in zip(first, last)]
+            self.assertAlmostEqual(middle[2], -math.cos(math.radians(degrees / 2)), places=6)
 
     def test_bad_rows_are_named(self):
         recording = self.write_recording([(0, 0, 0, 1, 0, 0, 0), (0, 0, "x", 1, 0, 0, 0)])
