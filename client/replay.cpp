@@ -185,13 +185,18 @@ void Replay::receive_until(Done done, Patience patience, const std::string& awai
     if (options_.interrupt && *options_.interrupt) throw Interrupted("interrupted");
     const bool received = receive(kSlice);
     if (received && patience == Patience::per_state) deadline = Clock::now() + options_.timeout;
-    if (!received && patience == Patience::in_all && !commands_.connected()) {
-      throw Vanished("the server at '" + options_.commands + "' ended before " + awaited + " came");
-    }
+    if (patience == Patience::in_all) check_commands(received, awaited);
     if (Clock::now() < deadline) continue;
     throw Vanished("waited " + std::to_string(options_.timeout.count()) + " ms in vain for " + awaited + " from '" +
                    options_.states + "'");
   }
+}
+
+// What the server thinks of the poses, and whether it is still there once its states have run dry.
+void Replay::check_commands(bool receiving, const std::string& awaited) {
+  if (const auto rejection = commands_.next_rejection()) throw Refused(*rejection);
+  if (receiving || commands_.connected()) return;
+  throw Vanished("the server at '" + options_.commands + "' ended before " + awaited + " came");
 }
 
 bool Replay::receive(Timeout timeout) {

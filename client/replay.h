@@ -75,6 +75,7 @@ class Replay {
   enum class Patience { in_all, per_state };
   template <class Done>
   void receive_until(Done done, Patience patience, const std::string& awaited);
+  void check_commands(bool receiving, const std::string& awaited);
   bool receive(Timeout timeout);
   void take(const protocol::State& state);
 
