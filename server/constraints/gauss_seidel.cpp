@@ -225,7 +225,8 @@ SolverResult GaussSeidel::solve(const MatrixX& W, std::span<const Law> laws, std
 
   SolverResult result;
   evaluate(schur_, free_others, lambda_others, delta_others);
-  while (result.sweeps < max_sweeps && law_residual(schur_, laws_, lambda_others, delta_others) > tolerance) {
+  // Half the tolerance, as the residual that counts is taken on the full W at the end.
+  while (result.sweeps < max_sweeps && law_residual(schur_, laws_, lambda_others, delta_others) > tolerance / 2) {
     sweep(schur_, laws_, lambda_others, delta_others);
     if (++result.sweeps % kSubspaceInterval != 0) continue;
     subspace_step(lambda_others, delta_others);
