@@ -86,18 +86,19 @@ std::string far_away_scene(const Bench& bench) {
 // The liver is fixed at one end; the needle stands 10 mm before the middle of a flat place at the other and points
 // along the normal there.
 std::string liver_scene(const std::string& mesh) {
-  return R"(acus_scene: 1
+  const std::string head = R"(acus_scene: 1
 name: liver
 rate: 500
-tissue:
-  mesh:
-    gmsh: {file: )" +
-         mesh + R"(, metres_per_unit: 0.034}
-  fixed:
-    - box: {min: [0, -.inf, -.inf]}
 needles:
   - base: {position: [-0.3082, 0.1343, -0.0262], orientation: [0.993217, 0, -0.076517, -0.087592]}
-)";
+tissue:
+  fixed:
+    - box: {min: [0, -.inf, -.inf]}
+  mesh:
+    gmsh:
+      metres_per_unit: 0.034
+      file: )";
+  return head + mesh + "\n";
 }
 
 const std::string kScenes = std::string(ACUS_SOURCE_DIR) + "/scenes/";
