@@ -139,7 +139,7 @@ Eigen::Vector4d barycentric(const TetrahedralMesh& mesh, const Matrix3X& x, int 
   const Vector3 q = p - origin;
   const double six_volume = a.dot(b.cross(c));
   // A flat element has no coordinates; its middle is as good as any point of it.
-  if (std::abs(six_volume) < 1e-12 * a.norm() * b.norm() * c.norm()) return Eigen::Vector4d::Constant(0.25);
+  if (!(std::abs(six_volume) > 1e-12 * a.norm() * b.norm() * c.norm())) return Eigen::Vector4d::Constant(0.25);
   const double wa = q.dot(b.cross(c)) / six_volume, wb = a.dot(q.cross(c)) / six_volume,
                wc = a.dot(b.cross(q)) / six_volume;
   return {1 - wa - wb - wc, wa, wb, wc};
