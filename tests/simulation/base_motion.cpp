@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How the base follows its commands: the exact answer of the critically damped follower, limits, long turns.
+#include "server/simulation/base_motion.h"
+
+#include <doctest/doctest.h>
+
+#include "server/math/rotation.h"
+#include "tests/support/random.h"
+
+namespace acus {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// No limits but those that a test sets.
+Needle needle(double tau) {
+  Needle n;
+  n.smoothing = tau;
+  n.max_speed = n.max_angular_speed = n.max_spin_speed = 1e9;
+  return n;
+}
+
+Command go_to(const Vector3& position, const Quaternion& orientation = Quaternion::Identity()) {
+  return {1, Pose{position, orientation}, std::nullopt};
+}
+
+Command spin_to(double angle) { return {1, std::nullopt, angle}; }
+
+double angle_between(const Quaternion& a, const Quaternion& b) { return rotation_log(a * b.conjugate()).norm(); }
+
+TEST_CASE("without a command the base stays, bit for bit") {
+  Needle n = needle(5e-3);
+  n.base = {{0.1, 0.2, 0.3}, rotation_exp({0.1, 0.2, 0.3})};
+  BaseMotion motion(n, 1e-3);
+  for (std::uint64_t i = 0; i < 1000; ++i) motion.advance(i);
+  CHECK(motion.pose().position == n.base.position);
+  CHECK(motion.spin() == 0);
+  CHECK(angle_between(motion.pose().orientation, n.base.orientation) < 1e-14);
+}
+
+TEST_CASE("from rest the base follows (1 + t/tau) exp(-t/tau), whatever the tick") {
+  const double tau = 5e-3;
+  const Vector3 target(0.03, -0.02, 0.01), axis = Vector3(1, 2, -2) / 3;
+  for (const double h : {1e-4, 1e-3, 2e-3, 1e-2}) {
+    const Needle n = needle(tau);
+    BaseMotion motion(n, h);
+    Command command = go_to(target, rotation_exp(2.0 * axis));
+    command.spin = 30;
+    motion.command(command);
+    double covered = 0;
+    for (int i = 1; i * h < 0.08; ++i) {
+      motion.advance(static_cast<std::uint64_t>(i));
+      const double left = (1 + i * h / tau) * std::exp(-i * h / tau);
+      CHECK((motion.pose().position - (1 - left) * target).norm() < 1e-13);
+      CHECK(angle_between(motion.pose().orientation, rotation_exp((1 - left) * 2.0 * axis)) < 1e-12);
+      CHECK(motion.spin() == doctest::Approx(30 * (1 - left)).epsilon(1e-12));
+      CHECK(motion.pose().position.dot(target) >= covered);  // never back
+      covered = motion.pose().position.dot(target);
+    }
+    CHECK(covered <= target.squaredNorm() * (1 + 1e-12));  // never beyond
+    CHECK((motion.pose().position - target).norm() < 2e-5 * target.norm());
+  }
+}
+
+TEST_CASE("a target in steady motion is followed two time constants behind") {
+  const double tau = 5e-3, h = 1e-4, speed = 0.1;
+  const Needle n = needle(tau);
+  BaseMotion motion(n, h);
+  double target = 0;
+  for (std::uint64_t i = 0; i < 2000; ++i) {
+    target += speed * h;
+    motion.command(go_to({target, 0, 0}));
+    motion.advance(i);
+  }
+  CHECK(target - motion.pose().position.x() == doctest::Approx(2 * tau * speed).epsilon(0.02));
+}
+
+TEST_CASE("no step exceeds the speed limits, and the base still arrives") {
+  for (const double tau : {0.0, 5e-3}) {
+    Needle n = needle(tau);
+    n.max_speed = 0.1;
+    n.max_angular_speed = 2;
+    n.max_spin_speed = 50;
+    const double h = 1e-3;
+    BaseMotion motion(n, h);
+    Command command = go_to({0.02, 0.03, -0.01}, rotation_exp({0.5, 1, 0.2}));
+    command.spin = -20;
+    motion.command(command);
+    Pose before = motion.pose();
+    double spin_before = 0;
+    for (std::uint64_t i = 0; i < 1500; ++i) {
+      motion.advance(i);
+      CHECK((motion.pose().position - before.position).norm() <= n.max_speed * h * (1 + 1e-12));
+      CHECK(angle_between(motion.pose().orientation, before.orientation) <= n.max_angular_speed * h * (1 + 1e-9));
+      CHECK(std::abs(motion.spin() - spin_before) <= n.max_spin_speed * h * (1 + 1e-12));
+      CHECK(motion.spin() >= -20 - 1e-12);
+      before = motion.pose();
+      spin_before = motion.spin();
+    }
+    CHECK((motion.pose().position - Vector3(0.02, 0.03, -0.01)).norm() < 1e-12);
+    CHECK(angle_between(motion.pose().orientation, rotation_exp({0.5, 1, 0.2})) < 1e-12);
+    CHECK(motion.spin() == doctest::Approx(-20).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("at the speed limit too the base stops without overshoot, however short the time constant") {
+  for (const double tau : {1e-4, 2e-4, 5e-4, 1e-3, 5e-3, 5e-2}) {
+    for (int i = 0; i < 25; ++i) {
+      const double distance = 0.01 + i * 2e-5;  // the last steps before the target are of every size
+      Needle n = needle(tau);
+      n.max_speed = 0.5;
+      BaseMotion motion(n, 1e-3);
+      motion.command(go_to({distance, 0, 0}));
+      double farthest = 0;
+      for (std::uint64_t t = 0; t < 2000; ++t) {
+        motion.advance(t);
+        farthest = std::max(farthest, motion.pose().position.x());
+      }
+      CAPTURE(tau);
+      CAPTURE(distance);
+      CHECK(farthest <= distance * (1 + 1e-9));
+      CHECK(motion.pose().position.x() == doctest::Approx(distance).epsilon(1e-6));
+    }
+  }
+}
+
+TEST_CASE("without smoothing the base is at its target after one tick") {
+  const Needle n = needle(0);
+  BaseMotion motion(n, 1e-3);
+  Command command = go_to({0.1, 0.2, 0.3}, rotation_exp({1, -1, 2}));
+  command.spin = 100;
+  motion.command(command);
+  const Pose pose = motion.advance(7);
+  CHECK((pose.position - Vector3(0.1, 0.2, 0.3)).norm() < 1e-15);
+  CHECK(angle_between(motion.pose().orientation, rotation_exp({1, -1, 2})) < 1e-14);
+  CHECK(motion.spin() == 100);
+  CHECK(angle_between(pose.orientation, rotation_exp({1, -1, 2}) * rotation_exp({100, 0, 0})) < 1e-12);
+}
+
+TEST_CASE("a turn of 180 degrees stays finite and arrives; so does -q") {
+  const Quaternion half_turns[] = {{0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, -1}, {0, 0.6, 0, -0.8}};
+  for (const double tau : {0.0, 5e-3}) {
+    for (const Quaternion& target : half_turns) {
+      const Needle n = needle(tau);
+      BaseMotion motion(n, 1e-3);
+      motion.command(go_to(Vector3::Zero(), target));
+      for (std::uint64_t i = 0; i < 300; ++i) {
+        motion.advance(i);
+        REQUIRE(motion.pose().orientation.coeffs().allFinite());
+        CHECK(std::abs(motion.pose().orientation.norm() - 1) < 1e-14);
+      }
+      CHECK(angle_between(motion.pose().orientation, target) < 1e-9);
+    }
+  }
+  const Needle n = needle(5e-3);
+  BaseMotion motion(n, 1e-3);
+  motion.command(go_to(Vector3::Zero(), Quaternion(-1, 0, 0, 0)));
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    motion.advance(i);
+    CHECK(angle_between(motion.pose().orientation, Quaternion::Identity()) < 1e-14);
+  }
+}
+
+TEST_CASE("orientation takes the shorter way round") {
+  const Needle n = needle(5e-3);
+  BaseMotion motion(n, 1e-3);
+  motion.command(go_to(Vector3::Zero(), rotation_exp({0, 0, 1.5 * kPi})));
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    motion.advance(i);
+    const Vector3 turned = rotation_log(motion.pose().orientation);
+    CHECK(turned.z() <= 0);
+    CHECK(turned.z() >= -kPi / 2 - 1e-12);
+  }
+}
+
+TEST_CASE("orientations commanded to and fro at random stay unit, finite and within the limit") {
+  Needle n = needle(5e-3);
+  n.max_angular_speed = 20;
+  const double h = 1e-3;
+  BaseMotion motion(n, h);
+  Random random(1);
+  Quaternion before = motion.pose().orientation;
+  for (std::uint64_t i = 0; i < 5000; ++i) {
+    if (random.index(20) == 0) motion.command(go_to(random.vector(), random.rotation()));
+    const Pose pose = motion.advance(i);
+    REQUIRE(pose.orientation.coeffs().allFinite());
+    CHECK(std::abs(pose.orientation.norm() - 1) < 1e-14);
+    CHECK(angle_between(motion.pose().orientation, before) <= n.max_angular_speed * h * (1 + 1e-9));
+    before = motion.pose().orientation;
+  }
+}
+
+TEST_CASE("spin counts its turns") {
+  const Needle n = needle(5e-3);
+  BaseMotion motion(n, 1e-3);
+  motion.command(spin_to(200 * kPi + 0.5));
+  Pose pose;
+  for (std::uint64_t i = 0; i < 400; ++i) pose = motion.advance(i);
+  CHECK(motion.spin() == doctest::Approx(200 * kPi + 0.5).epsilon(1e-12));
+  CHECK(angle_between(pose.orientation, rotation_exp({0.5, 0, 0})) < 1e-9);
+  CHECK(angle_between(motion.pose().orientation, Quaternion::Identity()) < 1e-14);
+}
+
+TEST_CASE("fields that a command leaves out keep their target; the newest command counts") {
+  const Needle n = needle(0);
+  BaseMotion motion(n, 1e-3);
+  motion.command(go_to({1, 0, 0}));
+  motion.advance(1);
+  motion.command({5, std::nullopt, 3.0});
+  motion.command({6, std::nullopt, 4.0});
+  motion.advance(2);
+  CHECK(motion.pose().position == Vector3(1, 0, 0));
+  CHECK(motion.spin() == 4);
+  CHECK(motion.command_seq() == 6);
+  CHECK(motion.command_tick() == 2);
+  motion.advance(3);
+  CHECK(motion.command_tick() == 2);
+}
+
+TEST_CASE("a reset puts the base back and forgets its motion and its command") {
+  Needle n = needle(5e-3);
+  n.base.position = {0.1, 0, 0};
+  BaseMotion motion(n, 1e-3);
+  motion.command(go_to({1, 0, 0}));
+  motion.advance(1);
+  motion.command(go_to({2, 0, 0}));
+  motion.reset();
+  motion.advance(0);
+  CHECK(motion.pose().position == n.base.position);
+  CHECK(motion.command_seq() == 0);
+}
+
+}  // namespace
+}  // namespace acus
