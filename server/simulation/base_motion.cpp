@@ -47,6 +47,13 @@ void BaseMotion::reset() {
   seq_ = command_tick_ = 0;
 }
 
+void BaseMotion::command(const Command& command) {
+  if (!pending_) pending_.emplace();
+  pending_->seq = command.seq;
+  if (command.pose) pending_->pose = command.pose;
+  if (command.spin) pending_->spin = command.spin;
+}
+
 Pose BaseMotion::advance(std::uint64_t tick) {
   if (pending_) {
     if (pending_->pose) target_ = *pending_->pose;

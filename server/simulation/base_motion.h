@@ -22,7 +22,8 @@ class BaseMotion {
   BaseMotion(const Needle& parameters, double h);
 
   void reset();
-  void command(const Command& command) { pending_ = command; }
+  // Replaces the pending command but for the fields that the new one leaves out.
+  void command(const Command& command);
 
   // One tick; takes the pending command in first. Returns the base's pose with the spin applied.
   Pose advance(std::uint64_t tick);

@@ -33,6 +33,12 @@ double project_on_curve(const NeedleView& needle, const Vector3& p, const Vector
   return s;
 }
 
+// Which of two paths a new one may take the place of: empty ones first, then the one left longest ago.
+bool forgotten_before(const Path& a, const Path& b) {
+  const auto rank = [](const Path& p) { return p.empty() ? 0 : p.needle < 0 ? 1 : 2; };
+  return rank(a) != rank(b) ? rank(a) < rank(b) : a.left < b.left;
+}
+
 }  // namespace
 
 int Insertion::max_points(const Needle& p) { return 2 * static_cast<int>(std::ceil(p.length / p.constraint_spacing)) + 4; }
@@ -322,6 +328,7 @@ std::uint32_t Insertion::transitions(const NeedleView& needle, const TissueView&
       tip.tangent.dot(tip.position - tissue.position(path.vertices[0])) < 0) {
     report(EventKind::withdrawal);
     path.needle = -1;
+    path.left = tick;
     reset();
     return 0;
   }
@@ -348,9 +355,10 @@ void Insertion::leave_contact_or_puncture(const NeedleView& needle, const Tissue
   phase_ = pressed ? Phase::contact : Phase::free;
   if (!touching_ || !puncturing_) return;
 
-  const auto vacant = std::find_if(paths.begin(), paths.end(), [](const Path& p) { return p.empty(); });
-  if (vacant == paths.end()) return;  // as many paths as the tissue can hold: the surface keeps its cap
+  const auto vacant = std::min_element(paths.begin(), paths.end(), forgotten_before);
+  if (vacant->needle >= 0) return;  // a needle in every path: the surface keeps its cap
   report(EventKind::puncture, tip_.normal);
+  vacant->vertices.clear();
   vacant->vertices.push_back(contact_material_);
   vacant->end = contact_material_;
   vacant->tail = 0;

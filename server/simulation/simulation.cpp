@@ -167,6 +167,7 @@ void Simulation::World::reset() {
   for (Path& path : paths) {
     path.vertices.clear();
     path.needle = -1;
+    path.left = 0;
   }
   for (int i = 0; i < needles(); ++i) {
     bases[i].reset();
