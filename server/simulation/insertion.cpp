@@ -111,15 +111,20 @@ Vector3 Insertion::path_tangent(const TissueView& tissue, const Path& path, int 
   const Vector3 here = tissue.position(path.vertices[vertex]);
   const Vector3 before = vertex > 0 ? tissue.position(path.vertices[vertex - 1]) : here;
   const Vector3 after = vertex < last ? tissue.position(path.vertices[vertex + 1]) : tissue.position(path.end);
-  const Vector3 along = after - before;
-  // A path shorter than a hundredth of its spacing has no direction of its own yet.
-  return along.norm() > 0.01 * parameters_.constraint_spacing ? along.normalized() : needle_tangent;
+  return young_direction(after - before, needle_tangent);
 }
 
 Vector3 Insertion::end_tangent(const TissueView& tissue, const Path& path, const Vector3& needle_tangent) const {
   const int last = holding_vertices(path) - 1;
-  const Vector3 along = tissue.position(path.end) - tissue.position(path.vertices[last]);
-  return along.norm() > 0.01 * parameters_.constraint_spacing ? along.normalized() : needle_tangent;
+  return young_direction(tissue.position(path.end) - tissue.position(path.vertices[last]), needle_tangent);
+}
+
+// A path much shorter than its spacing has no direction of its own: what the tip slid sideways in a tick would turn it.
+// Up to half a spacing the direction goes over from the needle's to the path's.
+Vector3 Insertion::young_direction(const Vector3& along, const Vector3& needle_tangent) const {
+  const double share = 2 * along.norm() / parameters_.constraint_spacing;
+  if (share >= 1) return along.normalized();
+  return ((1 - share) * needle_tangent + share * along.stableNormalized()).normalized();
 }
 
 // Vertices that are far enough from the path's end to hold the shaft.
@@ -167,12 +172,16 @@ void Insertion::place_tip(const NeedleView& needle, const TissueView& tissue, co
   at_end_ = tail && next_s <= length && !path.exited;
   if (at_end_ || next == 0) {
     tip_point_ = {at_end_ ? path.end : path.vertices[0], {}, 0};
+    const double spacings = path.tail / parameters_.constraint_spacing +
+                            static_cast<double>(path.vertices.size() - static_cast<std::size_t>(count));
+    tip_fade_ = at_end_ ? std::max(0.0, 1 - spacings) : 0;  // by the cut since the last vertex that holds
     tip_tangent_ = tip_tangent;
     return;
   }
   const double from_s = memory_[next - 1].s;
   const double u = next_s > from_s ? std::clamp((length - from_s) / (next_s - from_s), 0.0, 1.0) : 1;
   tip_point_ = {path.vertices[next - 1], tail ? path.end : path.vertices[next], u};
+  tip_fade_ = 1 - u;
   const Vector3 from = path_tangent(tissue, path, next - 1, tip_tangent);
   const Vector3 to = tail ? end_tangent(tissue, path, tip_tangent) : path_tangent(tissue, path, next, tip_tangent);
   tip_tangent_ = ((1 - u) * from + u * to).normalized();
@@ -221,12 +230,11 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
     row.gap = row.n.dot(tip.position - tissue.position(path.end));
     all = rows.add(row, {LawKind::unilateral, tissue.interaction(path.end).cutting_force}, tip_.normal);
   }
-  const double behind = at_end_ ? 0 : 1 - tip_point_.u;
   Vector3 across[2];
   perpendicular_basis(tip_tangent_, across[0], across[1]);
   const Vector3 apart = tip.position - tissue.position(tip_point_);
   for (const Vector3& n : across) {
-    const Row row{needle_, RowRole::tip_lateral, -1, tip, tip_point_, n, n.dot(apart), behind * behind};
+    const Row row{needle_, RowRole::tip_lateral, -1, tip, tip_point_, n, n.dot(apart), tip_fade_ * tip_fade_};
     all = rows.add(row, {}, tip_.lateral.dot(n)) && all;
   }
   return all;
@@ -358,6 +366,7 @@ void Insertion::leave_contact_or_puncture(const NeedleView& needle, const Tissue
   const auto vacant = std::min_element(paths.begin(), paths.end(), forgotten_before);
   if (vacant->needle >= 0) return;  // a needle in every path: the surface keeps its cap
   report(EventKind::puncture, tip_.normal);
+  place_mouth(needle.tip(), tissue);
   vacant->vertices.clear();
   vacant->vertices.push_back(contact_material_);
   vacant->end = contact_material_;
@@ -370,6 +379,12 @@ void Insertion::leave_contact_or_puncture(const NeedleView& needle, const Tissue
     vacant->end = contact_material_;
     vacant->tail = 0;
   }
+}
+
+// The mouth is where the needle crosses the surface; the point of contact is where the tip was a tick ago.
+void Insertion::place_mouth(const CurvePoint& tip, const TissueView& tissue) {
+  const auto crossing = tissue.surface.entry(tissue.x, tip.position - kContactMargin * tip.tangent, tip.position);
+  if (crossing) contact_material_ = tissue.surface.material(*crossing);
 }
 
 // Moves the path's end to the tip and sets the vertices that the cut has passed, each at its exact distance.

@@ -15,6 +15,9 @@
 // the path's end). Its lateral rows hold it to (1 - u) A + u B, u the fraction of the way, with softness (1 - u)²: at
 // u = 1 they are the rows that B will have once it is passed, at u = 0, where they would repeat the rows of A with an
 // ever shorter lever, they have faded out. So vertices come and go without a jump, pulling and pushing.
+// A tip that cuts is held to the path's end, and its rows fade the same way with its distance from the last vertex that
+// holds: where a path is just born, or a vertex just set, two rigid pairs at nearly one place would pull against each
+// other and turn the tip by whatever it slid in a tick.
 #pragma once
 
 #include <span>
@@ -107,6 +110,7 @@ class Insertion {
   void share_length(double end);
   Vector3 path_tangent(const TissueView& tissue, const Path& path, int vertex, const Vector3& needle_tangent) const;
   Vector3 end_tangent(const TissueView& tissue, const Path& path, const Vector3& needle_tangent) const;
+  Vector3 young_direction(const Vector3& along, const Vector3& needle_tangent) const;
   void place_tip(const NeedleView& needle, const TissueView& tissue, const Path& path);
   int holding_vertices(const Path& path) const;
 
@@ -117,6 +121,7 @@ class Insertion {
 
   void leave_contact_or_puncture(const NeedleView& needle, const TissueView& tissue, std::uint64_t tick,
                                  std::vector<Path>& paths, std::vector<Event>& events);
+  void place_mouth(const CurvePoint& tip, const TissueView& tissue);
   std::uint32_t grow(const NeedleView& needle, const TissueView& tissue, Path& path);
   void enter(int path, std::vector<Path>& paths);
 
@@ -138,6 +143,7 @@ class Insertion {
   bool at_end_ = false;            // the tip is at the end of its path, not back inside it
   double end_s_ = 0;               // m, where the path's end stands along the needle, or ahead of it
   TissuePoint tip_point_;          // the point of the path that the tip is held to
+  double tip_fade_ = 0;            // -, how far its lateral rows have faded out; their softness is the square
   Vector3 tip_tangent_ = Vector3::Zero();  // of the path there, unit
 };
 
