@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -83,26 +82,7 @@ std::string far_away_scene(const Bench& bench) {
   return bench.folder.write("scene.yaml", acus::testing::small_scene("small"));
 }
 
-// The liver is fixed at one end; the needle stands 10 mm before the middle of a flat place at the other and points
-// along the normal there.
-std::string liver_scene(const std::string& mesh) {
-  const std::string head = R"(acus_scene: 1
-name: liver
-rate: 500
-needles:
-  - base: {position: [-0.3082, 0.1343, -0.0262], orientation: [0.993217, 0, -0.076517, -0.087592]}
-tissue:
-  fixed:
-    - box: {min: [0, -.inf, -.inf]}
-  mesh:
-    gmsh:
-      metres_per_unit: 0.034
-      file: )";
-  return head + mesh + "\n";
-}
-
 const std::string kScenes = std::string(ACUS_SOURCE_DIR) + "/scenes/";
-const std::string kSharedData = std::string(ACUS_SOURCE_DIR) + "/../shared/data/";
 
 }  // namespace
 
@@ -152,35 +132,4 @@ TEST_CASE("the default scene and trajectory in lockstep give the curve of an ins
   std::string kinds;
   for (const std::string& event : bench.lines("run.events.csv")) kinds += " " + split(event).at(4);
   CHECK(kinds == " kind contact puncture withdrawal");
-}
-
-TEST_CASE("a measured hand motion into a liver, in real time: no state lost, every number finite") {
-  const std::string recording = kSharedData + "hand_motion/recording1.txt";
-  const std::string mesh = std::filesystem::weakly_canonical(kSharedData + "meshes/sofa_liver.msh").string();
-  if (!std::filesystem::exists(recording) || !std::filesystem::exists(mesh)) {
-    MESSAGE("skipped: no ../shared/data beside the source");
-    return;
-  }
-  const Bench bench;
-  Process convert({ACUS_SOURCE_DIR "/client/convert_hand_motion.py", recording, "--out", bench.path("hand.csv"),
-                   "--start", "-0.3082", "0.1343", "-0.0262", "--direction", "0.973", "-0.174", "0.152", "--travel",
-                   "0.05"});
-  REQUIRE(convert.wait(kPatience) == 0);
-
-  Process server(bench.server(bench.folder.write("scene.yaml", liver_scene(mesh))));
-  Process replay(bench.replay(bench.path("hand.csv"), {"--shutdown"}));
-  CHECK(replay.wait(kLongRun) == 0);  // lost states would be 4
-  CHECK(server.wait(kPatience) == 0);
-
-  const auto run = bench.lines("run.csv");
-  const auto depth = column(run, "depth_m");
-  CHECK(*std::max_element(depth.begin(), depth.end()) > 0.005);
-  for (const char* name :
-       {"base_force_x_N", "base_force_y_N", "base_force_z_N", "base_torque_x_Nm", "tip_position_z_m"}) {
-    const auto values = column(run, name);
-    CHECK_MESSAGE(std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }), name);
-  }
-  const auto flags = column(run, "flags");
-  CHECK(std::none_of(flags.begin(), flags.end(),
-                     [](double bits) { return (static_cast<unsigned>(bits) & acus::protocol::kNotFinite) != 0; }));
 }
