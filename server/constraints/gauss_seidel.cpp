@@ -66,7 +66,7 @@ double law_residual(const MatrixX& W, std::span<const Law> laws, std::span<const
         laws[i].kind == LawKind::disk_first
             ? (disk_step(W, laws, i, lambda, delta) - Vector2(lambda[i], lambda[i + 1])).norm()
             : std::abs(row_step(W, laws, i, lambda, delta) - lambda[i]);
-    largest = std::max(largest, violation);
+    if (!(violation <= largest)) largest = violation;  // not-a-number is the largest of all
   }
   return largest;
 }
@@ -85,6 +85,7 @@ GaussSeidel::GaussSeidel(int capacity) {
   free_bilateral_.setZero(capacity);
   free_others_.setZero(capacity);
   softening_.setZero(capacity);
+  diagonal_.setZero(capacity);
   straight_.reserve(n);
   subspace_.setZero(capacity, capacity);
   subspace_rhs_.setZero(capacity);
@@ -108,6 +109,22 @@ void GaussSeidel::split(std::span<const Law> laws) {
   }
 }
 
+// In place, with as little regularisation as it takes; the strict upper triangle keeps a copy of W_BB for another try.
+void GaussSeidel::factorize_bilateral() {
+  const auto b = static_cast<Eigen::Index>(bilateral_.size());
+  auto block = block_.topLeftCorner(b, b);
+  const auto diagonal = diagonal_.head(b);
+  const double mean = diagonal.mean();
+  for (double share = kRegularization; share < 1; share *= 100) {
+    for (Eigen::Index i = 0; i < b; ++i) {
+      for (Eigen::Index j = 0; j < i; ++j) block(i, j) = block(j, i);
+      block(i, i) = diagonal[i] + share * mean;
+    }
+    Eigen::Ref<MatrixX> in_place(block);
+    if (Eigen::LLT<Eigen::Ref<MatrixX>>(in_place).info() == Eigen::Success) return;
+  }
+}
+
 void GaussSeidel::eliminate(const MatrixX& W, std::span<const Law> laws, std::span<const double> delta_free) {
   const auto b = static_cast<Eigen::Index>(bilateral_.size()), n = static_cast<Eigen::Index>(others_.size());
   auto block = block_.topLeftCorner(b, b);
@@ -124,13 +141,11 @@ void GaussSeidel::eliminate(const MatrixX& W, std::span<const Law> laws, std::sp
   }
   if (b == 0) return;
 
-  block.diagonal().array() += kRegularization * block.diagonal().mean();
   for (Eigen::Index i = 0; i < b; ++i) {
     softening_[i] = laws[bilateral_[i]].compliance;
-    block(i, i) += softening_[i];
+    diagonal_[i] = block(i, i) + softening_[i];
   }
-  Eigen::Ref<MatrixX> in_place(block);
-  const Eigen::LLT<Eigen::Ref<MatrixX>> cholesky(in_place);
+  factorize_bilateral();
   const auto lower = block.triangularView<Eigen::Lower>();
   lower.solveInPlace(coupling);
   auto free_bilateral = free_bilateral_.head(b);

@@ -54,6 +54,7 @@ class GaussSeidel {
 
  private:
   void split(std::span<const Law> laws);
+  void factorize_bilateral();
   void eliminate(const MatrixX& W, std::span<const Law> laws, std::span<const double> delta_free);
 
   void solve_bilateral(std::span<const double> lambda_others, const MatrixX& W, std::span<const double> delta_free,
@@ -69,6 +70,7 @@ class GaussSeidel {
   MatrixX schur_;                        // S
   VectorX free_bilateral_;               // L⁻¹ delta_free_B
   VectorX softening_;                    // m/N, of the soft bilateral rows
+  VectorX diagonal_;                     // of W_BB, softening included
   VectorX free_others_;                  // delta_bar
   std::vector<int> straight_;            // of the others: rows of a subspace step
   MatrixX subspace_;

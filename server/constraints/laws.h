@@ -2,7 +2,7 @@
 // The laws between needle and tissue: each a graph of the force lambda (N, of the tissue on the needle, along the row's
 // direction n) over the distance or displacement delta (m, delta = nᵀ(u_needle - u_tissue)). The solver looks for the
 // point where the graph meets the line delta = W lambda + delta_bar, W > 0 (Duriez et al. 2009, section 3, Fig. 5). All
-// graphs fall monotonically, so there is exactly one such point.
+// graphs fall monotonically, the disk's for a given normal force, so there is exactly one such point.
 //
 //  bilateral              unilateral, cap f            friction, threshold T, viscosity c
 //  (tip and shaft path)   (contact, puncture, cutting)

@@ -32,7 +32,7 @@ inline Vector3 rotation_log(const Quaternion& q) {
 }
 
 // Two unit vectors that make a right-handed frame (n, a, b) with the unit vector n; they change continuously with n
-// except at n = -z (Duff et al. 2017, "Building an orthonormal basis, revisited").
+// but for a jump where n.z changes its sign (Duff et al. 2017, "Building an orthonormal basis, revisited").
 inline void perpendicular_basis(const Vector3& n, Vector3& a, Vector3& b) {
   const double sign = std::copysign(1.0, n.z());
   const double c = -1 / (sign + n.z());

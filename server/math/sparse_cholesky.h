@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Sparse Cholesky factorisation P A Pᵀ = L Lᵀ by CHOLMOD's supernodal code, with our own substitutions on its factor:
 // they can be called one at a time, start at any column, allocate nothing and give the same bits every time.
-// Vectors handed to forward() and backward() are in the permuted order; permute() leads there.
+// Vectors handed to forward() and backward() are in the permuted order, unknown i at position(i).
 //
 // A supernode is a run of columns of L with the same rows below the diagonal, stored as one dense panel
 // (Chen, Davis, Hager, Rajamanickam 2008, "Algorithm 887: CHOLMOD").

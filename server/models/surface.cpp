@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 
 namespace acus {
 
@@ -56,9 +57,14 @@ bool Surface::near(const Matrix3X& x, const Vector3& p, double margin) const {
   return (p.array() >= low.array() - margin).all() && (p.array() <= high.array() + margin).all();
 }
 
-Vector3 Surface::corner_normal(const Matrix3X& x, int node) const {
+// Mean normal of the triangles around a node that face within 45 degrees of `facing`: curved surfaces are smooth, and
+// the faces of a box flat up to its edges.
+Vector3 Surface::corner_normal(const Matrix3X& x, int node, const Vector3& facing) const {
   Vector3 sum = Vector3::Zero();
-  for (int t : node_triangles_[node]) sum += Corners(mesh_, x, t).area_normal();
+  for (int t : node_triangles_[node]) {
+    const Vector3 n = Corners(mesh_, x, t).area_normal();
+    if (n.dot(facing) > std::numbers::sqrt2 / 2 * n.norm() * facing.norm()) sum += n;
+  }
   return sum.normalized();
 }
 
@@ -67,11 +73,12 @@ SurfacePoint Surface::make_point(const Matrix3X& x, int triangle, const Eigen::V
   SurfacePoint point;
   point.triangle = triangle;
   point.weights = weights;
+  const Vector3 facing = Corners(mesh_, x, triangle).area_normal();
   Vector3 normal = Vector3::Zero();
   for (int k = 0; k < 3; ++k) {
     const int node = mesh_.surface[triangle][k];
     point.position += weights[k] * x.col(node);
-    normal += weights[k] * corner_normal(x, node);
+    normal += weights[k] * corner_normal(x, node, facing);
   }
   point.normal = normal.normalized();
   point.distance = point.normal.dot(query - point.position);

@@ -12,7 +12,7 @@ struct SurfacePoint {
   int triangle = -1;
   Eigen::Vector3d weights = Eigen::Vector3d::Zero();  // barycentric in the triangle
   Vector3 position = Vector3::Zero();                 // m
-  Vector3 normal = Vector3::Zero();                   // unit, outward, interpolated from the corners' normals
+  Vector3 normal = Vector3::Zero();                   // unit, outward, smooth across shallow edges
   double distance = 0;                                // m, from the query point, along the normal
 };
 
@@ -35,7 +35,7 @@ class Surface {
 
  private:
   SurfacePoint make_point(const Matrix3X& x, int triangle, const Eigen::Vector3d& weights, const Vector3& query) const;
-  Vector3 corner_normal(const Matrix3X& x, int node) const;
+  Vector3 corner_normal(const Matrix3X& x, int node, const Vector3& facing) const;
 
   const TetrahedralMesh& mesh_;
   std::vector<int> nodes_;                         // on the boundary

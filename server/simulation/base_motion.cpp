@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/base_motion.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "server/math/rotation.h"
@@ -69,7 +70,9 @@ Pose BaseMotion::advance(std::uint64_t tick) {
   const Vector3 turn = follow<Vector3>(turned, angular_velocity_, tau, parameters_.max_angular_speed, h_);
   // turned and the step share an axis but for what is left of an earlier motion; compose exactly.
   pose_.orientation = (rotation_exp(turned + turn) * target_.orientation).normalized();
-  spin_ += follow<double>(spin_ - target_spin_, spin_velocity_, tau, parameters_.max_spin_speed, h_);
+  // A tick turns by less than half a turn, or nobody could tell which way.
+  const double max_spin_speed = std::min(parameters_.max_spin_speed, 3.0 / h_);
+  spin_ += follow<double>(spin_ - target_spin_, spin_velocity_, tau, max_spin_speed, h_);
   return {pose_.position, (pose_.orientation * rotation_exp({spin_, 0, 0})).normalized()};
 }
 

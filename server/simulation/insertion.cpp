@@ -62,7 +62,7 @@ void Insertion::reset() {
 // ---------------------------------------------------------------------------------------------------- 4. locate
 
 void Insertion::locate(const NeedleView& needle, const TissueView& tissue, std::vector<Path>& paths) {
-  touching_ = reentered_ = false;
+  touching_ = reentered_ = left_out_ = false;
   shaft_.clear();
   if (path_ < 0) locate_outside(needle, tissue, paths);
   if (path_ >= 0) locate_inside(needle, tissue, paths[path_]);
@@ -130,7 +130,7 @@ Vector3 Insertion::young_direction(const Vector3& along, const Vector3& needle_t
 // Vertices that are far enough from the path's end to hold the shaft.
 int Insertion::holding_vertices(const Path& path) const {
   const auto count = static_cast<int>(path.vertices.size());
-  return count > 1 && path.tail < kEndClearance * parameters_.constraint_spacing ? count - 1 : count;
+  return count > 1 && path.tail < kEndClearance * path.spacing ? count - 1 : count;
 }
 
 void Insertion::locate_inside(const NeedleView& needle, const TissueView& tissue, const Path& path) {
@@ -140,7 +140,12 @@ void Insertion::locate_inside(const NeedleView& needle, const TissueView& tissue
     const Vector3 tangent = path_tangent(tissue, path, i, tip_tangent);
     memory_[i].s = project_on_curve(needle, tissue.position(path.vertices[i]), tangent, memory_[i].s);
     const double s = memory_[i].s;
-    if (s >= 0 && s <= length && shaft_.size() < shaft_.capacity()) shaft_.push_back({i, s, 0, tangent});
+    if (s < 0 || s > length) continue;
+    if (shaft_.size() < shaft_.capacity()) {
+      shaft_.push_back({i, s, 0, tangent});
+    } else {
+      left_out_ = true;
+    }
   }
   end_s_ = project_on_curve(needle, tissue.position(path.end), end_tangent(tissue, path, tip_tangent), end_s_);
   place_tip(needle, tissue, path);
@@ -195,6 +200,7 @@ bool Insertion::build_rows(const NeedleView& needle, const TissueView& tissue, s
   if (path_ < 0) return true;
   const Path& path = paths[path_];
   bool all = phase_ == Phase::through || add_tip(needle, tissue, path, rows);
+  all = all && !left_out_;
   for (const ShaftPoint& point : shaft_) all = add_shaft(needle, tissue, path, point, rows) && all;
   return all;
 }
@@ -203,7 +209,8 @@ bool Insertion::add_contact(const NeedleView& needle, const TissueView& tissue, 
   const Interaction& law = tissue.interaction(contact_material_);
   Row row{needle_, RowRole::contact, -1, needle.tip(), {contact_material_, {}, 0}, contact_.normal, 0};
   const Vector3 apart = row.on_needle.position - tissue.position(contact_material_);
-  row.gap = row.n.dot(apart);
+  // A tip that starts the tick below the surface, torn out of its path sideways, is held where it is, not thrown out.
+  row.gap = row.n.dot(apart) - std::min(0.0, contact_.distance);
   const int normal_row = rows.count();
   bool all = rows.add(row, {LawKind::unilateral, law.puncture_force}, tip_.normal);
   if (law.friction_contact == 0) return all;
@@ -371,10 +378,12 @@ void Insertion::leave_contact_or_puncture(const NeedleView& needle, const Tissue
   vacant->vertices.push_back(contact_material_);
   vacant->end = contact_material_;
   vacant->tail = 0;
+  vacant->spacing = parameters_.constraint_spacing;
   vacant->exited = false;
   enter(static_cast<int>(vacant - paths.begin()), paths);
   grow(needle, tissue, *vacant);
   if (vacant->exited) {  // grazing an edge: the tip is not inside yet
+    vacant->vertices.resize(1);
     vacant->exited = false;
     vacant->end = contact_material_;
     vacant->tail = 0;
@@ -396,10 +405,10 @@ std::uint32_t Insertion::grow(const NeedleView& needle, const TissueView& tissue
   const Vector3 reached = tissue.position(trace.end);
   const double cut = (reached - from).norm();
 
-  const double spacing = parameters_.constraint_spacing;
+  const double spacing = path.spacing;
   std::uint32_t flags = 0;
   double next = spacing - path.tail;  // along the segment
-  while (next <= cut) {
+  while (cut > 0 && next <= cut) {
     if (path.vertices.size() == path.vertices.capacity()) {
       flags |= kPathFull;
       break;

@@ -61,6 +61,8 @@ class Insertion {
   // Path points that the shaft can hold at once.
   static int max_points(const Needle& parameters);
   static int max_rows(const Needle& parameters) { return 3 * max_points(parameters) + 3; }
+  // Material points that the rows touch at once: the shaft's, the path's end, and two that the tip is held between.
+  static int max_material_points(const Needle& parameters) { return max_points(parameters) + 3; }
 
   // `path_capacity`: vertices that any path can hold.
   Insertion(int needle, const Needle& parameters, int path_capacity);
@@ -83,7 +85,6 @@ class Insertion {
 
   Phase phase() const { return phase_; }
   double inserted_depth() const { return depth_; }  // m
-  const Path* path(std::span<const Path> paths) const { return path_ < 0 ? nullptr : &paths[path_]; }
 
  private:
   // What a path vertex remembers from tick to tick.
@@ -133,6 +134,7 @@ class Insertion {
 
   bool touching_ = false;          // a contact row exists in this tick
   bool reentered_ = false;         // an old path was picked up in this tick
+  bool left_out_ = false;          // more vertices alongside the shaft than max_points()
   bool puncturing_ = false;        // the contact force reached f_p
   bool cutting_ = false;           // the cutting force reached f_c
   SurfacePoint contact_;

@@ -15,6 +15,7 @@ namespace acus {
 struct Path {
   std::vector<MaterialPoint> vertices;  // capacity reserved at load
   MaterialPoint end;
+  double spacing = 0;    // m, between vertices: that of the needle which cut it first
   double tail = 0;       // m, length of the cut from the last vertex to the end, as it was when it was cut
   bool exited = false;   // the end is a second mouth
   int needle = -1;       // the needle that is in it, -1 if none

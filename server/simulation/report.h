@@ -18,7 +18,7 @@ enum class Phase : std::uint8_t {
   through   // out again on another side, the shaft still inside
 };
 
-// Trouble that a client should know of; bits of NeedleReport::flags and TickReport::flags.
+// Trouble that a client should know of; bits of TickReport::flags.
 enum Flag : std::uint32_t {
   kLawsNotConverged = 1u << 0,   // the laws' residual is above the scene's tolerance
   kNewtonNotConverged = 1u << 1, // rung exact: the last change is above the scene's tolerance

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/rows.h"
 
+#include <cassert>
+
 namespace acus {
 
 Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
@@ -29,19 +31,17 @@ bool Rows::add(const Row& row, const Law& law, double warm_start) {
   return true;
 }
 
-bool Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
+void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
   for (NeedleMotion& needle : needles) needle.clear_rows();
   tissue.clear_rows();
   const int n = count();
-  bool complete = true;
   for (int i = 0; i < n; ++i) {
     const Row& r = rows_[i];
     NeedleMotion& needle = needles[r.needle];
     needle_row_[i] = needle.add_row(r.on_needle.beam, curve_force(needle.shape(), r.on_needle, r.n));
     tissue_row_[i] = tissue.add_row(r.in_tissue, -r.n);
-    complete = complete && tissue_row_[i] >= 0;
+    assert(tissue_row_[i] >= 0);
   }
-  if (!complete) return false;
   for (int i = 0; i < n; ++i) {
     const NeedleMotion& needle = needles[rows_[i].needle];
     delta_free_[i] = rows_[i].gap + needle.free_displacement(needle_row_[i]) + tissue.free_displacement(tissue_row_[i]);
@@ -52,7 +52,6 @@ bool Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
     }
   }
   soften();
-  return true;
 }
 
 // The two lateral rows of a tip follow each other and are equally soft, whichever way their directions stand.

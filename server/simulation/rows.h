@@ -38,8 +38,8 @@ class Rows {
   // Adds a row with a first guess of its force (N); false if there is no room.
   bool add(const Row& row, const Law& law, double warm_start);
 
-  // Stage 6: W = W_n + W_t and delta_free. False if rows had to be left out because the corridor was full.
-  bool assemble(std::span<NeedleMotion> needles, TissueMotion& tissue);
+  // Stage 6: W = W_n + W_t and delta_free. The corridor must have room for all rows' nodes.
+  void assemble(std::span<NeedleMotion> needles, TissueMotion& tissue);
   // Stage 7.
   SolverResult solve(int max_sweeps, double tolerance);
   // Forces per needle in the order in which its rows were added, as NeedleMotion::correct() wants them.
@@ -47,7 +47,6 @@ class Rows {
 
   const Row& row(int i) const { return rows_[i]; }
   const Law& law(int i) const { return laws_[i]; }
-  Law& law(int i) { return laws_[i]; }
   std::span<const double> lambda() const { return {lambda_.data(), rows_.size()}; }  // N
   std::span<const double> delta() const { return {delta_.data(), rows_.size()}; }    // m
   Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }                      // on the needle, N

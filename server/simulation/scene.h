@@ -31,7 +31,8 @@ struct Interaction {
   double friction_static = 0.8;     // mu_s (-), >= friction_dynamic
   double friction_dynamic = 0.6;    // mu_d (-), >= 0
   double friction_viscous = 0;      // b (N s/m^2), >= 0: force per metre of shaft and m/s of sliding
-  double friction_contact = 0.3;    // mu of the tip on the surface before puncture (-), >= 0
+  double friction_contact = 1.0;    // mu of the tip on the surface before puncture (-), >= 0; a tip tilted from the
+                                    // normal by more than atan(mu) slides and never punctures
 };
 
 // A box in the mesh frame; bounds may be infinite.

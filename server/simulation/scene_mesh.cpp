@@ -159,6 +159,8 @@ std::vector<bool> find_fixed_nodes(const Scene& scene, const TetrahedralMesh& me
                       "expected a box that holds nodes of the mesh, found none inside; it is in the mesh frame, in "
                       "metres");
   }
+  if (std::find(fixed.begin(), fixed.end(), false) == fixed.end())
+    throw scene_error(scene, "tissue.fixed", "expected boxes that leave some node free, found every node fixed");
   return fixed;
 }
 

@@ -6,6 +6,7 @@
 
 #include "server/simulation/base_motion.h"
 #include "server/simulation/insertion.h"
+#include "server/simulation/scene_error.h"
 
 namespace acus {
 
@@ -80,7 +81,7 @@ struct Simulation::World {
   bool tissue_free_motion();
   void locate();
   bool build_rows();
-  bool compute_compliance();
+  void compute_compliance();
   SolverResult solve_laws();
   double correct();
   void commit();
@@ -96,6 +97,7 @@ struct Simulation::World {
   bool finite() const;
   void reset();
   void balance_of_forces();
+  void refuse_tip_inside(int needle) const;
 
   // Constant after load.
   Scene scene;
@@ -138,7 +140,7 @@ Simulation::World::World(const Scene& s)
       tissue_motion(tissue_model, h,
                     s.tissue.rung == TissueRung::exact ? TissueMatrix::refactorized : TissueMatrix::fixed,
                     sum_over_needles(s, Insertion::max_rows),
-                    4 * sum_over_needles(s, [](const Needle& n) { return Insertion::max_points(n) + 2; })),
+                    4 * sum_over_needles(s, Insertion::max_material_points)),
       rows(sum_over_needles(s, Insertion::max_rows)) {
   const int vertices = path_capacity(scene);
   needle_models.reserve(scene.needles.size());
@@ -152,11 +154,22 @@ Simulation::World::World(const Scene& s)
     needle_states.push_back(make_needle_state(needle_models[i], needle.base));
     base_poses.push_back(needle.base);
   }
+  for (int i = 0; i < needles(); ++i) refuse_tip_inside(i);
   paths.resize(kMaxPaths);
   for (Path& path : paths) path.vertices.reserve(static_cast<std::size_t>(vertices));
   report.needles.resize(scene.needles.size());
   report.events.reserve(kMaxEvents);
   reset();
+}
+
+// A tip in the middle of the tissue has no path that it came by.
+void Simulation::World::refuse_tip_inside(int needle) const {
+  const Vector3 tip = needle_states[needle].x.rightCols<1>();
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
+    if (barycentric(mesh, mesh.nodes, t, tip).minCoeff() < 0) continue;
+    throw scene_error(scene, child_path("needles", static_cast<std::size_t>(needle)) + ".base",
+                      "expected the needle's tip outside the tissue, found it inside; move the base back");
+  }
 }
 
 void Simulation::World::reset() {
@@ -226,7 +239,7 @@ bool Simulation::World::build_rows() {
 }
 
 // 6. W and delta_free.
-bool Simulation::World::compute_compliance() { return rows.assemble(motions, tissue_motion); }
+void Simulation::World::compute_compliance() { rows.assemble(motions, tissue_motion); }
 
 // 7. lambda.
 SolverResult Simulation::World::solve_laws() { return rows.solve(scene.laws.max_sweeps, scene.laws.tolerance); }
@@ -246,7 +259,11 @@ bool Simulation::World::finite() const {
 // The new positions become the state.
 void Simulation::World::commit() {
   balance_of_forces();
-  for (int i = 0; i < needles(); ++i) motions[i].commit(needle_states[i]);
+  for (int i = 0; i < needles(); ++i) {
+    motions[i].commit(needle_states[i]);
+    report.needles[i].base_force = -motions[i].base_reaction().head<3>();
+    report.needles[i].base_torque = -motions[i].base_reaction().tail<3>();
+  }
   tissue_motion.commit(tissue);
 }
 
@@ -255,6 +272,8 @@ void Simulation::World::hold() {
   for (int i = 0; i < needles(); ++i)
     motions[i].begin(needle_states[i], {needle_states[i].x.col(0), needle_states[i].q[0]});
   tissue_motion.reset();
+  needle_balance.setZero();
+  report.events.clear();
 }
 
 // The tissue's part of the balance needs the elements at the new positions, which the next tick evaluates: what is
@@ -299,11 +318,9 @@ void Simulation::World::write_report(std::uint32_t flags, const SolverResult& la
     n.command_tick = bases[i].command_tick();
     n.phase = insertions[i].phase();
     n.inserted_depth = insertions[i].inserted_depth();
-    n.base = base_poses[i];
+    n.base = {needle_states[i].x.col(0), needle_states[i].q[0]};
     n.spin = bases[i].spin();
     n.tip_position = needle_states[i].x.rightCols<1>();
-    n.base_force = -motions[i].base_reaction().head<3>();
-    n.base_torque = -motions[i].base_reaction().tail<3>();
   }
 }
 
@@ -329,8 +346,7 @@ void Simulation::step() {
     timer.lap(4);
     if (!w.build_rows()) flags |= kRowsDropped;
     timer.lap(5);
-    if (!w.compute_compliance()) flags |= kRowsDropped;
-    timer.lap(6);
+    w.compute_compliance(), timer.lap(6);
     laws = w.solve_laws(), timer.lap(7);
     change = w.correct(), timer.lap(8);
     if (exact && iteration + 1 == limit && change > w.scene.newton.tolerance) flags |= kNewtonNotConverged;
