@@ -24,7 +24,7 @@ bool BlockTridiagonal::factorize() {
       pivot.noalias() -= factor_lower_[i - 1] * factor_lower_[i - 1].transpose();
     }
     const Eigen::LLT<Matrix6> cholesky(pivot);
-    if (cholesky.info() != Eigen::Success) return false;
+    if (cholesky.info() != Eigen::Success || !pivot.allFinite()) return false;  // LLT lets not-a-numbers pass
     pivot_inverse_[i] = cholesky.matrixL().solve(Matrix6::Identity());
   }
   return true;
