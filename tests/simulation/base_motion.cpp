@@ -45,7 +45,7 @@ TEST_CASE("from rest the base follows (1 + t/tau) exp(-t/tau), whatever the tick
     const Needle n = needle(tau);
     BaseMotion motion(n, h);
     Command command = go_to(target, rotation_exp(2.0 * axis));
-    command.spin = 30;
+    command.spin = 2;
     motion.command(command);
     double covered = 0;
     for (int i = 1; i * h < 0.08; ++i) {
@@ -53,7 +53,7 @@ TEST_CASE("from rest the base follows (1 + t/tau) exp(-t/tau), whatever the tick
       const double left = (1 + i * h / tau) * std::exp(-i * h / tau);
       CHECK((motion.pose().position - (1 - left) * target).norm() < 1e-13);
       CHECK(angle_between(motion.pose().orientation, rotation_exp((1 - left) * 2.0 * axis)) < 1e-12);
-      CHECK(motion.spin() == doctest::Approx(30 * (1 - left)).epsilon(1e-12));
+      CHECK(motion.spin() == doctest::Approx(2 * (1 - left)).epsilon(1e-12));
       CHECK(motion.pose().position.dot(target) >= covered);  // never back
       covered = motion.pose().position.dot(target);
     }
@@ -128,13 +128,13 @@ TEST_CASE("without smoothing the base is at its target after one tick") {
   const Needle n = needle(0);
   BaseMotion motion(n, 1e-3);
   Command command = go_to({0.1, 0.2, 0.3}, rotation_exp({1, -1, 2}));
-  command.spin = 100;
+  command.spin = 2;
   motion.command(command);
   const Pose pose = motion.advance(7);
   CHECK((pose.position - Vector3(0.1, 0.2, 0.3)).norm() < 1e-15);
   CHECK(angle_between(motion.pose().orientation, rotation_exp({1, -1, 2})) < 1e-14);
-  CHECK(motion.spin() == 100);
-  CHECK(angle_between(pose.orientation, rotation_exp({1, -1, 2}) * rotation_exp({100, 0, 0})) < 1e-12);
+  CHECK(motion.spin() == 2);
+  CHECK(angle_between(pose.orientation, rotation_exp({1, -1, 2}) * rotation_exp({2, 0, 0})) < 1e-12);
 }
 
 TEST_CASE("a turn of 180 degrees stays finite and arrives; so does -q") {
@@ -206,15 +206,41 @@ TEST_CASE("fields that a command leaves out keep their target; the newest comman
   BaseMotion motion(n, 1e-3);
   motion.command(go_to({1, 0, 0}));
   motion.advance(1);
-  motion.command({5, std::nullopt, 3.0});
-  motion.command({6, std::nullopt, 4.0});
+  motion.command({5, std::nullopt, 1.5});
+  motion.command({6, std::nullopt, 2.5});
   motion.advance(2);
   CHECK(motion.pose().position == Vector3(1, 0, 0));
-  CHECK(motion.spin() == 4);
+  CHECK(motion.spin() == 2.5);
   CHECK(motion.command_seq() == 6);
   CHECK(motion.command_tick() == 2);
   motion.advance(3);
   CHECK(motion.command_tick() == 2);
+}
+
+TEST_CASE("commands of one tick add up, field by field") {
+  const Needle n = needle(0);
+  BaseMotion motion(n, 1e-3);
+  motion.command(go_to({1, 0, 0}));
+  motion.command(spin_to(2));
+  motion.advance(1);
+  CHECK(motion.pose().position == Vector3(1, 0, 0));
+  CHECK(motion.spin() == 2);
+}
+
+TEST_CASE("a tick never spins by half a turn, whatever the limit says, and the spin still arrives") {
+  for (const double tau : {0.0, 5e-3}) {
+    for (const double h : {1e-3, 1e-2}) {
+      const Needle n = needle(tau);
+      BaseMotion motion(n, h);
+      motion.command(spin_to(-200));
+      for (std::uint64_t i = 0; i < 400; ++i) {
+        const double before = motion.spin();
+        motion.advance(i);
+        CHECK(std::abs(motion.spin() - before) < kPi);
+      }
+      CHECK(motion.spin() == doctest::Approx(-200).epsilon(1e-9));
+    }
+  }
 }
 
 TEST_CASE("a reset puts the base back and forgets its motion and its command") {
