@@ -31,6 +31,9 @@ Value follow(const Value& e, Value& velocity, double tau, double max_speed, doub
   if (size > max_speed * h) {
     step *= max_speed * h / size;
     velocity = step / h;
+    // A follower that comes in faster than its distance over tau would run past the target.
+    const double left = length(Value(e + step)), speed = length(velocity);
+    if (tau > 0 && speed * tau > left) velocity *= left / (tau * speed);
   }
   return step;
 }
