@@ -46,7 +46,7 @@ enum class ErrorCode : std::uint8_t {
   not_finite,           // NaN or infinity
   not_unit_quaternion,  // length off 1 by more than kQuaternionTolerance
   bad_value,            // right type, outside the range
-  unknown_needle,       // the scene has no needle of that name
+  unknown_needle,       // the scene has no needle or guide of that name
   wrong_mode,           // `step` in real time, or `pause` and `resume` in lockstep
   scene_error,          // `load`: the scene cannot be used; the old one goes on
   busy                  // too many requests are waiting, or a scene is being loaded already; try again
@@ -83,11 +83,12 @@ enum class EventKind : std::uint8_t {
   contact,    // the tip touched a surface
   release,    // the tip left a surface without having gone through it
   puncture,   // the tip went through a surface and began a new path
+  crossing,   // the tip went from one region into another, inside the tissue
   reentry,    // the tip went back into a path that it, or another needle, had cut before
   exit,       // the tip came out on another side
   withdrawal  // the tip came out backwards, through the mouth of its path
 };
-inline constexpr std::array<const char*, 6> kEventKindNames{"contact", "release", "puncture",
+inline constexpr std::array<const char*, 7> kEventKindNames{"contact", "release", "puncture",  "crossing",
                                                             "reentry", "exit",    "withdrawal"};
 
 constexpr const auto& names_of(ErrorCode) { return kErrorCodeNames; }
@@ -168,12 +169,12 @@ struct Step {
 
 struct Pose {
   static constexpr const char* kType = "pose";
-  std::string needle;
+  std::string needle;          // or guide
   std::uint64_t seq = 1;       // >= 1; comes back in the states that used it
   double time = 0;             // s, on the client's own clock; not interpreted
-  Vector3 position{};          // m, world, of the needle's base
-  Quaternion orientation;      // world from base, without spin; the needle runs along the base's +x
-  std::optional<double> spin;  // rad, continuous over many turns, about +x; absent: as before
+  Vector3 position{};          // m, world, of the needle's base or the guide's hole
+  Quaternion orientation;      // world from base, without spin; needle and hole run along +x
+  std::optional<double> spin;  // rad, continuous over many turns, about +x; absent: as before. A guide has none
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -223,6 +224,21 @@ struct NeedleInfo {
   }
 };
 
+struct GuideInfo {
+  std::string name;
+  std::string needle;      // name of the needle that slides in it
+  Vector3 position{};      // m, world, of the hole after loading
+  Quaternion orientation;  // world from guide, after loading; the hole runs along +x
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("name", self.name);
+    visit("needle", self.needle);
+    visit("position", self.position);
+    visit("orientation", self.orientation);
+  }
+};
+
 struct TissueInfo {
   std::uint32_t nodes = 0;
   std::uint32_t tetrahedra = 0;
@@ -258,6 +274,7 @@ struct HelloReply {
   bool lockstep = false;    // ticks run only on `step`
   bool paused = false;
   std::vector<NeedleInfo> needles;
+  std::vector<GuideInfo> guides;
   TissueInfo tissue;
   std::vector<TopicInfo> topics;
 
@@ -272,6 +289,7 @@ struct HelloReply {
     visit("lockstep", self.lockstep);
     visit("paused", self.paused);
     visit("needles", self.needles);
+    visit("guides", self.guides);
     visit("tissue", self.tissue);
     visit("topics", self.topics);
   }
@@ -371,6 +389,7 @@ struct Force {
   Vector3 cutting_force{};        // N, world, by the tissue on the needle: contact before the puncture, cutting after
   Vector3 friction_force{};       // N, world, by the tissue on the needle: along the path, whole shaft
   Vector3 lateral_force{};        // N, world, by the tissue on the needle: across the path, shaft and tip
+  Vector3 guide_force{};          // N, world, by the guides on the needle
   std::uint32_t flags = 0;        // bits of Flag
 
   template <class Self, class Visit>
@@ -395,6 +414,7 @@ struct Force {
     visit("cutting_force", self.cutting_force);
     visit("friction_force", self.friction_force);
     visit("lateral_force", self.lateral_force);
+    visit("guide_force", self.guide_force);
     visit("flags", self.flags);
   }
 };
@@ -420,13 +440,15 @@ struct NeedleShape {
   }
 };
 
-// The shape of the tissue.
+// The shape of the tissue, and of the paths that needles have cut into it.
 struct TissueShape {
   static constexpr const char* kType = "tissue";
   std::uint64_t epoch = 0;
   std::uint64_t tick = 0;
-  double time = 0;               // s, simulation time
-  std::vector<float> positions;  // m, 3 per node, world, in the order of DescribeReply
+  double time = 0;                       // s, simulation time
+  std::vector<float> positions;          // m, 3 per node, world, in the order of DescribeReply
+  std::vector<float> path_points;        // m, 3 per point, world, one path after the other, each from its mouth
+  std::vector<std::int32_t> path_sizes;  // points of each path
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -434,6 +456,8 @@ struct TissueShape {
     visit("tick", self.tick);
     visit("time", self.time);
     visit("positions", self.positions);
+    visit("path_points", self.path_points);
+    visit("path_sizes", self.path_sizes);
   }
 };
 
@@ -444,6 +468,7 @@ struct Event {
   double time = 0;  // s, simulation time
   std::string needle;
   EventKind kind = EventKind::contact;
+  std::string region;  // that the tip touches or goes into; of exit and withdrawal: that it leaves
   Vector3 position{};  // m, world
   double force = 0;    // N, of the law that caused it
 
@@ -454,6 +479,7 @@ struct Event {
     visit("time", self.time);
     visit("needle", self.needle);
     visit("kind", self.kind);
+    visit("region", self.region);
     visit("position", self.position);
     visit("force", self.force);
   }

@@ -27,6 +27,7 @@ static_assert(static_cast<int>(Phase::through) == static_cast<int>(protocol::Pha
 static_assert(static_cast<int>(EventKind::contact) == static_cast<int>(protocol::EventKind::contact));
 static_assert(static_cast<int>(EventKind::release) == static_cast<int>(protocol::EventKind::release));
 static_assert(static_cast<int>(EventKind::puncture) == static_cast<int>(protocol::EventKind::puncture));
+static_assert(static_cast<int>(EventKind::crossing) == static_cast<int>(protocol::EventKind::crossing));
 static_assert(static_cast<int>(EventKind::reentry) == static_cast<int>(protocol::EventKind::reentry));
 static_assert(static_cast<int>(EventKind::exit) == static_cast<int>(protocol::EventKind::exit));
 static_assert(static_cast<int>(EventKind::withdrawal) == static_cast<int>(protocol::EventKind::withdrawal));

@@ -25,6 +25,9 @@ constexpr auto kBlockedPoll = milliseconds(1);  // between two tries to send a s
 template <class Message>
 constexpr bool kIsStream = std::is_same_v<Message, protocol::Pose> || std::is_same_v<Message, protocol::Spin>;
 
+bool has_spin(const protocol::Pose& pose) { return pose.spin.has_value(); }
+bool has_spin(const protocol::Spin&) { return true; }
+
 // Whether it is the type of a request, which is always answered.
 template <std::size_t I = 0>
 bool is_request(std::string_view type) {
@@ -46,7 +49,7 @@ Endpoint::Endpoint(World& world, const EndpointOptions& options, Link& link)
       loader_(link.to_sockets, options.rate),
       published_(&world),
       commanded_(&world),
-      newest_(world.hello.needles.size()),
+      newest_(static_cast<std::size_t>(world.body_count())),
       error_limit_(kErrorsPerSecond),
       stats_begun_(Clock::now()) {
   commands_.set(zmq::sockopt::linger, kLinger);
@@ -215,7 +218,7 @@ bool Endpoint::ask(const Sender& sender, const Message& message, Request::Kind k
 // What was commanded before ends with its epoch.
 void Endpoint::begin_epoch(Request& request) {
   request.epoch = ++commanded_epoch_;
-  newest_.assign(commanded_->hello.needles.size(), Command{});
+  newest_.assign(static_cast<std::size_t>(commanded_->body_count()), Command{});
 }
 
 void Endpoint::finish_loading() {
@@ -269,15 +272,19 @@ void Endpoint::handle(const Sender& sender, const protocol::Spin& spin) {
 
 template <class Stream, class Change>
 void Endpoint::update_command(const Sender& sender, const Stream& stream, Change&& change) {
-  const int needle = commanded_->find_needle(stream.needle);
-  if (needle < 0) {
+  const int body = commanded_->find_body(stream.needle);
+  if (body < 0) {
     return reject(sender, stream, ErrorCode::unknown_needle,
-                  "the scene has no needle '" + stream.needle + "'; 'hello' lists its needles");
+                  "the scene has no needle or guide '" + stream.needle + "'; 'hello' lists them");
   }
-  Command& command = newest_[static_cast<std::size_t>(needle)];
+  if (commanded_->is_guide(body) && has_spin(stream)) {
+    return reject(sender, stream, ErrorCode::bad_value,
+                  "field 'spin' must not be given for '" + stream.needle + "', which is a guide and does not spin");
+  }
+  Command& command = newest_[static_cast<std::size_t>(body)];
   command.seq = stream.seq;
   change(command);
-  link_.commands[static_cast<std::size_t>(needle)].put({commanded_epoch_, command});
+  link_.commands[static_cast<std::size_t>(body)].put({commanded_epoch_, command});
 }
 
 // ---- States ----

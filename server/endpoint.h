@@ -84,7 +84,7 @@ class Endpoint {
   void ask_in_real_time(const Sender& sender, const Message& message, Request::Kind kind);
   void begin_epoch(Request& request);
 
-  // Calls change(command) on the needle's newest command and passes it to the simulation thread.
+  // Calls change(command) on the body's newest command and passes it to the simulation thread.
   template <class Stream, class Change>
   void update_command(const Sender& sender, const Stream& stream, Change&& change);
 
@@ -105,7 +105,7 @@ class Endpoint {
   const World* commanded_;  // the world that commands go to: the same, or one on its way to the simulation thread
   std::uint64_t published_epoch_ = 0;
   std::uint64_t commanded_epoch_ = 0;
-  std::vector<Command> newest_;  // per needle of commanded_: pose and spin together, whichever message they came in
+  std::vector<Command> newest_;  // per body of commanded_: pose and spin together, whichever message they came in
   bool paused_ = false;
 
   std::uint64_t last_request_ = 0;

@@ -17,11 +17,11 @@
 
 namespace acus {
 
-inline constexpr int kMaxNeedles = 64;            // of a scene
+inline constexpr int kMaxBodies = 64 + 64;        // needles and guides of a scene
 inline constexpr std::size_t kMaxRequests = 64;   // waiting for the simulation thread
 inline constexpr std::size_t kMaxRecords = 8192;  // waiting for the socket thread; about 4 MB
 
-// A needle's command and the epoch it is meant for. Epochs count the worlds: `reset` and `load` begin a new one, and
+// A body's command and the epoch it is meant for. Epochs count the worlds: `reset` and `load` begin a new one, and
 // commands given before it do not outlive it.
 struct EpochCommand {
   std::uint64_t epoch = 0;
@@ -71,7 +71,7 @@ using Record = std::variant<Acknowledgement, ForceRecord, EventRecord, TickRecor
 
 struct Link {
   // Socket thread to simulation thread.
-  std::array<NewestValue<EpochCommand>, kMaxNeedles> commands;  // per needle
+  std::array<NewestValue<EpochCommand>, kMaxBodies> commands;  // per needle, then per guide
   SpscQueue<Request> requests{kMaxRequests};
   std::atomic<TopicSet> wanted{0};  // topics with a subscriber
   std::atomic<bool> stop{false};

@@ -70,6 +70,7 @@ void Publisher::publish(const ForceRecord& record, const World& world) {
   force.cutting_force = to_wire(needle.cutting_force);
   force.friction_force = to_wire(needle.friction_force);
   force.lateral_force = to_wire(needle.lateral_force);
+  force.guide_force = to_wire(needle.guide_force);
   force.flags = record.flags;
   encode_and_send(force);
 }
@@ -78,6 +79,7 @@ void Publisher::publish(const EventRecord& record, const World& world) {
   const Event& event = record.event;
   encode_and_send(protocol::Event{record.epoch, event.tick, record.time,
                                   world.hello.needles[static_cast<std::size_t>(event.needle)].name, to_wire(event.kind),
+                                  world.describe.regions[static_cast<std::size_t>(event.region)],
                                   to_wire(event.position), event.force});
 }
 

@@ -135,11 +135,10 @@ void RealtimeLoop::tick() {
 
 // A command for an earlier epoch is forgotten; one for a later epoch overtook the request that begins it, and waits.
 void RealtimeLoop::take_commands() {
-  const int needles = static_cast<int>(world_->hello.needles.size());
-  for (int i = 0; i < kMaxNeedles; ++i) {
+  for (int i = 0; i < kMaxBodies; ++i) {
     if (const EpochCommand* fresh = link_.commands[i].take()) taken_[i] = fresh;
     if (!taken_[i] || taken_[i]->epoch > epoch_) continue;
-    if (taken_[i]->epoch == epoch_ && i < needles) world_->simulation.command(i, taken_[i]->command);
+    if (taken_[i]->epoch == epoch_ && i < world_->body_count()) world_->simulation.command(i, taken_[i]->command);
     taken_[i] = nullptr;
   }
 }
@@ -213,7 +212,22 @@ void RealtimeLoop::publish_tissue(const TickReport& report) {
   shape->tick = report.tick;
   shape->time = report.time;
   pack(world_->simulation.tissue_positions(), shape->positions);
+  pack_paths(*shape);
   world_->tissue_frames.commit();
+}
+
+void RealtimeLoop::pack_paths(protocol::TissueShape& shape) {
+  shape.path_points.clear();
+  shape.path_sizes.clear();
+  Matrix3X& points = world_->path_points;
+  for (int path = 0; path < Simulation::max_paths(); ++path) {
+    const int size = world_->simulation.path_positions(path, points);
+    if (size == 0) continue;
+    shape.path_sizes.push_back(size);
+    for (int i = 0; i < size; ++i) {
+      for (int axis = 0; axis < 3; ++axis) shape.path_points.push_back(static_cast<float>(points(axis, i)));
+    }
+  }
 }
 
 template <class T>

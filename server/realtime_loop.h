@@ -46,6 +46,7 @@ class RealtimeLoop {
   void publish_tick(const TickReport& report, double tick_seconds);
   void publish_needles(const TickReport& report);
   void publish_tissue(const TickReport& report);
+  void pack_paths(protocol::TissueShape& shape);
 
   // Room for one more; null if there is none and it must be dropped, which is counted.
   template <class T>
@@ -54,7 +55,7 @@ class RealtimeLoop {
   std::unique_ptr<World> world_;
   const LoopOptions options_;
   Link& link_;
-  std::array<const EpochCommand*, kMaxNeedles> taken_{};  // commands for an epoch that has not begun yet
+  std::array<const EpochCommand*, kMaxBodies> taken_{};  // commands for an epoch that has not begun yet
   std::uint64_t epoch_ = 0;
   std::uint64_t ticks_ = 0;
   bool paused_ = false;

@@ -49,6 +49,9 @@ protocol::HelloReply make_hello(const World& world) {
                              static_cast<std::uint32_t>(simulation.needle_node_count(i)), to_wire(needle.base.position),
                              to_wire(needle.base.orientation)});
   }
+  for (const Guide& guide : scene.guides) {
+    hello.guides.push_back({guide.name, guide.needle, to_wire(guide.pose.position), to_wire(guide.pose.orientation)});
+  }
   const TetrahedralMesh& mesh = simulation.mesh();
   hello.tissue = {static_cast<std::uint32_t>(mesh.nodes.cols()), static_cast<std::uint32_t>(mesh.tetrahedra.size()),
                   static_cast<std::uint32_t>(mesh.surface.size())};
@@ -91,6 +94,7 @@ World::World(const Scene& scene)
     : simulation(scene),
       needle_frames(kFrames * scene.needles.size()),
       tissue_frames(kFrames),
+      path_points(3, simulation.path_capacity()),
       needle_frame_ticks(ticks_between(scene.rate, scene.publish.needle_rate)),
       tissue_frame_ticks(ticks_between(scene.rate, scene.publish.tissue_rate)),
       hello(make_hello(*this)),
@@ -100,13 +104,20 @@ World::World(const Scene& scene)
     frame.shape.positions.reserve(3 * needle_nodes);
     frame.shape.orientations.reserve(4 * needle_nodes);
   }
-  for (protocol::TissueShape& shape : tissue_frames.slots()) shape.positions.resize(describe.positions.size());
+  const auto paths = static_cast<std::size_t>(Simulation::max_paths());
+  for (protocol::TissueShape& shape : tissue_frames.slots()) {
+    shape.positions.resize(describe.positions.size());
+    shape.path_points.reserve(paths * static_cast<std::size_t>(path_points.size()));
+    shape.path_sizes.reserve(paths);
+  }
 }
 
-int World::find_needle(const std::string& name) const {
-  for (std::size_t i = 0; i < hello.needles.size(); ++i) {
-    if (hello.needles[i].name == name) return static_cast<int>(i);
-  }
+int World::find_body(const std::string& name) const {
+  const auto named = [&](const auto& info) { return info.name == name; };
+  const auto needle = std::find_if(hello.needles.begin(), hello.needles.end(), named);
+  if (needle != hello.needles.end()) return static_cast<int>(needle - hello.needles.begin());
+  const auto guide = std::find_if(hello.guides.begin(), hello.guides.end(), named);
+  if (guide != hello.guides.end()) return static_cast<int>(hello.needles.size() + (guide - hello.guides.begin()));
   return -1;
 }
 

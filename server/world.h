@@ -25,7 +25,9 @@ struct World {
 
   // From the simulation thread to the publisher.
   SpscQueue<NeedleFrame> needle_frames;
-  SpscQueue<protocol::TissueShape> tissue_frames;
+  SpscQueue<protocol::TissueShape> tissue_frames;  // with room for every path at its longest
+
+  Matrix3X path_points;  // 3 x path_capacity(), m, world: the path being packed, of the simulation thread
 
   // Constant.
   std::uint64_t needle_frame_ticks;  // ticks between two needle shapes, >= 1
@@ -33,8 +35,12 @@ struct World {
   protocol::HelloReply hello;        // all but what depends on the request and the moment
   protocol::DescribeReply describe;  // likewise
 
-  // Index of the needle with that name, or -1.
-  int find_needle(const std::string& name) const;
+  // What takes commands: the needles in the order of the scene, then the guides.
+  int body_count() const { return static_cast<int>(hello.needles.size() + hello.guides.size()); }
+  bool is_guide(int body) const { return body >= static_cast<int>(hello.needles.size()); }
+
+  // Number of the needle or guide with that name, or -1.
+  int find_body(const std::string& name) const;
 };
 
 // Reads the scene and builds its world; `rate` (Hz) replaces the scene's. Throws SceneError.
