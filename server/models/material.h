@@ -2,6 +2,8 @@
 // What tissue and needle are made of, as a scene gives it.
 #pragma once
 
+#include <optional>
+
 namespace acus {
 
 // Hooke's law with Rayleigh damping B = rayleigh_mass M + rayleigh_stiffness K.
@@ -13,12 +15,14 @@ struct Material {
   double rayleigh_stiffness = 0.01;  // s, >= 0
 };
 
-// A needle's body: a straight tube of circular section.
+// A needle's body: a tube of circular section, straight or with an end that is bent to an arc.
 struct NeedleBody {
   double length = 0.15;          // m, > 0
   int beams = 50;                // 1 to 1000
   double outer_diameter = 1e-3;  // m, > 0
   double inner_diameter = 0;     // m, [0, outer_diameter)
+  double curvature = 0;          // 1/m, of the unloaded needle's end; positive bends it from +x towards +y
+  std::optional<double> curved_length;  // m, (0, length], from the tip; absent: the whole needle
   Material material{200e9, 0.3, 7800, 0, 1e-3};
 };
 

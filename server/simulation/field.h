@@ -92,10 +92,6 @@ struct FieldsOf;
 template <class Enum>
 struct NamesOf;
 
-// The field under which an entry of a list of T stands, "- box: {...}"; null where the entry is the T itself.
-template <class T>
-inline constexpr const char* entry_field = nullptr;
-
 template <class T>
 concept HasFields = requires {
   FieldsOf<T>::list;

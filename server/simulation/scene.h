@@ -27,7 +27,7 @@ struct SceneError : std::runtime_error {
 struct Interaction {
   double puncture_force = 1.0;      // f_p (N), >= 0, .inf for bone
   double cutting_force = 0.5;       // f_c (N), >= 0
-  double pressure = 10e3;           // p (Pa), >= 0, of the tissue on the shaft
+  std::optional<double> pressure;   // p (Pa), >= 0, of the tissue on the shaft; absent: 2 G, see shaft_pressure()
   double friction_static = 0.8;     // mu_s (-), >= friction_dynamic
   double friction_dynamic = 0.6;    // mu_d (-), >= 0
   double friction_viscous = 0;      // b (N s/m^2), >= 0: force per metre of shaft and m/s of sliding
@@ -35,22 +35,68 @@ struct Interaction {
                                     // normal by more than atan(mu) slides and never punctures
 };
 
-// A box in the mesh frame; bounds may be infinite.
+// Shapes in the mesh frame. All contain their boundary, and points up to `margin` (m) outside of it.
 struct Box {
-  Vector3 min = Vector3::Constant(-kInfinity);  // m
-  Vector3 max = Vector3::Constant(kInfinity);   // m
+  Vector3 min = Vector3::Constant(-kInfinity);  // m, may be infinite
+  Vector3 max = Vector3::Constant(kInfinity);   // m, may be infinite
 
-  bool contains(const Vector3& p) const { return (p.array() >= min.array()).all() && (p.array() <= max.array()).all(); }
+  bool contains(const Vector3& p, double margin = 0) const;
 };
 
-// A part of the tissue. A tetrahedron belongs to the last region that selects it; a region with both selectors selects
-// where they agree, a region without a selector is the background and takes all.
-struct Region {
+struct Sphere {
+  Vector3 center = Vector3::Zero();  // m
+  double radius = 0.01;              // m, > 0
+
+  bool contains(const Vector3& p, double margin = 0) const;
+};
+
+// All points on the side of a plane away from its normal.
+struct HalfSpace {
+  Vector3 point = Vector3::Zero();    // m, on the plane
+  Vector3 normal = Vector3::UnitZ();  // out of the half-space; any length but zero
+
+  bool contains(const Vector3& p, double margin = 0) const;
+};
+
+// The round cylinder around the segment between the centres of its ends.
+struct Cylinder {
+  Vector3 from = Vector3::Zero();  // m
+  Vector3 to = Vector3::UnitZ();   // m, not the same point as `from`
+  double radius = 0.01;            // m, > 0
+
+  bool contains(const Vector3& p, double margin = 0) const;
+};
+
+// A part of space: where all the shapes that are given agree.
+struct Volume {
+  std::optional<Box> box;
+  std::optional<Sphere> sphere;
+  std::optional<HalfSpace> half_space;
+  std::optional<Cylinder> cylinder;
+
+  bool contains(const Vector3& p, double margin = 0) const;
+  bool unbounded() const { return !box && !sphere && !half_space && !cylinder; }  // no shape is given
+};
+
+// A part of the tissue. A tetrahedron belongs to the last region that selects it; a region with several selectors
+// selects where they agree, a region without a selector is the background and takes all. The volume selects
+// tetrahedra whose centroid lies inside.
+struct Region : Volume {
   std::string name = "tissue";
   std::optional<std::string> physical_group;  // Gmsh physical group, by name or number
-  std::optional<Box> box;                     // tetrahedra whose centroid lies inside
   Material material;
   Interaction interaction;
+};
+
+// The pressure of a region's tissue on a shaft (Pa): as given, or 2 G = E/(1 + nu), which Lamé's solution for a
+// cylindrical hole in an unbounded body needs to widen the hole by its own radius.
+double shaft_pressure(const Region& region);
+
+// Where two regions meet. A pair without an entry holds the tip with the puncture force of the region it goes into.
+struct Interface {
+  std::string between, and_;         // names of the regions
+  double puncture_force = 0;         // f_p (N), >= 0, .inf allowed, in both directions; not above f_c: no obstacle
+  double friction_contact = 1.0;     // mu of the tip that slides along it (-), >= 0
 };
 
 struct BoxMesh {
@@ -72,17 +118,37 @@ struct Tissue {
   std::optional<GmshMesh> gmsh;  // instead of the box
   Pose pose;                     // mesh frame in the world
   std::vector<Region> regions{Region{}};
-  std::vector<Box> fixed;        // nodes inside any of them, mesh frame, do not move
+  std::vector<Interface> interfaces;
+  std::vector<Volume> fixed;     // nodes inside any of them, mesh frame, do not move
 };
+
+// How a needle is solved.
+enum class NeedleRung { flexible, rigid };
 
 struct Needle : NeedleBody {
   std::string name = "needle";
+  NeedleRung rung = NeedleRung::flexible;
   Pose base;                         // first node in the world at the start; the needle lies along its +x axis
+  Vector3 cutting_direction = Vector3::UnitX();  // in the tip's frame, along which a pushed tip cuts; any length, x > 0
+  double torsional_friction = 0;     // -, >= 0: share of the shaft's friction that resists spin; 0 leaves it out
   double constraint_spacing = 4e-3;  // m, > 0, between the points that hold the shaft to its path
   double max_speed = 1;              // m/s, > 0, of the base
   double max_angular_speed = 20;     // rad/s, > 0, of the base
   double max_spin_speed = 320;       // rad/s, > 0, of the spin about the needle's axis
   double smoothing = 5e-3;           // s, >= 0: time constant with which the base follows its commands
+};
+
+// A hole through which a needle slides without turning it: a template, or the collar of a robot. Takes commands by its
+// name like a needle; without any it stays where it is.
+struct Guide {
+  std::string name = "guide";
+  std::string needle = "needle";     // name of the needle in it
+  Pose pose;                         // of the hole at the start; its axis is the frame's +x
+  double play = 0;                   // m, >= 0, between the needle and the hole, to each side
+  double friction = 0;               // mu (-), >= 0
+  double max_speed = 1;              // m/s, > 0
+  double max_angular_speed = 20;     // rad/s, > 0
+  double smoothing = 5e-3;           // s, >= 0: time constant with which it follows its commands
 };
 
 struct Newton {
@@ -113,6 +179,7 @@ struct Scene {
   Vector3 gravity = Vector3::Zero();     // m/s^2, world
   Tissue tissue;
   std::vector<Needle> needles{Needle{}}; // 1 to 64, distinct names
+  std::vector<Guide> guides;             // distinct names, none that of a needle
   Newton newton;
   LawSolver laws;
   Publishing publish;
@@ -137,7 +204,7 @@ TetrahedralMesh load_mesh(const Scene& scene);
 // a region selects nothing.
 std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh);
 
-// Per node, whether it is fixed; throws SceneError if a box of `fixed` holds no node.
+// Per node, whether it is fixed; throws SceneError if an entry of `fixed` holds no node.
 std::vector<bool> find_fixed_nodes(const Scene& scene, const TetrahedralMesh& mesh);
 
 }  // namespace acus

@@ -45,7 +45,7 @@ class Checker {
       check_entries(value, path, range);
     } else if constexpr (std::is_arithmetic_v<Value>) {
       check_number(static_cast<double>(value), path, range, std::is_integral_v<Value>);
-    } else {
+    } else if constexpr (!std::is_enum_v<Value>) {
       check_leaf(value, path, range);
     }
   }
@@ -56,10 +56,7 @@ class Checker {
       fail(path, "expected a list whose length is " + describe(range) + ", found " + std::to_string(list.size()) +
                      (list.size() == 1 ? " entry" : " entries"));
     }
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      const std::string entry = child_path(path, i);
-      check_value(list[i], entry_field<Value> ? child_path(entry, entry_field<Value>) : entry, range);
-    }
+    for (std::size_t i = 0; i < list.size(); ++i) check_value(list[i], child_path(path, i), range);
   }
 
   void check_number(double value, const std::string& path, const Range& range, bool whole) const {
@@ -88,8 +85,6 @@ class Checker {
     if (std::abs(norm - 1) <= kUnitTolerance) return;
     fail(path, "expected a unit quaternion [w, x, y, z], found one of length " + format_number(norm));
   }
-
-  void check_leaf(TissueRung, const std::string&, const Range&) const {}
 
   // Rules between fields, one overload per struct that has some.
   template <class Struct>

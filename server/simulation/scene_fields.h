@@ -45,7 +45,8 @@ struct FieldsOf<Interaction> {
             "f_p, force of the tip on the surface at which it enters; .inf for bone, on which it slides"},
       Field{"cutting_force", &Interaction::cutting_force, "N", at_least(0),
             "f_c, force of the tip at which its path grows"},
-      Field{"pressure", &Interaction::pressure, "Pa", at_least(0), "p, of the tissue on the shaft"},
+      Field{"pressure", &Interaction::pressure, "Pa", at_least(0),
+            "p, of the tissue on the shaft; absent: estimated from the stiffness as E/(1 + nu)"},
       Field{"friction_static", &Interaction::friction_static, "-", at_least(0),
             "mu_s, friction coefficient of a shaft that sticks; not below friction_dynamic"},
       Field{"friction_dynamic", &Interaction::friction_dynamic, "-", at_least(0),
@@ -67,7 +68,43 @@ struct FieldsOf<Box> {
 };
 
 template <>
-inline constexpr const char* entry_field<Box> = "box";
+struct FieldsOf<Sphere> {
+  static constexpr const char* title = "sphere";
+  static constexpr std::tuple list{
+      Field{"center", &Sphere::center, "m", any(), "[x, y, z] in the mesh frame"},
+      Field{"radius", &Sphere::radius, "m", above(0), "of the sphere"},
+  };
+};
+
+template <>
+struct FieldsOf<HalfSpace> {
+  static constexpr const char* title = "half_space";
+  static constexpr std::tuple list{
+      Field{"point", &HalfSpace::point, "m", any(), "[x, y, z] on the plane, in the mesh frame"},
+      Field{"normal", &HalfSpace::normal, "-", any(), "[x, y, z] out of the half-space; any length but zero"},
+  };
+};
+
+template <>
+struct FieldsOf<Cylinder> {
+  static constexpr const char* title = "cylinder";
+  static constexpr std::tuple list{
+      Field{"from", &Cylinder::from, "m", any(), "centre [x, y, z] of one end, in the mesh frame"},
+      Field{"to", &Cylinder::to, "m", any(), "centre [x, y, z] of the other end"},
+      Field{"radius", &Cylinder::radius, "m", above(0), "of the cylinder"},
+  };
+};
+
+template <>
+struct FieldsOf<Volume> {
+  static constexpr const char* title = "volume";
+  static constexpr std::tuple list{
+      Field{"box", &Volume::box, "", any(), "what lies in a box"},
+      Field{"sphere", &Volume::sphere, "", any(), "what lies in a sphere"},
+      Field{"half_space", &Volume::half_space, "", any(), "what lies on one side of a plane"},
+      Field{"cylinder", &Volume::cylinder, "", any(), "what lies in a round cylinder"},
+  };
+};
 
 template <>
 struct FieldsOf<Pose> {
@@ -86,8 +123,24 @@ struct FieldsOf<Region> {
       Field{"physical_group", &Region::physical_group, "", kNameLength,
             "selects the tetrahedra of a Gmsh physical group, by name or number"},
       Field{"box", &Region::box, "", any(), "selects the tetrahedra whose centroid lies inside"},
+      Field{"sphere", &Region::sphere, "", any(), "likewise"},
+      Field{"half_space", &Region::half_space, "", any(), "likewise"},
+      Field{"cylinder", &Region::cylinder, "", any(), "likewise"},
       Field{"material", &Region::material, "", any(), "how it deforms"},
       Field{"interaction", &Region::interaction, "", any(), "how a needle enters it and slides in it"},
+  };
+};
+
+template <>
+struct FieldsOf<Interface> {
+  static constexpr const char* title = "interface";
+  static constexpr std::tuple list{
+      Field{"between", &Interface::between, "", kNameLength, "name of one region"},
+      Field{"and", &Interface::and_, "", kNameLength, "name of the other"},
+      Field{"puncture_force", &Interface::puncture_force, "N", at_least_or_infinite(0),
+            "f_p, force of the tip at which it crosses, either way; at or below cutting_force it is no obstacle"},
+      Field{"friction_contact", &Interface::friction_contact, "-", at_least(0),
+            "mu, friction coefficient of the tip that slides along it"},
   };
 };
 
@@ -123,8 +176,16 @@ struct FieldsOf<Tissue> {
       Field{"pose", &Tissue::pose, "", any(), "where the mesh frame is in the world"},
       Field{"regions", &Tissue::regions, "", between(1, 1000),
             "parts with their own material; a tetrahedron belongs to the last region that selects it"},
-      Field{"fixed", &Tissue::fixed, "", between(0, 1000), "boxes; the nodes inside any of them do not move"},
+      Field{"interfaces", &Tissue::interfaces, "", between(0, 1000),
+            "where two regions meet; a pair that is not listed holds the tip with the puncture_force of the region it "
+            "goes into"},
+      Field{"fixed", &Tissue::fixed, "", between(0, 1000), "volumes; the nodes inside any of them do not move"},
   };
+};
+
+template <>
+struct NamesOf<NeedleRung> {
+  static constexpr std::array names{"flexible", "rigid"};
 };
 
 template <>
@@ -132,11 +193,21 @@ struct FieldsOf<Needle> {
   static constexpr const char* title = "needle";
   static constexpr std::tuple list{
       Field{"name", &Needle::name, "", kNameLength, "distinct from the other needles' names"},
+      Field{"rung", &Needle::rung, "", any(), "how it is solved: flexible (beams) or rigid (follows its base as it is)"},
       Field{"length", &Needle::length, "m", above(0), "from base to tip"},
       Field{"beams", &Needle::beams, "-", between(1, 1000), "beam elements of equal length"},
       Field{"outer_diameter", &Needle::outer_diameter, "m", above(0), "d of the shaft"},
       Field{"inner_diameter", &Needle::inner_diameter, "m", at_least(0),
             "of the bore, below outer_diameter; 0 for a solid needle"},
+      Field{"curvature", &Needle::curvature, "1/m", any(),
+            "of the unloaded needle's end; positive bends it from +x towards +y"},
+      Field{"curved_length", &Needle::curved_length, "m", above(0),
+            "of that end, from the tip, at most length; absent: the whole needle"},
+      Field{"cutting_direction", &Needle::cutting_direction, "-", any(),
+            "[x, y, z] in the tip's frame, along which the tip cuts when it is pushed: [1, 0, 0] for a symmetric tip, "
+            "[1, 0.1, 0] for a bevel that steers towards +y; any length, x > 0"},
+      Field{"torsional_friction", &Needle::torsional_friction, "-", at_least(0),
+            "share of the shaft's friction that resists spin; 0 leaves it out"},
       Field{"material", &Needle::material, "", any(), "how it bends; the default is steel"},
       Field{"base", &Needle::base, "", any(), "first node at the start; the needle lies along +x of this frame"},
       Field{"constraint_spacing", &Needle::constraint_spacing, "m", above(0),
@@ -146,6 +217,22 @@ struct FieldsOf<Needle> {
       Field{"max_spin_speed", &Needle::max_spin_speed, "rad/s", above(0), "limit of the spin about the needle's axis"},
       Field{"smoothing", &Needle::smoothing, "s", at_least(0),
             "time constant with which the base follows its commands; 0 follows at once"},
+  };
+};
+
+template <>
+struct FieldsOf<Guide> {
+  static constexpr const char* title = "guide";
+  static constexpr std::tuple list{
+      Field{"name", &Guide::name, "", kNameLength, "distinct from the names of the other guides and the needles"},
+      Field{"needle", &Guide::needle, "", kNameLength, "name of the needle that slides in it"},
+      Field{"pose", &Guide::pose, "", any(), "of the hole at the start; its axis is +x of this frame"},
+      Field{"play", &Guide::play, "m", at_least(0), "between needle and hole, to each side"},
+      Field{"friction", &Guide::friction, "-", at_least(0), "mu, friction coefficient of the needle in the hole"},
+      Field{"max_speed", &Guide::max_speed, "m/s", above(0), "limit of its speed"},
+      Field{"max_angular_speed", &Guide::max_angular_speed, "rad/s", above(0), "limit of its rotation"},
+      Field{"smoothing", &Guide::smoothing, "s", at_least(0),
+            "time constant with which it follows its commands; 0 follows at once"},
   };
 };
 
@@ -187,6 +274,7 @@ struct FieldsOf<Scene> {
       Field{"gravity", &Scene::gravity, "m/s^2", any(), "acceleration [x, y, z] in the world"},
       Field{"tissue", &Scene::tissue, "", any(), "mesh, place, regions and fixed nodes"},
       Field{"needles", &Scene::needles, "", between(1, 64), "one entry per needle"},
+      Field{"guides", &Scene::guides, "", between(0, 64), "one entry per guide; they take commands like needles"},
       Field{"newton", &Scene::newton, "", any(), "iterations of the tissue"},
       Field{"laws", &Scene::laws, "", any(), "solver of contact, cutting and friction"},
       Field{"publish", &Scene::publish, "", any(), "how often states go out; forces go out every tick"},

@@ -8,18 +8,17 @@
 namespace acus {
 namespace {
 
-// A scene that is turned in the world must select the same nodes; boxes reach this fraction of the mesh's diagonal
+// A scene that is turned in the world must select the same nodes; volumes reach this fraction of the mesh's diagonal
 // further, which is far above rounding and far below an edge.
-constexpr double kBoxTolerance = 1e-9;
+constexpr double kSelectionTolerance = 1e-9;
 
 Matrix3X in_mesh_frame(const Scene& scene, const Matrix3X& p_world) {
   const Pose& pose = scene.tissue.pose;
   return pose.orientation.toRotationMatrix().transpose() * (p_world.colwise() - pose.position);
 }
 
-Box widened(const Box& box, const Matrix3X& nodes) {
-  const double margin = kBoxTolerance * (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm();
-  return {box.min - Vector3::Constant(margin), box.max + Vector3::Constant(margin)};
+double selection_margin(const Matrix3X& nodes) {
+  return kSelectionTolerance * (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm();
 }
 
 Matrix3X centroids(const TetrahedralMesh& mesh) {
@@ -61,26 +60,26 @@ std::string list_groups(const TetrahedralMesh& mesh) {
 // Which tetrahedra one region selects.
 class Selector {
  public:
-  Selector(const Scene& scene, const TetrahedralMesh& mesh, std::size_t region) : mesh_(mesh) {
-    const Region& r = scene.tissue.regions[region];
-    if (r.box) box_ = widened(*r.box, mesh.nodes);
-    if (!r.physical_group) return;
-    group_ = find_group(mesh, *r.physical_group);
+  Selector(const Scene& scene, const TetrahedralMesh& mesh, std::size_t region)
+      : mesh_(mesh), region_(scene.tissue.regions[region]), margin_(selection_margin(mesh.nodes)) {
+    if (!region_.physical_group) return;
+    group_ = find_group(mesh, *region_.physical_group);
     if (group_) return;
     const std::string path = child_path(child_path("tissue.regions", region), "physical_group");
     throw scene_error(
         scene, path,
-        "expected a physical group of the mesh (" + list_groups(mesh) + "), found \"" + *r.physical_group + "\"");
+        "expected a physical group of the mesh (" + list_groups(mesh) + "), found \"" + *region_.physical_group + "\"");
   }
 
   bool selects(int t, const Vector3& centroid) const {
-    return (!group_ || mesh_.tag[t] == *group_) && (!box_ || box_->contains(centroid));
+    return (!group_ || mesh_.tag[t] == *group_) && region_.contains(centroid, margin_);
   }
 
  private:
   const TetrahedralMesh& mesh_;
+  const Region& region_;
+  double margin_;  // m
   std::optional<int> group_;
-  std::optional<Box> box_;
 };
 
 // Gives the tetrahedra that a region selects to it; returns how many.
@@ -102,7 +101,7 @@ void check_every_tetrahedron_has_one(const Scene& scene, const std::vector<int>&
                     std::to_string(std::count(regions.begin(), regions.end(), -1)) +
                         " tetrahedra belong to no region, one of them at [" + std::to_string(at.x()) + ", " +
                         std::to_string(at.y()) + ", " + std::to_string(at.z()) +
-                        "] m in the mesh frame; begin the list with a region without physical_group and box");
+                        "] m in the mesh frame; begin the list with a region that has no selector");
 }
 
 void check_every_region_has_some(const Scene& scene, const std::vector<int>& regions) {
@@ -136,7 +135,7 @@ std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh)
     if (take(regions, Selector(scene, mesh, i), places, i) > 0) continue;
     throw scene_error(scene, child_path("tissue.regions", i),
                       "expected a region with tetrahedra, found that \"" + scene.tissue.regions[i].name +
-                          "\" selects none; boxes are in the mesh frame, in metres");
+                          "\" selects none; volumes are in the mesh frame, in metres");
   }
   check_every_tetrahedron_has_one(scene, regions, places);
   check_every_region_has_some(scene, regions);
@@ -145,22 +144,22 @@ std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh)
 
 std::vector<bool> find_fixed_nodes(const Scene& scene, const TetrahedralMesh& mesh) {
   const Matrix3X nodes = in_mesh_frame(scene, mesh.nodes);
+  const double margin = selection_margin(nodes);
   std::vector<bool> fixed(static_cast<std::size_t>(mesh.node_count()), false);
   for (std::size_t i = 0; i < scene.tissue.fixed.size(); ++i) {
-    const Box box = widened(scene.tissue.fixed[i], nodes);
     bool holds_some = false;
     for (int node = 0; node < mesh.node_count(); ++node) {
-      if (!box.contains(nodes.col(node))) continue;
+      if (!scene.tissue.fixed[i].contains(nodes.col(node), margin)) continue;
       fixed[node] = true;
       holds_some = true;
     }
     if (holds_some) continue;
     throw scene_error(scene, child_path("tissue.fixed", i),
-                      "expected a box that holds nodes of the mesh, found none inside; it is in the mesh frame, in "
-                      "metres");
+                      "expected a volume that holds nodes of the mesh, found none inside; it is in the mesh frame, "
+                      "in metres");
   }
   if (std::find(fixed.begin(), fixed.end(), false) == fixed.end())
-    throw scene_error(scene, "tissue.fixed", "expected boxes that leave some node free, found every node fixed");
+    throw scene_error(scene, "tissue.fixed", "expected volumes that leave some node free, found every node fixed");
   return fixed;
 }
 

@@ -156,20 +156,7 @@ class Reader {
     list.clear();
     for (std::size_t i = 0; i < node.size(); ++i) {
       mark(child_path(path, i), node[i].Mark());
-      read_entry(node[i], child_path(path, i), list.emplace_back(), range);
-    }
-  }
-
-  template <class Value>
-  void read_entry(const YAML::Node& node, const std::string& path, Value& value, const Range& range) {
-    if constexpr (entry_field<Value> == nullptr) {
-      read_value(node, path, value, range);
-    } else {
-      check_map(node, path);
-      check_keys(node, path, {entry_field<Value>});
-      const YAML::Node inner = find(node, entry_field<Value>);
-      if (!inner.IsDefined()) fail(path, std::string("expected the field ") + entry_field<Value> + ", found none");
-      read_value(inner, child_path(path, entry_field<Value>), value, range);
+      read_value(node[i], child_path(path, i), list.emplace_back(), range);
     }
   }
 

@@ -135,12 +135,8 @@ JsonMembers fields_schema(const Tuple& fields, const Struct& defaults, JsonMembe
 
 template <class Value>
 JsonMembers list_schema(const Range& range) {
-  JsonMembers items = value_schema(Value{}, range);
-  if (entry_field<Value>) {
-    items = object_schema({{entry_field<Value>, json_object(items)}}, {json_string(entry_field<Value>)});
-  }
   return {{"type", json_string("array")},
-          {"items", json_object(items)},
+          {"items", json_object(value_schema(Value{}, range))},
           {"minItems", format_number(range.min)},
           {"maxItems", format_number(range.max)}};
 }
@@ -160,7 +156,12 @@ JsonMembers value_schema(const Value& value, const Range& range) {
   } else if constexpr (std::is_same_v<Value, std::optional<std::string>>) {
     return {{"type", json_array({json_string("string"), json_string("integer")})}};
   } else if constexpr (is_optional<Value>) {
-    return value_schema(typename Value::value_type{}, range);
+    using Inner = typename Value::value_type;
+    if constexpr (HasFields<Inner>) {
+      return value_schema(Inner{}, range);
+    } else {
+      return leaf_schema<Inner>(range);
+    }
   } else {
     JsonMembers members = leaf_schema<Value>(range);
     const std::string text = value_text(value);
@@ -268,9 +269,10 @@ std::string scene_schema() {
 }
 
 std::vector<FieldTable> scene_tables() {
-  return {table<Scene>(),    table<Tissue>(),      table<BoxMesh>(),   table<GmshMesh>(), table<Region>(),
-          table<Material>(), table<Interaction>(), table<Box>(),       table<Pose>(),     table<Needle>(),
-          table<Newton>(),   table<LawSolver>(),   table<Publishing>()};
+  return {table<Scene>(),     table<Tissue>(),      table<BoxMesh>(), table<GmshMesh>(),  table<Region>(),
+          table<Material>(),  table<Interaction>(), table<Volume>(),  table<Box>(),       table<Sphere>(),
+          table<HalfSpace>(), table<Cylinder>(),    table<Pose>(),    table<Interface>(), table<Needle>(),
+          table<Guide>(),     table<Newton>(),      table<LawSolver>(), table<Publishing>()};
 }
 
 }  // namespace acus

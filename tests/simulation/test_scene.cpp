@@ -92,8 +92,8 @@ publish: {tissue_rate: 15}
   CHECK(scene.tissue.regions[1].box->min == Vector3(0, -kInfinity, 0));
   CHECK(scene.tissue.regions[1].interaction.puncture_force == kInfinity);
   REQUIRE(scene.tissue.fixed.size() == 2);
-  CHECK(scene.tissue.fixed[0].max.z() == -0.05);
-  CHECK(scene.tissue.fixed[1].min.x() == -kInfinity);
+  CHECK(scene.tissue.fixed[0].box->max.z() == -0.05);
+  CHECK(scene.tissue.fixed[1].box->min.x() == -kInfinity);
   REQUIRE(scene.needles.size() == 2);
   // A map changes what it names; the rest of the default, here steel, stays.
   CHECK(scene.needles[0].material.density == 7000);
@@ -123,7 +123,7 @@ TEST_CASE("unknown fields, with the nearest known name") {
   CHECK(error_of("laws: {xyzzy: 1}") == "scene.yaml:2:8: laws.xyzzy: unknown field; known here: max_sweeps, tolerance");
   CHECK(error_of("needles: [{acus_scene: 1}]").starts_with("scene.yaml:2:12: needles[0].acus_scene: unknown field"));
   CHECK(error_of("tissue: {fixed: [{min: [0, 0, 0]}]}") ==
-        "scene.yaml:2:19: tissue.fixed[0].min: unknown field; known here: box");
+        "scene.yaml:2:19: tissue.fixed[0].min: unknown field; known here: box, sphere, half_space, cylinder");
   CHECK(error_of("[1, 2]: 3").starts_with("scene.yaml:2:1: "));
 }
 
@@ -246,9 +246,10 @@ TEST_CASE("the default scene is what the documents promise") {
   const Vector3 tip = needle.base * Vector3(needle.length, 0, 0);
   CHECK((tip - Vector3(0.003, 0.002, 0.06)).norm() < 1e-9);
 
-  const Interaction& interaction = scene.tissue.regions.at(0).interaction;
-  const double friction_per_pressure = std::numbers::pi * needle.outer_diameter * interaction.pressure;
-  CHECK(friction_per_pressure * interaction.friction_dynamic == doctest::Approx(20).epsilon(1e-6));
+  const Region& region = scene.tissue.regions.at(0);
+  const Interaction& interaction = region.interaction;
+  const double pressure_on_a_metre = std::numbers::pi * needle.outer_diameter * shaft_pressure(region);
+  CHECK(pressure_on_a_metre * interaction.friction_dynamic == doctest::Approx(20).epsilon(1e-6));
   CHECK(interaction.friction_static == doctest::Approx(1.15 * interaction.friction_dynamic));
 }
 

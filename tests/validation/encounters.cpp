@@ -50,7 +50,8 @@ TEST_CASE("a face is flat up to its edge") {
 
 TEST_CASE("out on the far side and back again") {
   Scene scene = small_scene();
-  scene.tissue.fixed = {Box{{-kInfinity, -kInfinity, -kInfinity}, {-0.05, kInfinity, kInfinity}}};
+  scene.tissue.fixed = {Volume{}};
+  scene.tissue.fixed[0].box = Box{{-kInfinity, -kInfinity, -kInfinity}, {-0.05, kInfinity, kInfinity}};
   InsertionRun insertion(scene);
   insertion.run({{0.125, 0.06}});
   const Event* exit = insertion.find(EventKind::exit);
@@ -118,7 +119,8 @@ TEST_CASE("a tip that starts inside is refused") {
 
 TEST_CASE("a tissue without a free node is refused") {
   Scene scene = small_scene();
-  scene.tissue.fixed = {Box{}};
+  scene.tissue.fixed = {Volume{}};
+  scene.tissue.fixed[0].box = Box{};
   CHECK_THROWS_WITH_AS(Simulation{scene}, doctest::Contains("tissue.fixed"), SceneError);
 }
 

@@ -14,8 +14,9 @@ namespace {
 constexpr double kSpeed = 0.01;  // m/s
 
 double friction_per_metre(const Scene& scene) {
-  const Interaction& law = scene.tissue.regions[0].interaction;
-  return std::numbers::pi * scene.needles[0].outer_diameter * law.friction_dynamic * law.pressure;
+  const Region& region = scene.tissue.regions[0];
+  return std::numbers::pi * scene.needles[0].outer_diameter * region.interaction.friction_dynamic *
+         shaft_pressure(region);
 }
 
 double expected_force(const Scene& scene, double inserted, double speed) {
