@@ -17,7 +17,7 @@ double block_bound(const MatrixX& W, int i) {
 
 Vector2 disk_step(const MatrixX& W, std::span<const Law> laws, int i, std::span<const double> lambda,
                   std::span<const double> delta) {
-  const double radius = laws[i].limit * std::max(lambda[laws[i].normal_row], 0.0);
+  const double radius = laws[i].cohesion + laws[i].limit * std::max(lambda[laws[i].normal_row], 0.0);
   return disk_force(radius, block_bound(W, i), {lambda[i], lambda[i + 1]}, {delta[i], delta[i + 1]});
 }
 

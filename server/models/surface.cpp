@@ -34,21 +34,45 @@ Eigen::Vector3d closest_weights(const Vector3& p, const Vector3& a, const Vector
 
 struct Corners {
   Vector3 a, b, c;
-  Corners(const TetrahedralMesh& mesh, const Matrix3X& x, int triangle)
-      : a(x.col(mesh.surface[triangle][0])), b(x.col(mesh.surface[triangle][1])), c(x.col(mesh.surface[triangle][2])) {}
+  Corners(const std::array<int, 3>& nodes, const Matrix3X& x)
+      : a(x.col(nodes[0])), b(x.col(nodes[1])), c(x.col(nodes[2])) {}
   Vector3 area_normal() const { return (b - a).cross(c - a); }
 };
 
 }  // namespace
 
-Surface::Surface(const TetrahedralMesh& mesh) : mesh_(mesh), node_triangles_(static_cast<std::size_t>(mesh.node_count())) {
-  for (int t = 0; t < static_cast<int>(mesh.surface.size()); ++t)
-    for (int node : mesh.surface[t]) node_triangles_[node].push_back(t);
-  for (int i = 0; i < mesh.node_count(); ++i)
+Surface::Surface(const TetrahedralMesh& mesh)
+    : mesh_(mesh), triangles_(mesh.surface), owners_(mesh.surface_tetrahedron) {
+  index_nodes();
+}
+
+Surface::Surface(const TetrahedralMesh& mesh, std::span<const int> regions, int region) : mesh_(mesh) {
+  // Nodes of the face opposite to node k, counter-clockwise seen from node k: from the other side of the face, that of
+  // the neighbour, they are clockwise, and seen from the tetrahedron outside of the region they must be the former.
+  constexpr int kFaces[4][3] = {{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}};
+  for (int t = 0; t < static_cast<int>(regions.size()); ++t) {
+    if (regions[t] == region) continue;
+    for (int k = 0; k < 4; ++k) {
+      const int neighbour = mesh.neighbours[t][k];
+      if (neighbour < 0 || regions[neighbour] != region) continue;
+      const auto& nodes = mesh.tetrahedra[t];
+      triangles_.push_back({nodes[kFaces[k][0]], nodes[kFaces[k][1]], nodes[kFaces[k][2]]});
+      owners_.push_back(t);
+    }
+  }
+  index_nodes();
+}
+
+void Surface::index_nodes() {
+  node_triangles_.resize(static_cast<std::size_t>(mesh_.node_count()));
+  for (int t = 0; t < triangle_count(); ++t)
+    for (int node : triangles_[t]) node_triangles_[node].push_back(t);
+  for (int i = 0; i < mesh_.node_count(); ++i)
     if (!node_triangles_[i].empty()) nodes_.push_back(i);
 }
 
 bool Surface::near(const Matrix3X& x, const Vector3& p, double margin) const {
+  if (nodes_.empty()) return false;
   Vector3 low = x.col(nodes_.front()), high = low;
   for (int i : nodes_) {
     low = low.cwiseMin(x.col(i));
@@ -62,7 +86,7 @@ bool Surface::near(const Matrix3X& x, const Vector3& p, double margin) const {
 Vector3 Surface::corner_normal(const Matrix3X& x, int node, const Vector3& facing) const {
   Vector3 sum = Vector3::Zero();
   for (int t : node_triangles_[node]) {
-    const Vector3 n = Corners(mesh_, x, t).area_normal();
+    const Vector3 n = Corners(triangles_[t], x).area_normal();
     if (n.dot(facing) > std::numbers::sqrt2 / 2 * n.norm() * facing.norm()) sum += n;
   }
   return sum.normalized();
@@ -73,10 +97,10 @@ SurfacePoint Surface::make_point(const Matrix3X& x, int triangle, const Eigen::V
   SurfacePoint point;
   point.triangle = triangle;
   point.weights = weights;
-  const Vector3 facing = Corners(mesh_, x, triangle).area_normal();
+  const Vector3 facing = Corners(triangles_[triangle], x).area_normal();
   Vector3 normal = Vector3::Zero();
   for (int k = 0; k < 3; ++k) {
-    const int node = mesh_.surface[triangle][k];
+    const int node = triangles_[triangle][k];
     point.position += weights[k] * x.col(node);
     normal += weights[k] * corner_normal(x, node, facing);
   }
@@ -90,8 +114,8 @@ std::optional<SurfacePoint> Surface::entry(const Matrix3X& x, const Vector3& a, 
   int triangle = -1;
   Eigen::Vector3d weights;
   const Vector3 d = b - a;
-  for (int t = 0; t < static_cast<int>(mesh_.surface.size()); ++t) {
-    const Corners c(mesh_, x, t);
+  for (int t = 0; t < static_cast<int>(triangles_.size()); ++t) {
+    const Corners c(triangles_[t], x);
     const Vector3 n = c.area_normal();
     const double approach = -n.dot(d);
     if (approach <= 0) continue;  // parallel, or from inside out
@@ -115,8 +139,8 @@ SurfacePoint Surface::closest(const Matrix3X& x, const Vector3& p) const {
   double best = std::numeric_limits<double>::infinity();
   int triangle = 0;
   Eigen::Vector3d weights(1, 0, 0);
-  for (int t = 0; t < static_cast<int>(mesh_.surface.size()); ++t) {
-    const Corners c(mesh_, x, t);
+  for (int t = 0; t < static_cast<int>(triangles_.size()); ++t) {
+    const Corners c(triangles_[t], x);
     const Eigen::Vector3d w = closest_weights(p, c.a, c.b, c.c);
     const double distance2 = (w[0] * c.a + w[1] * c.b + w[2] * c.c - p).squaredNorm();
     if (distance2 < best) {
@@ -130,13 +154,22 @@ SurfacePoint Surface::closest(const Matrix3X& x, const Vector3& p) const {
 
 MaterialPoint Surface::material(const SurfacePoint& point) const {
   MaterialPoint m;
-  m.tetrahedron = mesh_.surface_tetrahedron[point.triangle];
+  m.tetrahedron = owners_[point.triangle];
   const auto& nodes = mesh_.tetrahedra[m.tetrahedron];
   for (int k = 0; k < 3; ++k) {
-    const int node = mesh_.surface[point.triangle][k];
+    const int node = triangles_[point.triangle][k];
     m.weights[std::find(nodes.begin(), nodes.end(), node) - nodes.begin()] = point.weights[k];
   }
   return m;
+}
+
+int Surface::beyond(const SurfacePoint& point) const {
+  const int owner = owners_[point.triangle];
+  const auto& face = triangles_[point.triangle];
+  const auto& nodes = mesh_.tetrahedra[owner];
+  for (int k = 0; k < 4; ++k)
+    if (std::find(face.begin(), face.end(), nodes[k]) == face.end()) return mesh_.neighbours[owner][k];
+  return -1;
 }
 
 Eigen::Vector4d barycentric(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron, const Vector3& p) {
@@ -152,12 +185,13 @@ Eigen::Vector4d barycentric(const TetrahedralMesh& mesh, const Matrix3X& x, int 
   return {1 - wa - wb - wc, wa, wb, wc};
 }
 
-Trace trace_segment(const TetrahedralMesh& mesh, const Matrix3X& x, int start, const Vector3& from, const Vector3& to) {
+Trace trace_segment(const TetrahedralMesh& mesh, const Matrix3X& x, int start, const Vector3& from, const Vector3& to,
+                    std::span<const int> regions, int came_from) {
   constexpr int kMaxSteps = 256;
   constexpr double kInside = -1e-10;
   Trace trace;
   trace.end = {start, barycentric(mesh, x, start, to)};
-  int previous = -1;
+  int previous = came_from;
   for (int step = 0; step < kMaxSteps; ++step) {
     const int t = trace.end.tetrahedron;
     const Eigen::Vector4d at_end = trace.end.weights;
@@ -176,8 +210,10 @@ Trace trace_segment(const TetrahedralMesh& mesh, const Matrix3X& x, int start, c
     }
     if (face < 0) return trace;
     const int next = mesh.neighbours[t][face];
-    if (next < 0) {
-      trace.left = true;
+    const bool changes = next >= 0 && !regions.empty() && regions[next] != regions[t];
+    if (next < 0 || changes) {
+      trace.left = next < 0;
+      trace.next = next;
       const double s = std::clamp(soonest, 0.0, 1.0);
       trace.end.weights = barycentric(mesh, x, t, from + s * (to - from));
       return trace;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a needle's tip meets the boundary of the tissue, in the current configuration x (3 x nodes, m, world).
+// Where a needle's tip meets a surface of the tissue, in the current configuration x (3 x nodes, m, world): the boundary
+// of the whole, or the boundary of a region inside.
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "server/models/tissue_motion.h"
 
@@ -16,38 +18,56 @@ struct SurfacePoint {
   double distance = 0;                                // m, from the query point, along the normal
 };
 
-// Closest points on and crossings through the boundary triangles.
+// Closest points on and crossings through a set of triangles, each a face of the mesh.
 class Surface {
  public:
+  // The mesh's boundary; outside is where there is no tissue.
   explicit Surface(const TetrahedralMesh& mesh);
+  // The faces that a region shares with others; outside is the rest of the tissue. `regions` per tetrahedron; without
+  // them the surface is empty.
+  Surface(const TetrahedralMesh& mesh, std::span<const int> regions, int region);
 
-  // Box around the current boundary, grown by `margin`: whether p lies in it. Costs one pass over the boundary nodes;
-  // the cheap first question while a needle is far away.
+  bool empty() const { return triangles_.empty(); }
+  int triangle_count() const { return static_cast<int>(triangles_.size()); }
+
+  // Box around the surface, grown by `margin`: whether p lies in it. Costs one pass over its nodes; the cheap first
+  // question while a needle is far away.
   bool near(const Matrix3X& x, const Vector3& p, double margin) const;
 
   // The first crossing from outside to inside of the segment from a to b, or nothing.
   std::optional<SurfacePoint> entry(const Matrix3X& x, const Vector3& a, const Vector3& b) const;
 
-  // The closest point to p.
+  // The closest point to p; the surface must not be empty.
   SurfacePoint closest(const Matrix3X& x, const Vector3& p) const;
 
+  // The same point as one of the tetrahedron that owns it: on the boundary the one there is, inside the one outside of
+  // the region.
   MaterialPoint material(const SurfacePoint& point) const;
+  // The tetrahedron on the other side of the point's triangle, or -1 on the boundary of the mesh.
+  int beyond(const SurfacePoint& point) const;
 
  private:
+  void index_nodes();
   SurfacePoint make_point(const Matrix3X& x, int triangle, const Eigen::Vector3d& weights, const Vector3& query) const;
   Vector3 corner_normal(const Matrix3X& x, int node, const Vector3& facing) const;
 
   const TetrahedralMesh& mesh_;
-  std::vector<int> nodes_;                         // on the boundary
+  std::vector<std::array<int, 3>> triangles_;      // nodes, counter-clockwise seen from outside
+  std::vector<int> owners_;                        // tetrahedron per triangle
+  std::vector<int> nodes_;                         // of the triangles
   std::vector<std::vector<int>> node_triangles_;   // per mesh node
 };
 
-// Follows the straight segment from `from` (inside `start.tetrahedron`) to `to` through the tetrahedra it crosses.
+// Follows the straight segment from `from` (inside tetrahedron `start`) to `to` through the tetrahedra it crosses, at
+// most to the first face where the region changes, if `regions` (per tetrahedron) are given. `came_from` is the
+// tetrahedron that the segment has just left, which it does not go back to.
 struct Trace {
-  MaterialPoint end;           // the last point reached: `to`, or the point where the segment leaves the tissue
+  MaterialPoint end;           // the last point reached: `to`, or where the segment leaves the tissue or its region
   bool left = false;           // the segment leaves through the boundary
+  int next = -1;               // the tetrahedron of another region at which it stopped
 };
-Trace trace_segment(const TetrahedralMesh& mesh, const Matrix3X& x, int start, const Vector3& from, const Vector3& to);
+Trace trace_segment(const TetrahedralMesh& mesh, const Matrix3X& x, int start, const Vector3& from, const Vector3& to,
+                    std::span<const int> regions = {}, int came_from = -1);
 
 // Barycentric coordinates of p in a tetrahedron of the current configuration.
 Eigen::Vector4d barycentric(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron, const Vector3& p);

@@ -23,6 +23,30 @@ Eigen::Matrix3Xd stiffness_damping_sums(const SparseMatrix& lower) {
 
 }  // namespace
 
+Eigen::Matrix<double, 3, 4> shape_gradients(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron) {
+  const auto& nodes = mesh.tetrahedra[tetrahedron];
+  const Vector3 a = x.col(nodes[1]) - x.col(nodes[0]), b = x.col(nodes[2]) - x.col(nodes[0]),
+                c = x.col(nodes[3]) - x.col(nodes[0]);
+  const double six_volume = a.dot(b.cross(c));
+  Eigen::Matrix<double, 3, 4> gradients = Eigen::Matrix<double, 3, 4>::Zero();
+  if (!(std::abs(six_volume) > 1e-12 * a.norm() * b.norm() * c.norm())) return gradients;  // flat: nothing to turn
+  gradients.col(1) = b.cross(c) / six_volume;
+  gradients.col(2) = c.cross(a) / six_volume;
+  gradients.col(3) = a.cross(b) / six_volume;
+  gradients.col(0) = -(gradients.col(1) + gradients.col(2) + gradients.col(3));
+  return gradients;
+}
+
+Vector3 material_rotation(const TetrahedralMesh& mesh, const Matrix3X& from, const Matrix3X& x, int tetrahedron) {
+  const auto gradients = shape_gradients(mesh, x, tetrahedron);
+  Vector3 sum = Vector3::Zero();
+  for (int k = 0; k < 4; ++k) {
+    const int node = mesh.tetrahedra[tetrahedron][k];
+    sum += gradients.col(k).cross(Vector3(x.col(node) - from.col(node)));
+  }
+  return sum / 2;
+}
+
 TissueMotion::TissueMotion(const TissueModel& model, double h, TissueMatrix matrix, int max_rows, int max_nodes)
     : model_(model),
       h_(h),
@@ -125,31 +149,35 @@ bool TissueMotion::linearize(const TissueState& state) {
 
 void TissueMotion::clear_rows() { row_count_ = 0; }
 
-bool TissueMotion::add_part(Row& row, const MaterialPoint& point, const Vector3& force) {
-  const auto& nodes = model_.mesh->tetrahedra[point.tetrahedron];
-  for (int k = 0; k < 4; ++k) {
-    const int free = model_.free_index[nodes[k]];
-    const Vector3 share = point.weights[k] * force;
-    if (free < 0) {
-      row.on_fixed += share;
-      continue;
-    }
-    const int slot = corridor_.slot(factor_, free);
-    if (slot < 0) return false;
-    row.slot[row.parts] = slot;
-    row.force[row.parts++] = rotation(nodes[k]).conjugate() * share;
-  }
-  return true;
-}
-
-int TissueMotion::add_row(const TissuePoint& point, const Vector3& force) {
+TissueMotion::Row& TissueMotion::begin_row() {
   assert(row_count_ < static_cast<int>(rows_.size()));
   Row& row = rows_[row_count_];
   row.parts = 0;
   row.on_fixed.setZero();
-  if (!add_part(row, point.a, (1 - point.u) * force)) return -1;
-  if (point.u > 0 && !add_part(row, point.b, point.u * force)) return -1;
+  return row;
+}
 
+bool TissueMotion::add_node(Row& row, int node, const Vector3& force) {
+  const int free = model_.free_index[node];
+  if (free < 0) {
+    row.on_fixed += force;
+    return true;
+  }
+  const int slot = corridor_.slot(factor_, free);
+  if (slot < 0) return false;
+  row.slot[row.parts] = slot;
+  row.force[row.parts++] = rotation(node).conjugate() * force;
+  return true;
+}
+
+bool TissueMotion::add_part(Row& row, const MaterialPoint& point, const Vector3& force) {
+  const auto& nodes = model_.mesh->tetrahedra[point.tetrahedron];
+  for (int k = 0; k < 4; ++k)
+    if (!add_node(row, nodes[k], point.weights[k] * force)) return false;
+  return true;
+}
+
+int TissueMotion::finish_row(const Row& row) {
   auto column = gram_rows_.col(row_count_).head(3 * corridor_.used());
   column.setZero();
   for (int k = 0; k < row.parts; ++k)
@@ -157,6 +185,23 @@ int TissueMotion::add_row(const TissuePoint& point, const Vector3& force) {
       column += row.force[k][i] * corridor_.gram().col(3 * row.slot[k] + i).head(3 * corridor_.used());
   return row_count_++;
 }
+
+int TissueMotion::add_row(const TissuePoint& point, const Vector3& force) {
+  Row& row = begin_row();
+  if (!add_part(row, point.a, (1 - point.u) * force)) return -1;
+  if (point.u > 0 && !add_part(row, point.b, point.u * force)) return -1;
+  return finish_row(row);
+}
+
+int TissueMotion::add_couple(int tetrahedron, const Vector3& torque) {
+  Row& row = begin_row();
+  const auto gradients = shape_gradients(*model_.mesh, x_, tetrahedron);
+  for (int k = 0; k < 4; ++k)
+    if (!add_node(row, model_.mesh->tetrahedra[tetrahedron][k], 0.5 * torque.cross(gradients.col(k)))) return -1;
+  return finish_row(row);
+}
+
+int TissueMotion::add_empty_row() { return finish_row(begin_row()); }
 
 double TissueMotion::compliance(int a, int b) const {
   // A column knows the slots that existed when its row was added, so the later row's column serves both.

@@ -48,6 +48,13 @@ inline Vector3 tissue_position(const TetrahedralMesh& mesh, const Matrix3X& x, c
   return p.u == 0 ? at_a : Vector3((1 - p.u) * at_a + p.u * material_position(mesh, x, p.b));
 }
 
+// The gradients of a tetrahedron's four shape functions in the configuration x (1/m), one column each.
+Eigen::Matrix<double, 3, 4> shape_gradients(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron);
+
+// The rotation of a tetrahedron's material by small displacements u = x - from (rad, world): half the curl of u,
+// 1/2 sum over its nodes of grad N_k x u_k.
+Vector3 material_rotation(const TetrahedralMesh& mesh, const Matrix3X& from, const Matrix3X& x, int tetrahedron);
+
 class TissueMotion {
  public:
   // `max_nodes`: the most nodes that rows of one tick touch. Throws std::runtime_error if the factorisation fails.
@@ -61,6 +68,11 @@ class TissueMotion {
   void clear_rows();
   // Adds a row whose unit force acts on the tissue as `force` at a point; -1 if the corridor is full.
   int add_row(const TissuePoint& point, const Vector3& force);
+  // Adds a row whose unit force turns the material of a tetrahedron by a couple `torque` (m): the nodal forces
+  // 1/2 torque x grad N_k, dual to material_rotation(). -1 if the corridor is full.
+  int add_couple(int tetrahedron, const Vector3& torque);
+  // Adds a row that does not act on the tissue.
+  int add_empty_row();
   double compliance(int row_a, int row_b) const;
   double free_displacement(int row) const;
 
@@ -92,7 +104,10 @@ class TissueMotion {
     Vector3 on_fixed;   // sum of the parts on fixed nodes, world
   };
 
+  Row& begin_row();
+  bool add_node(Row& row, int node, const Vector3& force);
   bool add_part(Row& row, const MaterialPoint& point, const Vector3& force);
+  int finish_row(const Row& row);
   void evaluate(const TissueState& state);
   bool refactorize();
   void turn_to_rest(Matrix3X& vectors) const;

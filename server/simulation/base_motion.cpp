@@ -40,11 +40,29 @@ Value follow(const Value& e, Value& velocity, double tau, double max_speed, doub
 
 }  // namespace
 
-BaseMotion::BaseMotion(const Needle& parameters, double h) : parameters_(parameters), h_(h) { reset(); }
+BaseMotion::BaseMotion(const Needle& p, double h)
+    : start_(p.base),
+      tau_(p.smoothing),
+      max_speed_(p.max_speed),
+      max_angular_speed_(p.max_angular_speed),
+      max_spin_speed_(p.max_spin_speed),
+      h_(h) {
+  reset();
+}
+
+BaseMotion::BaseMotion(const Guide& p, double h)
+    : start_(p.pose),
+      tau_(p.smoothing),
+      max_speed_(p.max_speed),
+      max_angular_speed_(p.max_angular_speed),
+      max_spin_speed_(0),
+      h_(h) {
+  reset();
+}
 
 void BaseMotion::reset() {
   pending_.reset();
-  target_ = pose_ = parameters_.base;
+  target_ = pose_ = start_;
   target_spin_ = spin_ = spin_velocity_ = 0;
   velocity_.setZero();
   angular_velocity_.setZero();
@@ -66,15 +84,15 @@ Pose BaseMotion::advance(std::uint64_t tick) {
     command_tick_ = tick;
     pending_.reset();
   }
-  const double tau = parameters_.smoothing;
+  const double tau = tau_;
   pose_.position +=
-      follow<Vector3>(pose_.position - target_.position, velocity_, tau, parameters_.max_speed, h_);
+      follow<Vector3>(pose_.position - target_.position, velocity_, tau, max_speed_, h_);
   const Vector3 turned = rotation_log(pose_.orientation * target_.orientation.conjugate());
-  const Vector3 turn = follow<Vector3>(turned, angular_velocity_, tau, parameters_.max_angular_speed, h_);
+  const Vector3 turn = follow<Vector3>(turned, angular_velocity_, tau, max_angular_speed_, h_);
   // turned and the step share an axis but for what is left of an earlier motion; compose exactly.
   pose_.orientation = (rotation_exp(turned + turn) * target_.orientation).normalized();
   // A tick turns by less than half a turn, or nobody could tell which way.
-  const double max_spin_speed = std::min(parameters_.max_spin_speed, 3.0 / h_);
+  const double max_spin_speed = std::min(max_spin_speed_, 3.0 / h_);
   spin_ += follow<double>(spin_ - target_spin_, spin_velocity_, tau, max_spin_speed, h_);
   return {pose_.position, (pose_.orientation * rotation_exp({spin_, 0, 0})).normalized()};
 }

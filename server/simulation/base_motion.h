@@ -20,6 +20,7 @@ namespace acus {
 class BaseMotion {
  public:
   BaseMotion(const Needle& parameters, double h);
+  BaseMotion(const Guide& parameters, double h);  // a guide moves like a base that does not spin
 
   void reset();
   // Replaces the pending command but for the fields that the new one leaves out.
@@ -34,7 +35,9 @@ class BaseMotion {
   std::uint64_t command_tick() const { return command_tick_; }
 
  private:
-  const Needle& parameters_;
+  Pose start_;
+  double tau_;                                                    // s
+  double max_speed_, max_angular_speed_, max_spin_speed_;         // m/s, rad/s, rad/s
   double h_;
   std::optional<Command> pending_;
   Pose target_, pose_;

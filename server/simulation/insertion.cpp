@@ -17,21 +17,12 @@ constexpr double kEndClearance = 0.1;
 constexpr double kContactMargin = 1e-3;  // m
 // A force counts as at its cap from this fraction on.
 constexpr double kAtCap = 1 - 1e-9;
-
-// The parameter s near `guess` where the needle's curve passes through the plane at p across t.
-double project_on_curve(const NeedleView& needle, const Vector3& p, const Vector3& t, double guess) {
-  constexpr int kIterations = 8;
-  constexpr double kStop = 1e-13;  // m
-  double s = guess;
-  for (int i = 0; i < kIterations; ++i) {
-    const CurvePoint c = curve_point(needle.model, needle.shape, s);
-    const double slope = std::max(c.tangent.dot(t), 0.1);  // the needle runs along its path, not across it
-    const double step = std::clamp(t.dot(p - c.position) / slope, -needle.model.length, needle.model.length);
-    s += step;
-    if (std::abs(step) < kStop) break;
-  }
-  return s;
-}
+// A tip that a tick took past a border comes back to it no faster than this.
+constexpr double kRecoverySpeed = 0.01;  // m/s
+// Softer than this (in W of the rows) a vertex holds nothing.
+constexpr double kSoftest = 1e6;
+// Borders that a tip crosses in a tick; more wait for the next.
+constexpr int kMaxCrossings = 64;
 
 // Which of two paths a new one may take the place of: empty ones first, then the one left longest ago.
 bool forgotten_before(const Path& a, const Path& b) {
@@ -44,7 +35,7 @@ bool forgotten_before(const Path& a, const Path& b) {
 int Insertion::max_points(const Needle& p) { return 2 * static_cast<int>(std::ceil(p.length / p.constraint_spacing)) + 4; }
 
 Insertion::Insertion(int needle, const Needle& parameters, int path_capacity)
-    : needle_(needle), parameters_(parameters) {
+    : needle_(needle), parameters_(parameters), cutting_direction_(parameters.cutting_direction.normalized()) {
   memory_.resize(static_cast<std::size_t>(path_capacity));
   shaft_.reserve(static_cast<std::size_t>(max_points(parameters)));
 }
@@ -53,7 +44,9 @@ void Insertion::reset() {
   phase_ = Phase::free;
   path_ = -1;
   depth_ = 0;
-  touching_ = reentered_ = puncturing_ = cutting_ = at_end_ = false;
+  reentered_ = puncturing_ = cutting_ = at_end_ = false;
+  held_ = -1;
+  obstacle_.reset();
   std::fill(memory_.begin(), memory_.end(), Memory{});
   shaft_.clear();
   tip_ = TipMemory{};
@@ -62,38 +55,54 @@ void Insertion::reset() {
 // ---------------------------------------------------------------------------------------------------- 4. locate
 
 void Insertion::locate(const NeedleView& needle, const TissueView& tissue, std::vector<Path>& paths) {
-  touching_ = reentered_ = left_out_ = false;
+  reentered_ = left_out_ = false;
+  obstacle_.reset();
   shaft_.clear();
   if (path_ < 0) locate_outside(needle, tissue, paths);
   if (path_ >= 0) locate_inside(needle, tissue, paths[path_]);
 }
 
 void Insertion::locate_outside(const NeedleView& needle, const TissueView& tissue, std::vector<Path>& paths) {
-  const Vector3 before = curve_point(needle.model, needle.start, needle.model.length).position;
+  const Vector3 before = needle.start_tip();
   const CurvePoint tip = needle.tip();
   const double margin = kContactMargin + 2 * (tip.position - before).norm();
   if (!tissue.surface.near(tissue.x, before, margin)) return;
+  SurfacePoint at;
   if (phase_ == Phase::contact) {
-    contact_ = tissue.surface.closest(tissue.x, before);
+    at = tissue.surface.closest(tissue.x, before);
   } else {
     const auto entry = tissue.surface.entry(tissue.x, before, tip.position);
-    contact_ = entry ? *entry : tissue.surface.closest(tissue.x, before);
+    at = entry ? *entry : tissue.surface.closest(tissue.x, before);
   }
-  if (std::abs(contact_.distance) > margin && phase_ != Phase::contact) return;
+  if (std::abs(at.distance) > margin && phase_ != Phase::contact) return;
 
   // An open mouth under the tip: no surface to push against.
-  for (int i = 0; i < static_cast<int>(paths.size()); ++i) {
-    const Path& path = paths[i];
-    if (path.empty() || path.needle >= 0) continue;
-    if ((tissue.position(path.vertices[0]) - contact_.position).norm() > needle.model.diameter) continue;
-    if (contact_.normal.dot(tip.position - contact_.position) < 0) {
-      enter(i, paths);
-      reentered_ = true;
-    }
+  const int mouth = find_mouth(at.position, tissue, paths);
+  if (mouth >= 0) {
+    if (at.normal.dot(tip.position - at.position) >= 0) return;
+    enter(mouth, paths);
+    reentered_ = true;
     return;
   }
-  contact_material_ = tissue.surface.material(contact_);
-  touching_ = true;
+  const MaterialPoint material = tissue.surface.material(at);
+  obstacle_ = {tissue.region(material), at, material};
+}
+
+// The path whose mouth is at a place of the surface, or -1. A path with a mouth at either end is turned round if it is
+// its far end.
+int Insertion::find_mouth(const Vector3& place, const TissueView& tissue, std::vector<Path>& paths) const {
+  const auto near = [&](const MaterialPoint& p) {
+    return (tissue.position(p) - place).norm() <= parameters_.outer_diameter;
+  };
+  for (int i = 0; i < static_cast<int>(paths.size()); ++i) {
+    Path& path = paths[i];
+    if (path.empty() || path.needle >= 0) continue;
+    if (near(path.vertices[0])) return i;
+    if (!path.exited || !near(path.end)) continue;
+    path.turn_round();
+    return i;
+  }
+  return -1;
 }
 
 void Insertion::enter(int path, std::vector<Path>& paths) {
@@ -142,13 +151,14 @@ void Insertion::locate_inside(const NeedleView& needle, const TissueView& tissue
     const double s = memory_[i].s;
     if (s < 0 || s > length) continue;
     if (shaft_.size() < shaft_.capacity()) {
-      shaft_.push_back({i, s, 0, tangent});
+      shaft_.push_back({i, s, 0, tangent, 0});
     } else {
       left_out_ = true;
     }
   }
   end_s_ = project_on_curve(needle, tissue.position(path.end), end_tangent(tissue, path, tip_tangent), end_s_);
   place_tip(needle, tissue, path);
+  find_border(needle, tissue, path);
   const double end = phase_ == Phase::through ? std::min(length, end_s_) : length;
   depth_ = std::max(0.0, end - std::max(0.0, memory_[0].s));
   share_length(end);
@@ -165,6 +175,10 @@ void Insertion::share_length(double end) {
   }
 }
 
+Vector3 Insertion::cutting_direction(const NeedleView& needle) const {
+  return needle.shape.frames.back() * cutting_direction_;
+}
+
 // Where the tip stands in its path: at the end, where it cuts, or back inside, between two vertices.
 void Insertion::place_tip(const NeedleView& needle, const TissueView& tissue, const Path& path) {
   const Vector3 tip_tangent = needle.tip().tangent;
@@ -175,73 +189,142 @@ void Insertion::place_tip(const NeedleView& needle, const TissueView& tissue, co
   const bool tail = next == count;  // between the last vertex and the end
   const double next_s = tail ? end_s_ : memory_[next].s;
   at_end_ = tail && next_s <= length && !path.exited;
+  double u = 1;  // of the way from the last vertex alongside to the next, or to the end
   if (at_end_ || next == 0) {
     tip_point_ = {at_end_ ? path.end : path.vertices[0], {}, 0};
-    const double spacings = path.tail / parameters_.constraint_spacing +
-                            static_cast<double>(path.vertices.size() - static_cast<std::size_t>(count));
-    tip_fade_ = at_end_ ? std::max(0.0, 1 - spacings) : 0;  // by the cut since the last vertex that holds
-    tip_tangent_ = tip_tangent;
+    tip_softness_ = 0;
+    tip_tangent_ = at_end_ ? cutting_direction(needle) : tip_tangent;
+  } else {
+    const double from_s = memory_[next - 1].s;
+    if (next_s > from_s) u = std::clamp((length - from_s) / (next_s - from_s), 0.0, 1.0);
+    tip_point_ = {path.vertices[next - 1], tail ? path.end : path.vertices[next], u};
+    tip_softness_ = (1 - u) * (1 - u);
+    const Vector3 from = path_tangent(tissue, path, next - 1, tip_tangent);
+    const Vector3 to = tail ? end_tangent(tissue, path, tip_tangent) : path_tangent(tissue, path, next, tip_tangent);
+    tip_tangent_ = ((1 - u) * from + u * to).normalized();
+  }
+  if (!tail || shaft_.empty() || path.exited) return;
+  // The last vertex fades in as the cut leaves it behind; a tip pulled back to it is held by it alone.
+  const double tail_spacings = path.tail / path.spacing + static_cast<double>(path.vertices.size()) - count;
+  if (tail_spacings >= 1) return;
+  const double soft = (1 - tail_spacings) / std::max(tail_spacings, 1 / kSoftest);
+  shaft_.back().softness = std::min(kSoftest, u * soft * soft);
+}
+
+// The border of a region that a tip at the end of its path rests against, or may reach in this tick.
+void Insertion::find_border(const NeedleView& needle, const TissueView& tissue, const Path& path) {
+  if (!at_end_ || !tissue.borders.any()) return;
+  const Vector3 before = needle.start_tip();
+  const double reach = kContactMargin + 2 * (needle.tip().position - before).norm();
+  const auto closest_on = [&](int region, const Vector3& p) {
+    const Surface& surface = tissue.borders.surface(region);
+    const SurfacePoint at = surface.closest(tissue.x, p);
+    return Obstacle{region, at, surface.material(at)};
+  };
+  if (held_ >= 0) {
+    const Obstacle under = closest_on(held_, before);
+    if (std::abs(under.at.distance) <= reach) obstacle_ = under;
     return;
   }
-  const double from_s = memory_[next - 1].s;
-  const double u = next_s > from_s ? std::clamp((length - from_s) / (next_s - from_s), 0.0, 1.0) : 1;
-  tip_point_ = {path.vertices[next - 1], tail ? path.end : path.vertices[next], u};
-  tip_fade_ = 1 - u;
-  const Vector3 from = path_tangent(tissue, path, next - 1, tip_tangent);
-  const Vector3 to = tail ? end_tangent(tissue, path, tip_tangent) : path_tangent(tissue, path, next, tip_tangent);
-  tip_tangent_ = ((1 - u) * from + u * to).normalized();
+  Vector3 from = tissue.position(path.end);
+  const Vector3 to = from + reach * tip_tangent_;
+  int start = path.end.tetrahedron, came_from = -1;
+  for (int i = 0; i < kMaxCrossings; ++i) {
+    const Trace trace = trace_segment(tissue.mesh, tissue.x, start, from, to, tissue.regions, came_from);
+    if (trace.next < 0) return;
+    from = tissue.position(trace.end);
+    const int region = tissue.regions[trace.next];
+    if (tissue.borders.at(tissue.region(trace.end), region).holds) {
+      obstacle_ = closest_on(region, from);
+      return;
+    }
+    came_from = trace.end.tetrahedron;
+    start = trace.next;
+  }
 }
 
 // ------------------------------------------------------------------------------------------------------ 5. rows
 
 bool Insertion::build_rows(const NeedleView& needle, const TissueView& tissue, std::span<const Path> paths,
                            Rows& rows) {
-  if (touching_) return add_contact(needle, tissue, rows);
-  if (path_ < 0) return true;
+  if (path_ < 0) return !obstacle_ || add_surface(needle, tissue, rows);
   const Path& path = paths[path_];
-  bool all = phase_ == Phase::through || add_tip(needle, tissue, path, rows);
-  all = all && !left_out_;
+  bool all = !left_out_;
+  if (held_ >= 0 && obstacle_) {
+    all = add_border(needle, tissue, path, rows) && all;
+  } else if (phase_ != Phase::through) {
+    all = add_tip(needle, tissue, path, rows) && all;
+  }
   for (const ShaftPoint& point : shaft_) all = add_shaft(needle, tissue, path, point, rows) && all;
   return all;
 }
 
-bool Insertion::add_contact(const NeedleView& needle, const TissueView& tissue, Rows& rows) const {
-  const Interaction& law = tissue.interaction(contact_material_);
-  Row row{needle_, RowRole::contact, -1, needle.tip(), {contact_material_, {}, 0}, contact_.normal, 0};
-  const Vector3 apart = row.on_needle.position - tissue.position(contact_material_);
-  // A tip that starts the tick below the surface, torn out of its path sideways, is held where it is, not thrown out.
-  row.gap = row.n.dot(apart) - std::min(0.0, contact_.distance);
-  const int normal_row = rows.count();
-  bool all = rows.add(row, {LawKind::unilateral, law.puncture_force}, tip_.normal);
-  if (law.friction_contact == 0) return all;
+// The tip against the obstacle, along its normal.
+bool Insertion::add_contact(const NeedleView& needle, double puncture_force, double gap, Rows& rows) const {
+  Row row{needle_, RowRole::contact, -1, needle.tip(), {obstacle_->material, {}, 0}, obstacle_->at.normal, gap};
+  return rows.add(row, {LawKind::unilateral, puncture_force}, tip_.contact);
+}
 
-  const Vector3 before = curve_point(needle.model, needle.start, needle.model.length).position -
-                         tissue.start_position(contact_material_);
+// And along its surface.
+bool Insertion::add_contact_friction(const NeedleView& needle, const TissueView& tissue, double friction,
+                                     double cohesion, int normal_row, Rows& rows) const {
+  if (friction == 0 && cohesion == 0) return true;
+  Row row{needle_, RowRole::contact_friction, -1, needle.tip(), {obstacle_->material, {}, 0}, Vector3::Zero(), 0};
+  const Vector3 moved = (row.on_needle.position - tissue.position(obstacle_->material)) -
+                        (needle.start_tip() - tissue.start_position(obstacle_->material));
   Vector3 across[2];
-  perpendicular_basis(contact_.normal, across[0], across[1]);
+  perpendicular_basis(obstacle_->at.normal, across[0], across[1]);
+  bool all = true;
   for (int k = 0; k < 2; ++k) {
-    row.role = RowRole::contact_friction;
     row.n = across[k];
-    row.gap = row.n.dot(apart - before);
-    const LawKind kind = k == 0 ? LawKind::disk_first : LawKind::disk_second;
-    all = rows.add(row, {kind, law.friction_contact, 0, normal_row}, tip_.lateral.dot(row.n)) && all;
+    row.gap = row.n.dot(moved);
+    const Law law{.kind = k == 0 ? LawKind::disk_first : LawKind::disk_second,
+                  .limit = friction,
+                  .normal_row = normal_row,
+                  .cohesion = cohesion};
+    all = rows.add(row, law, tip_.lateral.dot(row.n)) && all;
   }
   return all;
+}
+
+bool Insertion::add_surface(const NeedleView& needle, const TissueView& tissue, Rows& rows) const {
+  const Interaction& law = tissue.interaction(obstacle_->material);
+  const double apart = obstacle_->at.normal.dot(needle.tip().position - tissue.position(obstacle_->material));
+  // A tip that starts the tick below the surface, torn out of its path sideways, is held where it is, not thrown out.
+  const double gap = apart - std::min(0.0, obstacle_->at.distance);
+  const int normal_row = rows.count();
+  return add_contact(needle, law.puncture_force, gap, rows) &&
+         add_contact_friction(needle, tissue, law.friction_contact, 0, normal_row, rows);
+}
+
+// A tip that rests against a border inside.
+bool Insertion::add_border(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const {
+  const Border& border = tissue.borders.at(tissue.region(obstacle_->material), obstacle_->region);
+  const double apart = obstacle_->at.normal.dot(needle.tip().position - tissue.position(obstacle_->material));
+  const int normal_row = rows.count();
+  return add_contact(needle, border.puncture_force, std::max(apart, -kRecoverySpeed * needle.h), rows) &&
+         add_contact_friction(needle, tissue, border.friction_contact, tissue.interaction(path.end).cutting_force,
+                              normal_row, rows);
 }
 
 bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const {
   const CurvePoint tip = needle.tip();
   bool all = true;
   if (!path.exited) {
-    Row row{needle_, RowRole::cutting, -1, tip, {path.end, {}, 0}, -tip.tangent, 0};
+    Row row{needle_, RowRole::cutting, -1, tip, {path.end, {}, 0}, -cutting_direction(needle), 0};
     row.gap = row.n.dot(tip.position - tissue.position(path.end));
-    all = rows.add(row, {LawKind::unilateral, tissue.interaction(path.end).cutting_force}, tip_.normal);
+    all = rows.add(row, {LawKind::unilateral, tissue.interaction(path.end).cutting_force}, tip_.cutting);
+  }
+  if (obstacle_) {
+    const Border& border = tissue.borders.at(tissue.region(obstacle_->material), obstacle_->region);
+    const double apart = obstacle_->at.normal.dot(tip.position - tissue.position(obstacle_->material));
+    all = add_contact(needle, border.puncture_force, std::max(apart, -kRecoverySpeed * needle.h), rows) && all;
   }
   Vector3 across[2];
   perpendicular_basis(tip_tangent_, across[0], across[1]);
   const Vector3 apart = tip.position - tissue.position(tip_point_);
   for (const Vector3& n : across) {
-    const Row row{needle_, RowRole::tip_lateral, -1, tip, tip_point_, n, n.dot(apart), tip_fade_ * tip_fade_};
+    const Row row{needle_, RowRole::tip_lateral, -1, tip, tip_point_, n, n.dot(apart), tip_softness_};
     all = rows.add(row, {}, tip_.lateral.dot(n)) && all;
   }
   return all;
@@ -250,30 +333,44 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
 bool Insertion::add_shaft(const NeedleView& needle, const TissueView& tissue, const Path& path,
                           const ShaftPoint& point, Rows& rows) const {
   const MaterialPoint& material = path.vertices[point.vertex];
-  const Memory& memory = memory_[point.vertex];
   const CurvePoint on_needle = curve_point(needle.model, needle.shape, point.s);
   const Vector3 apart = on_needle.position - tissue.position(material);
-  Row row{needle_, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0};
+  Row row{needle_, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0, point.softness};
   Vector3 across[2];
   perpendicular_basis(point.tangent, across[0], across[1]);
   bool all = true;
   for (const Vector3& n : across) {
     row.n = n;
     row.gap = n.dot(apart);
-    all = rows.add(row, {}, memory.lateral.dot(n)) && all;
+    all = rows.add(row, {}, memory_[point.vertex].lateral.dot(n)) && all;
   }
-
-  const Interaction& law = tissue.interaction(material);
-  const double mu = memory.sliding ? law.friction_dynamic : law.friction_static;
-  const double threshold = point.owned * std::numbers::pi * needle.model.diameter * mu * law.pressure;
-  const double viscosity = point.owned * law.friction_viscous / needle.h;
-  if (threshold == 0 && viscosity == 0) return all;
-  const Vector3 before =
-      curve_point(needle.model, needle.start, point.s).position - tissue.start_position(material);
-  row.role = RowRole::friction;
+  row.softness = 0;
   row.n = point.tangent;
-  row.gap = row.n.dot(apart - before);
-  return rows.add(row, {LawKind::friction, threshold, viscosity}, memory.friction) && all;
+  return add_friction(needle, tissue, point, row, rows) && all;
+}
+
+bool Insertion::add_friction(const NeedleView& needle, const TissueView& tissue, const ShaftPoint& point, Row& row,
+                             Rows& rows) const {
+  const MaterialPoint& material = row.in_tissue.a;
+  const Interaction& law = tissue.interaction(material);
+  const Memory& memory = memory_[point.vertex];
+  const double normal = point.owned * std::numbers::pi * needle.model.diameter * *law.pressure;
+  const auto threshold = [&](bool slips) { return normal * (slips ? law.friction_dynamic : law.friction_static); };
+  const double viscosity = point.owned * law.friction_viscous / needle.h;
+  bool all = true;
+  if (threshold(false) > 0 || viscosity > 0) {
+    const Vector3 before = needle.start_position(point.s) - tissue.start_position(material);
+    row.role = RowRole::friction;
+    row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before);
+    all = rows.add(row, {LawKind::friction, threshold(memory.sliding), viscosity}, memory.friction);
+  }
+  const double share = parameters_.torsional_friction;
+  if (share * threshold(false) == 0) return all;
+  row.role = RowRole::torsion;
+  row.radius = needle.model.diameter / 2;
+  row.gap = row.radius * row.n.dot(needle.turned(row.on_needle) -
+                                   material_rotation(tissue.mesh, tissue.x_start, tissue.x, material.tetrahedron));
+  return rows.add(row, {LawKind::friction, share * threshold(memory.turning)}, memory.torsion) && all;
 }
 
 void Insertion::read_forces(const Rows& rows, NeedleReport& report) {
@@ -292,7 +389,7 @@ void Insertion::read_forces(const Rows& rows, NeedleReport& report) {
     const Vector3 force = rows.force(i);
     switch (row.role) {
       case RowRole::contact:
-        tip_.normal = lambda;
+        tip_.contact = lambda;
         puncturing_ = lambda >= kAtCap * rows.law(i).limit && rows.delta()[i] < 0;
         report.cutting_force += force;
         break;
@@ -301,7 +398,7 @@ void Insertion::read_forces(const Rows& rows, NeedleReport& report) {
         report.cutting_force += force;
         break;
       case RowRole::cutting:
-        tip_.normal = lambda;
+        tip_.cutting = lambda;
         cutting_ = lambda >= kAtCap * rows.law(i).limit;
         report.cutting_force += force;
         break;
@@ -310,16 +407,23 @@ void Insertion::read_forces(const Rows& rows, NeedleReport& report) {
         report.lateral_force += force;
         break;
       case RowRole::lateral:
-        memory_[row.vertex].lateral += force;
+        memory_[row.index].lateral += force;
         report.lateral_force += force;
         break;
       case RowRole::friction:
-        memory_[row.vertex].friction = lambda;
-        memory_[row.vertex].sliding = std::abs(lambda) >= kAtCap * rows.law(i).limit;
+        memory_[row.index].friction = lambda;
+        memory_[row.index].sliding = std::abs(lambda) >= kAtCap * rows.law(i).limit;
         report.friction_force += force;
         break;
+      case RowRole::torsion:
+        memory_[row.index].torsion = lambda;
+        memory_[row.index].turning = std::abs(lambda) >= kAtCap * rows.law(i).limit;
+        break;
+      case RowRole::guide:
+      case RowRole::guide_friction:
+        continue;
     }
-    if (row.vertex < 0) report.tip_force += force;
+    if (row.index < 0) report.tip_force += force;
   }
 }
 
@@ -327,100 +431,151 @@ void Insertion::read_forces(const Rows& rows, NeedleReport& report) {
 
 std::uint32_t Insertion::transitions(const NeedleView& needle, const TissueView& tissue, std::uint64_t tick,
                                      std::vector<Path>& paths, std::vector<Event>& events) {
-  const CurvePoint tip = needle.tip();
-  const auto report = [&](EventKind kind) {
-    if (events.size() < events.capacity()) events.push_back({tick, needle_, kind, tip.position, tip_.normal});
-  };
+  const Transition now{needle, tissue, tick, events};
   if (path_ < 0) {
-    leave_contact_or_puncture(needle, tissue, tick, paths, events);
+    leave_contact_or_puncture(now, paths);
     return 0;
   }
-  if (reentered_) report(EventKind::reentry);
   Path& path = paths[path_];
+  const int mouth_region = tissue.region(path.vertices[0]);
+  if (reentered_) report(now, EventKind::reentry, mouth_region, 0);
 
+  const CurvePoint tip = needle.tip();
   const Vector3 mouth_tangent = path_tangent(tissue, path, 0, tip.tangent);
   if (mouth_tangent.dot(tip.position - tissue.position(path.vertices[0])) < 0 &&
       tip.tangent.dot(tip.position - tissue.position(path.vertices[0])) < 0) {
-    report(EventKind::withdrawal);
+    report(now, EventKind::withdrawal, mouth_region, 0);
     path.needle = -1;
     path.left = tick;
     reset();
     return 0;
   }
-
-  std::uint32_t flags = 0;
-  const bool beyond = tip.tangent.dot(tip.position - tissue.position(path.end)) > 0;
-  if (!path.exited && beyond && cutting_) {
-    flags = grow(needle, tissue, path);
-    if (path.exited) report(EventKind::exit);
-  }
-  if (path.exited) phase_ = beyond ? Phase::through : Phase::inside;
-  return flags;
+  return advance_end(now, path);
 }
 
-void Insertion::leave_contact_or_puncture(const NeedleView& needle, const TissueView& tissue, std::uint64_t tick,
-                                          std::vector<Path>& paths, std::vector<Event>& events) {
-  const auto report = [&](EventKind kind, double force) {
-    if (events.size() < events.capacity()) events.push_back({tick, needle_, kind, needle.tip().position, force});
-  };
+void Insertion::report(const Transition& now, EventKind kind, int region, double force) const {
+  if (now.events.size() == now.events.capacity()) return;
+  now.events.push_back({now.tick, needle_, kind, region, now.needle.tip().position, force});
+}
+
+void Insertion::leave_contact_or_puncture(const Transition& now, std::vector<Path>& paths) {
   depth_ = 0;
-  const bool pressed = touching_ && tip_.normal > 0;
-  if (pressed && phase_ == Phase::free) report(EventKind::contact, tip_.normal);
-  if (!pressed && phase_ == Phase::contact) report(EventKind::release, 0);
+  const bool pressed = obstacle_ && tip_.contact > 0;
+  const int region = obstacle_ ? obstacle_->region : 0;
+  if (pressed && phase_ == Phase::free) report(now, EventKind::contact, region, tip_.contact);
+  if (!pressed && phase_ == Phase::contact) report(now, EventKind::release, region, 0);
   phase_ = pressed ? Phase::contact : Phase::free;
-  if (!touching_ || !puncturing_) return;
+  if (!obstacle_ || !puncturing_) return;
 
   const auto vacant = std::min_element(paths.begin(), paths.end(), forgotten_before);
   if (vacant->needle >= 0) return;  // a needle in every path: the surface keeps its cap
-  report(EventKind::puncture, tip_.normal);
-  place_mouth(needle.tip(), tissue);
-  vacant->vertices.clear();
-  vacant->vertices.push_back(contact_material_);
-  vacant->end = contact_material_;
-  vacant->tail = 0;
-  vacant->spacing = parameters_.constraint_spacing;
-  vacant->exited = false;
+  report(now, EventKind::puncture, region, tip_.contact);
+  place_mouth(now.needle.tip(), now.tissue);
+  const MaterialPoint mouth = obstacle_->material;
+  vacant->begin(mouth, parameters_.constraint_spacing);
   enter(static_cast<int>(vacant - paths.begin()), paths);
-  grow(needle, tissue, *vacant);
-  if (vacant->exited) {  // grazing an edge: the tip is not inside yet
-    vacant->vertices.resize(1);
-    vacant->exited = false;
-    vacant->end = contact_material_;
-    vacant->tail = 0;
-  }
+  grow(now, *vacant, mouth.tetrahedron, -1);
+  if (vacant->exited) vacant->begin(mouth, parameters_.constraint_spacing);  // grazing an edge: not inside yet
 }
 
 // The mouth is where the needle crosses the surface; the point of contact is where the tip was a tick ago.
 void Insertion::place_mouth(const CurvePoint& tip, const TissueView& tissue) {
   const auto crossing = tissue.surface.entry(tissue.x, tip.position - kContactMargin * tip.tangent, tip.position);
-  if (crossing) contact_material_ = tissue.surface.material(*crossing);
+  if (crossing) obstacle_->material = tissue.surface.material(*crossing);
 }
 
-// Moves the path's end to the tip and sets the vertices that the cut has passed, each at its exact distance.
-std::uint32_t Insertion::grow(const NeedleView& needle, const TissueView& tissue, Path& path) {
-  const Vector3 from = tissue.position(path.end);
-  const Vector3 to = needle.tip().position;
-  const int start = path.end.tetrahedron;
-  const Trace trace = trace_segment(tissue.mesh, tissue.x, start, from, to);
-  const Vector3 reached = tissue.position(trace.end);
-  const double cut = (reached - from).norm();
+// The path's end after a tick inside: the border that holds it, growth, exit.
+std::uint32_t Insertion::advance_end(const Transition& now, Path& path) {
+  if (held_ >= 0 && !obstacle_) {
+    report(now, EventKind::release, held_, 0);
+    held_ = -1;
+  }
+  if (obstacle_ && (held_ >= 0 || tip_.contact > 0)) return meet_border(now, path);
 
-  const double spacing = path.spacing;
+  const CurvePoint tip = now.needle.tip();
+  const bool beyond = tip.tangent.dot(tip.position - now.tissue.position(path.end)) > 0;
   std::uint32_t flags = 0;
-  double next = spacing - path.tail;  // along the segment
+  if (!path.exited && beyond && cutting_) {
+    const int region = now.tissue.region(path.end);
+    flags = grow(now, path, path.end.tetrahedron, -1);
+    if (path.exited) report(now, EventKind::exit, region, tip_.cutting);
+  } else if (path.exited && beyond != (phase_ == Phase::through)) {
+    report(now, beyond ? EventKind::exit : EventKind::reentry, now.tissue.region(path.end), 0);
+  }
+  if (path.exited) phase_ = beyond ? Phase::through : Phase::inside;
+  return flags;
+}
+
+// The tip presses on a border, or has slid along it.
+std::uint32_t Insertion::meet_border(const Transition& now, Path& path) {
+  const TissueView& tissue = now.tissue;
+  const Surface& surface = tissue.borders.surface(obstacle_->region);
+  const int start = path.end.tetrahedron;
+  const Vector3 from = tissue.position(path.end);
+  if (puncturing_) {
+    report(now, EventKind::crossing, obstacle_->region, tip_.contact);
+    held_ = -1;
+    const std::uint32_t flags = lay_vertices(now, path, start, from, tissue.position(obstacle_->material));
+    path.end = obstacle_->material;
+    return flags | grow(now, path, surface.beyond(obstacle_->at), path.end.tetrahedron);
+  }
+  if (tip_.contact > 0) {
+    if (held_ < 0) report(now, EventKind::contact, obstacle_->region, tip_.contact);
+    held_ = obstacle_->region;
+    const SurfacePoint under = surface.closest(tissue.x, now.needle.tip().position);
+    const std::uint32_t flags = lay_vertices(now, path, start, from, under.position);
+    path.end = surface.material(under);
+    return flags;
+  }
+  report(now, EventKind::release, held_, 0);
+  held_ = -1;
+  return grow(now, path, start, -1);
+}
+
+// Moves the path's end to the tip, through every border that does not hold it, to the first one that does. The end lies
+// in tetrahedron `start`, or on its face towards `came_from`.
+std::uint32_t Insertion::grow(const Transition& now, Path& path, int start, int came_from) {
+  const TissueView& tissue = now.tissue;
+  const Vector3 to = now.needle.tip().position;
+  std::uint32_t flags = 0;
+  for (int i = 0; i < kMaxCrossings && start >= 0; ++i) {
+    const Vector3 from = tissue.position(path.end);
+    const Trace trace = trace_segment(tissue.mesh, tissue.x, start, from, to, tissue.regions, came_from);
+    flags |= lay_vertices(now, path, start, from, tissue.position(trace.end));
+    path.end = trace.end;
+    path.exited = trace.left && trace.end.weights.minCoeff() > -1e-6;
+    if (trace.next < 0) return flags;
+    const int region = tissue.regions[trace.next];
+    if (tissue.borders.at(tissue.region(trace.end), region).holds) {
+      report(now, EventKind::contact, region, tip_.cutting);
+      held_ = region;
+      return flags;
+    }
+    report(now, EventKind::crossing, region, tip_.cutting);
+    came_from = trace.end.tetrahedron;
+    start = trace.next;
+  }
+  return flags;
+}
+
+// Sets the vertices that a straight piece of cut has passed, each at its exact distance.
+std::uint32_t Insertion::lay_vertices(const Transition& now, Path& path, int start, const Vector3& from,
+                                      const Vector3& to) {
+  const double cut = (to - from).norm();
+  std::uint32_t flags = 0;
+  double next = path.spacing - path.tail;  // along the piece
   while (cut > 0 && next <= cut) {
     if (path.vertices.size() == path.vertices.capacity()) {
       flags |= kPathFull;
       break;
     }
-    const Vector3 place = from + next / cut * (reached - from);
-    memory_[path.vertices.size()] = Memory{.s = needle.model.length - (cut - next)};
-    path.vertices.push_back(trace_segment(tissue.mesh, tissue.x, start, from, place).end);
-    next += spacing;
+    const Vector3 place = from + next / cut * (to - from);
+    const double behind_tip = (now.needle.tip().position - place).norm();
+    memory_[path.vertices.size()] = Memory{.s = now.needle.model.length - behind_tip};
+    path.vertices.push_back(trace_segment(now.tissue.mesh, now.tissue.x, start, from, place).end);
+    next += path.spacing;
   }
-  path.tail = cut - (next - spacing);
-  path.end = trace.end;
-  path.exited = trace.left && trace.end.weights.minCoeff() > -1e-6;
+  path.tail = cut - (next - path.spacing);
   return flags;
 }
 

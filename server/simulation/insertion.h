@@ -15,54 +15,42 @@
 // the path's end). Its lateral rows hold it to (1 - u) A + u B, u the fraction of the way, with softness (1 - u)²: at
 // u = 1 they are the rows that B will have once it is passed, at u = 0, where they would repeat the rows of A with an
 // ever shorter lever, they have faded out. So vertices come and go without a jump, pulling and pushing.
-// A tip that cuts is held to the path's end, and its rows fade the same way with its distance from the last vertex that
-// holds: where a path is just born, or a vertex just set, two rigid pairs at nearly one place would pull against each
+// A tip that cuts is held to the path's end across its cutting direction, which is fixed in the tip's frame: that is
+// what steers a bevel. The vertex behind it fades in with its distance d from the end, with softness ((1 - d)/d)², d in
+// spacings: where a path is just born, or a vertex just set, two rigid pairs at nearly one place would pull against each
 // other and turn the tip by whatever it slid in a tick.
+//
+// A border of a region that holds the tip (borders.h) is a surface inside. Ahead of a cutting tip within reach of a
+// tick it adds a contact row, capped by f_p. A tip that rests against it has, instead of its cutting and lateral rows,
+// two rows of friction along the border with the cohesion f_c (laws.h): it slides, and cuts as it slides, once the force
+// along the border is more than f_c + mu times the contact force. At f_p the border gives way.
+//
+// Torsional friction, if the needle has it, is one more row per vertex (rows.h) with the threshold of its friction row
+// times the needle's share.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "server/models/surface.h"
 #include "server/simulation/path.h"
 #include "server/simulation/report.h"
 #include "server/simulation/rows.h"
 #include "server/simulation/scene.h"
+#include "server/simulation/views.h"
 
 namespace acus {
-
-// What a needle sees of the tissue in a tick.
-struct TissueView {
-  const TetrahedralMesh& mesh;
-  const Surface& surface;
-  std::span<const Interaction> interactions;  // per tetrahedron's region
-  std::span<const int> regions;               // per tetrahedron
-  const Matrix3X& x_start;                    // at the start of the tick (m)
-  const Matrix3X& x;                          // x_k
-
-  const Interaction& interaction(const MaterialPoint& p) const { return interactions[regions[p.tetrahedron]]; }
-  Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
-  Vector3 position(const TissuePoint& p) const { return tissue_position(mesh, x, p); }
-  Vector3 start_position(const MaterialPoint& p) const { return material_position(mesh, x_start, p); }
-};
-
-// And of itself.
-struct NeedleView {
-  const NeedleModel& model;
-  const NeedleShape& start;  // at the start of the tick
-  const NeedleShape& shape;  // q_k
-  double h;                  // s
-
-  CurvePoint tip() const { return curve_point(model, shape, model.length); }
-};
 
 class Insertion {
  public:
   // Path points that the shaft can hold at once.
   static int max_points(const Needle& parameters);
-  static int max_rows(const Needle& parameters) { return 3 * max_points(parameters) + 3; }
-  // Material points that the rows touch at once: the shaft's, the path's end, and two that the tip is held between.
-  static int max_material_points(const Needle& parameters) { return max_points(parameters) + 3; }
+  static int max_rows(const Needle& parameters) {
+    return (parameters.torsional_friction > 0 ? 4 : 3) * max_points(parameters) + 4;
+  }
+  // Material points that the rows touch at once: the shaft's, the path's end, two that the tip is held between, and one
+  // of a surface.
+  static int max_material_points(const Needle& parameters) { return max_points(parameters) + 4; }
 
   // `path_capacity`: vertices that any path can hold.
   Insertion(int needle, const Needle& parameters, int path_capacity);
@@ -92,6 +80,8 @@ class Insertion {
     double s = 0;                       // m, where it stands along the needle
     bool sliding = true;
     double friction = 0;                // N
+    bool turning = true;                // slips about the axis
+    double torsion = 0;                 // N
     Vector3 lateral = Vector3::Zero();  // N, world
   };
   // A vertex alongside the shaft in this tick.
@@ -100,30 +90,58 @@ class Insertion {
     double s;         // m, along the needle
     double owned;     // m, length of needle that it stands for
     Vector3 tangent;  // of the path, unit, towards the end
+    double softness;  // of its lateral rows
   };
   struct TipMemory {
-    double normal = 0;                  // N, contact or cutting
+    double contact = 0;                 // N
+    double cutting = 0;                 // N
     Vector3 lateral = Vector3::Zero();  // N, contact friction or tip path
+  };
+  // A surface that the tip meets, or may meet in this tick.
+  struct Obstacle {
+    int region;              // behind the surface
+    SurfacePoint at;
+    MaterialPoint material;  // the same point, of the tetrahedron on the tip's side
+  };
+  // What a tick's transitions need to know.
+  struct Transition {
+    const NeedleView& needle;
+    const TissueView& tissue;
+    std::uint64_t tick;
+    std::vector<Event>& events;
   };
 
   void locate_outside(const NeedleView& needle, const TissueView& tissue, std::vector<Path>& paths);
+  int find_mouth(const Vector3& place, const TissueView& tissue, std::vector<Path>& paths) const;
   void locate_inside(const NeedleView& needle, const TissueView& tissue, const Path& path);
   void share_length(double end);
   Vector3 path_tangent(const TissueView& tissue, const Path& path, int vertex, const Vector3& needle_tangent) const;
   Vector3 end_tangent(const TissueView& tissue, const Path& path, const Vector3& needle_tangent) const;
   Vector3 young_direction(const Vector3& along, const Vector3& needle_tangent) const;
   void place_tip(const NeedleView& needle, const TissueView& tissue, const Path& path);
+  void find_border(const NeedleView& needle, const TissueView& tissue, const Path& path);
   int holding_vertices(const Path& path) const;
+  Vector3 cutting_direction(const NeedleView& needle) const;
 
-  bool add_contact(const NeedleView& needle, const TissueView& tissue, Rows& rows) const;
+  bool add_contact(const NeedleView& needle, double puncture_force, double gap, Rows& rows) const;
+  bool add_contact_friction(const NeedleView& needle, const TissueView& tissue, double friction, double cohesion,
+                            int normal_row, Rows& rows) const;
+  bool add_surface(const NeedleView& needle, const TissueView& tissue, Rows& rows) const;
+  bool add_border(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const;
   bool add_tip(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const;
   bool add_shaft(const NeedleView& needle, const TissueView& tissue, const Path& path, const ShaftPoint& point,
                  Rows& rows) const;
 
-  void leave_contact_or_puncture(const NeedleView& needle, const TissueView& tissue, std::uint64_t tick,
-                                 std::vector<Path>& paths, std::vector<Event>& events);
+  bool add_friction(const NeedleView& needle, const TissueView& tissue, const ShaftPoint& point, Row& row,
+                    Rows& rows) const;
+
+  void leave_contact_or_puncture(const Transition& now, std::vector<Path>& paths);
   void place_mouth(const CurvePoint& tip, const TissueView& tissue);
-  std::uint32_t grow(const NeedleView& needle, const TissueView& tissue, Path& path);
+  std::uint32_t advance_end(const Transition& now, Path& path);
+  std::uint32_t meet_border(const Transition& now, Path& path);
+  std::uint32_t grow(const Transition& now, Path& path, int start, int came_from);
+  std::uint32_t lay_vertices(const Transition& now, Path& path, int start, const Vector3& from, const Vector3& to);
+  void report(const Transition& now, EventKind kind, int region, double force) const;
   void enter(int path, std::vector<Path>& paths);
 
   int needle_;
@@ -132,20 +150,20 @@ class Insertion {
   int path_ = -1;
   double depth_ = 0;
 
-  bool touching_ = false;          // a contact row exists in this tick
+  Vector3 cutting_direction_;      // in the tip's frame, unit
   bool reentered_ = false;         // an old path was picked up in this tick
   bool left_out_ = false;          // more vertices alongside the shaft than max_points()
   bool puncturing_ = false;        // the contact force reached f_p
+  int held_ = -1;                  // the region at whose border the tip rests, inside
   bool cutting_ = false;           // the cutting force reached f_c
-  SurfacePoint contact_;
-  MaterialPoint contact_material_;
+  std::optional<Obstacle> obstacle_;  // of this tick
   std::vector<Memory> memory_;     // per path vertex
   std::vector<ShaftPoint> shaft_;  // of this tick
   TipMemory tip_;
   bool at_end_ = false;            // the tip is at the end of its path, not back inside it
   double end_s_ = 0;               // m, where the path's end stands along the needle, or ahead of it
   TissuePoint tip_point_;          // the point of the path that the tip is held to
-  double tip_fade_ = 0;            // -, how far its lateral rows have faded out; their softness is the square
+  double tip_softness_ = 0;        // -, of its lateral rows
   Vector3 tip_tangent_ = Vector3::Zero();  // of the path there, unit
 };
 

@@ -5,7 +5,9 @@
 // fixed number of paths; when a needle needs another, the one that was left longest ago is forgotten.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "server/models/tissue_motion.h"
@@ -22,6 +24,26 @@ struct Path {
   std::uint64_t left = 0;  // tick in which the last needle left it
 
   bool empty() const { return vertices.empty(); }
+  int points() const { return empty() ? 0 : static_cast<int>(vertices.size()) + 1; }
+  const MaterialPoint& point(int i) const { return i + 1 < points() ? vertices[i] : end; }
+
+  // A new path that is nothing but its mouth.
+  void begin(const MaterialPoint& mouth, double vertex_spacing) {
+    vertices.clear();
+    vertices.push_back(mouth);
+    end = mouth;
+    spacing = vertex_spacing;
+    tail = 0;
+    exited = false;
+  }
+
+  // A path that is open at both ends, seen from the other end.
+  void turn_round() {
+    std::reverse(vertices.begin(), vertices.end());  // the mouth is last
+    std::swap(vertices.back(), end);                 // and becomes the end; the old end stands in its place
+    std::rotate(vertices.begin(), vertices.end() - 1, vertices.end());
+    if (vertices.size() > 1) tail = spacing;
+  }
 };
 
 }  // namespace acus

@@ -43,14 +43,16 @@ struct NeedleReport {
   Vector3 cutting_force = Vector3::Zero();   // contact before the puncture, cutting after it
   Vector3 friction_force = Vector3::Zero();  // along the path, whole shaft
   Vector3 lateral_force = Vector3::Zero();   // across the path, shaft and tip
+  Vector3 guide_force = Vector3::Zero();     // of the guides on the needle, N, world
 };
 
-enum class EventKind : std::uint8_t { contact, release, puncture, reentry, exit, withdrawal };
+enum class EventKind : std::uint8_t { contact, release, puncture, crossing, reentry, exit, withdrawal };
 
 struct Event {
   std::uint64_t tick = 0;
   int needle = 0;
   EventKind kind = EventKind::contact;
+  int region = 0;                      // that the tip touches or goes into; exit, withdrawal: that it leaves
   Vector3 position = Vector3::Zero();  // m, world
   double force = 0;                    // N, of the law that caused it
 };

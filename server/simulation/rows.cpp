@@ -1,9 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/rows.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace acus {
+
+namespace {
+
+// Below this compliance (m/N) a row has nothing that gives: a rigid needle in fixed material.
+constexpr double kLeastCompliance = 1e-9;
+
+Vector12 needle_force(const NeedleShape& shape, const Row& row) {
+  return row.role == RowRole::torsion ? curve_torque(row.on_needle, row.radius * row.n)
+                                      : curve_force(shape, row.on_needle, row.n);
+}
+
+int add_to_tissue(TissueMotion& tissue, const Row& row) {
+  if (row.role == RowRole::torsion) return tissue.add_couple(row.in_tissue.a.tetrahedron, -row.radius * row.n);
+  return acts_on_tissue(row.role) ? tissue.add_row(row.in_tissue, -row.n) : tissue.add_empty_row();
+}
+
+}  // namespace
 
 Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
   const auto n = static_cast<std::size_t>(capacity);
@@ -38,8 +56,8 @@ void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
   for (int i = 0; i < n; ++i) {
     const Row& r = rows_[i];
     NeedleMotion& needle = needles[r.needle];
-    needle_row_[i] = needle.add_row(r.on_needle.beam, curve_force(needle.shape(), r.on_needle, r.n));
-    tissue_row_[i] = tissue.add_row(r.in_tissue, -r.n);
+    needle_row_[i] = needle.add_row(r.on_needle.beam, needle_force(needle.shape(), r));
+    tissue_row_[i] = add_to_tissue(tissue, r);
     assert(tissue_row_[i] >= 0);
   }
   for (int i = 0; i < n; ++i) {
@@ -50,14 +68,15 @@ void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
       if (rows_[j].needle == rows_[i].needle) w += needle.compliance(needle_row_[i], needle_row_[j]);
       W_(i, j) = W_(j, i) = w;
     }
+    W_(i, i) = std::max(W_(i, i), kLeastCompliance);
   }
   soften();
 }
 
-// The two lateral rows of a tip follow each other and are equally soft, whichever way their directions stand.
+// The two lateral rows of a point follow each other and are equally soft, whichever way their directions stand.
 void Rows::soften() {
   for (int i = 0; i + 1 < count(); ++i) {
-    if (rows_[i].role != RowRole::tip_lateral) continue;
+    if (rows_[i].softness == 0) continue;
     laws_[i].compliance = laws_[i + 1].compliance = rows_[i].softness * (W_(i, i) + W_(i + 1, i + 1)) / 2;
     ++i;
   }

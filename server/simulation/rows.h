@@ -2,6 +2,10 @@
 // The rows of a tick: pairs of a point on a needle's curve and a point of the tissue's material, a direction n and a
 // law. delta = nᵀ(Q - P) for laws on positions, its change during the tick for friction; H_n and H_t follow from the
 // pair (paper, eq. 1), with forces +n lambda on the needle and -n lambda on the tissue.
+//
+// Torsion rows act by couples instead: lambda (N) is the force on the needle's surface, r lambda about n the couple on
+// the needle and its opposite on the material, delta = r nᵀ(theta - omega) the slip of the surface in the tick.
+// Guide rows act on the needle alone: a guide is held from outside.
 #pragma once
 
 #include <span>
@@ -14,17 +18,30 @@
 namespace acus {
 
 // What a row's force is counted as.
-enum class RowRole : std::uint8_t { contact, contact_friction, cutting, tip_lateral, lateral, friction };
+enum class RowRole : std::uint8_t {
+  contact,           // of the tip with a surface, along its normal
+  contact_friction,  // along the surface
+  cutting,
+  tip_lateral,
+  lateral,           // of the shaft
+  friction,
+  torsion,
+  guide,             // across the guide
+  guide_friction     // along it
+};
+
+constexpr bool acts_on_tissue(RowRole role) { return role != RowRole::guide && role != RowRole::guide_friction; }
 
 struct Row {
   int needle = 0;
   RowRole role = RowRole::lateral;
-  int vertex = -1;                        // of the path, for shaft rows
+  int index = -1;                         // vertex of the path for shaft rows, number of the guide for its rows
   CurvePoint on_needle{};
   TissuePoint in_tissue;
   Vector3 n = Vector3::Zero();            // unit, world
   double gap = 0;                         // m, delta at q_k, before this iteration's correction
-  double softness = 0;                    // -, tip_lateral: compliance of the law over the mean of the pair's W
+  double softness = 0;                    // -, tip_lateral, lateral: compliance of the law over the mean W of the pair
+  double radius = 0;                      // r (m), torsion only
 };
 
 class Rows {

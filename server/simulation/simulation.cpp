@@ -5,6 +5,8 @@
 #include <chrono>
 
 #include "server/simulation/base_motion.h"
+#include "server/simulation/borders.h"
+#include "server/simulation/guide_hold.h"
 #include "server/simulation/insertion.h"
 #include "server/simulation/scene_error.h"
 
@@ -23,7 +25,10 @@ const Scene& checked(const Scene& scene) {
 
 std::vector<Interaction> interactions_of(const Scene& scene) {
   std::vector<Interaction> all;
-  for (const Region& region : scene.tissue.regions) all.push_back(region.interaction);
+  for (const Region& region : scene.tissue.regions) {
+    all.push_back(region.interaction);
+    all.back().pressure = shaft_pressure(region);
+  }
   return all;
 }
 
@@ -40,8 +45,17 @@ int sum_over_needles(const Scene& scene, Value value) {
   return sum;
 }
 
+int max_rows(const Scene& scene) {
+  return sum_over_needles(scene, Insertion::max_rows) + GuideHold::kMaxRows * static_cast<int>(scene.guides.size());
+}
+
+int find_needle(const Scene& scene, const std::string& name) {
+  const auto same = [&](const Needle& needle) { return needle.name == name; };
+  return static_cast<int>(std::find_if(scene.needles.begin(), scene.needles.end(), same) - scene.needles.begin());
+}
+
 // Vertices that a path can hold: any needle may pick it up.
-int path_capacity(const Scene& scene) {
+int vertices_per_path(const Scene& scene) {
   int most = 0;
   for (const Needle& needle : scene.needles) most = std::max(most, 2 * Insertion::max_points(needle));
   return most;
@@ -84,6 +98,7 @@ struct Simulation::World {
   void compute_compliance();
   SolverResult solve_laws();
   double correct();
+  void read_forces();
   void commit();
   void hold();
   std::uint32_t transitions();
@@ -91,7 +106,7 @@ struct Simulation::World {
 
   NeedleView needle_view(int i) const { return {needle_models[i], start_shapes[i], motions[i].shape(), h}; }
   TissueView tissue_view() const {
-    return {mesh, surface, interactions, regions, tissue.x, tissue_motion.x()};
+    return {mesh, surface, borders, interactions, regions, tissue.x, tissue_motion.x()};
   }
   int needles() const { return static_cast<int>(scene.needles.size()); }
   bool finite() const;
@@ -108,6 +123,7 @@ struct Simulation::World {
   TissueModel tissue_model;
   std::vector<NeedleModel> needle_models;
   Surface surface;
+  Borders borders;
 
   // State.
   std::uint64_t tick = 0;
@@ -115,6 +131,7 @@ struct Simulation::World {
   std::vector<NeedleState> needle_states;
   std::vector<BaseMotion> bases;
   std::vector<Insertion> insertions;
+  std::vector<GuideHold> guides;
   std::vector<Path> paths;
 
   // Work of a tick.
@@ -137,23 +154,27 @@ Simulation::World::World(const Scene& s)
       interactions(interactions_of(s)),
       tissue_model(make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity)),
       surface(mesh),
+      borders(s.tissue, mesh, regions),
       tissue_motion(tissue_model, h,
                     s.tissue.rung == TissueRung::exact ? TissueMatrix::refactorized : TissueMatrix::fixed,
-                    sum_over_needles(s, Insertion::max_rows),
+                    max_rows(s),
                     4 * sum_over_needles(s, Insertion::max_material_points)),
-      rows(sum_over_needles(s, Insertion::max_rows)) {
-  const int vertices = path_capacity(scene);
+      rows(max_rows(s)) {
+  const int vertices = vertices_per_path(scene);
   needle_models.reserve(scene.needles.size());
   for (int i = 0; i < needles(); ++i) {
     const Needle& needle = scene.needles[i];
-    needle_models.push_back(make_needle_model(needle, scene.gravity));
+    needle_models.push_back(make_needle_model(needle, scene.gravity, needle.rung == NeedleRung::rigid));
     bases.emplace_back(needle, h);
     insertions.emplace_back(i, needle, vertices);
-    motions.emplace_back(needle_models[i], h, Insertion::max_rows(needle));
+    motions.emplace_back(needle_models[i], h,
+                         Insertion::max_rows(needle) + GuideHold::kMaxRows * static_cast<int>(scene.guides.size()));
     start_shapes.push_back(motions[i].shape());
     needle_states.push_back(make_needle_state(needle_models[i], needle.base));
     base_poses.push_back(needle.base);
   }
+  for (int i = 0; i < static_cast<int>(scene.guides.size()); ++i)
+    guides.emplace_back(i, find_needle(scene, scene.guides[i].needle), scene.guides[i], h);
   for (int i = 0; i < needles(); ++i) refuse_tip_inside(i);
   paths.resize(kMaxPaths);
   for (Path& path : paths) path.vertices.reserve(static_cast<std::size_t>(vertices));
@@ -188,6 +209,7 @@ void Simulation::World::reset() {
     needle_states[i] = make_needle_state(needle_models[i], scene.needles[i].base);
     motions[i].begin(needle_states[i], scene.needles[i].base);
   }
+  for (GuideHold& guide : guides) guide.reset();
   needle_balance.setZero();
   needle_largest_force = 0;
   report.tick = 0;
@@ -203,9 +225,10 @@ void Simulation::World::reset() {
   }
 }
 
-// 1. Newest pose and spin of every base, followed within the speed limits.
+// 1. Newest pose and spin of every base and guide, followed within the speed limits.
 void Simulation::World::take_commands() {
   ++tick;
+  for (GuideHold& guide : guides) guide.advance(tick);
   for (int i = 0; i < needles(); ++i) base_poses[i] = bases[i].advance(tick);
   for (int i = 0; i < needles(); ++i) {
     start_shapes[i] = motions[i].shape();
@@ -227,6 +250,7 @@ bool Simulation::World::tissue_free_motion() { return tissue_motion.linearize(ti
 // 4. Tip and path points against needle and tissue.
 void Simulation::World::locate() {
   for (int i = 0; i < needles(); ++i) insertions[i].locate(needle_view(i), tissue_view(), paths);
+  for (GuideHold& guide : guides) guide.locate(needle_view(guide.needle()));
 }
 
 // 5. Directions, gaps and laws.
@@ -235,6 +259,7 @@ bool Simulation::World::build_rows() {
   bool all = true;
   for (int i = 0; i < needles(); ++i)
     all = insertions[i].build_rows(needle_view(i), tissue_view(), paths, rows) && all;
+  for (const GuideHold& guide : guides) all = guide.build_rows(needle_view(guide.needle()), rows) && all;
   return all;
 }
 
@@ -251,6 +276,15 @@ double Simulation::World::correct() {
   return change;
 }
 
+// Forces by law and guide, remembered for the next tick and told to the report.
+void Simulation::World::read_forces() {
+  for (int i = 0; i < needles(); ++i) {
+    report.needles[i].guide_force.setZero();
+    insertions[i].read_forces(rows, report.needles[i]);
+  }
+  for (GuideHold& guide : guides) guide.read_forces(rows, report.needles[guide.needle()]);
+}
+
 bool Simulation::World::finite() const {
   return tissue_motion.finite() &&
          std::all_of(motions.begin(), motions.end(), [](const NeedleMotion& m) { return m.finite(); });
@@ -258,6 +292,7 @@ bool Simulation::World::finite() const {
 
 // The new positions become the state.
 void Simulation::World::commit() {
+  read_forces();
   balance_of_forces();
   for (int i = 0; i < needles(); ++i) {
     motions[i].commit(needle_states[i]);
@@ -287,17 +322,16 @@ void Simulation::World::balance_of_forces() {
   needle_largest_force = 0;
   for (int i = 0; i < needles(); ++i) {
     const Vector3 base = motions[i].base_reaction().head<3>();
-    needle_balance += base - motions[i].inertia_less_weight(needle_states[i]);
+    needle_balance += base + report.needles[i].guide_force - motions[i].inertia_less_weight(needle_states[i]);
     needle_largest_force = std::max(needle_largest_force, base.norm());
   }
 }
 
-// 9. Contact, puncture, growth of paths, exit, withdrawal.
+// 9. Contact, puncture, borders, growth of paths, exit, withdrawal.
 std::uint32_t Simulation::World::transitions() {
   report.events.clear();
   std::uint32_t flags = 0;
   for (int i = 0; i < needles(); ++i) {
-    insertions[i].read_forces(rows, report.needles[i]);
     flags |= insertions[i].transitions(needle_view(i), tissue_view(), tick, paths, report.events);
   }
   return flags;
@@ -364,7 +398,10 @@ void Simulation::step() {
   w.write_report(flags, laws, iteration), timer.lap(10);
 }
 
-void Simulation::command(int needle, const Command& command) { world_->bases[needle].command(command); }
+void Simulation::command(int body, const Command& command) {
+  World& w = *world_;
+  (body < w.needles() ? w.bases[body] : w.guides[body - w.needles()].motion()).command(command);
+}
 void Simulation::reset() { world_->reset(); }
 void Simulation::time_stages(bool on) { world_->timing = on; }
 
@@ -377,6 +414,17 @@ Eigen::Ref<const Matrix3X> Simulation::tissue_positions() const { return world_-
 Eigen::Ref<const Matrix3X> Simulation::needle_positions(int needle) const { return world_->needle_states[needle].x; }
 std::span<const Quaternion> Simulation::needle_orientations(int needle) const {
   return world_->needle_states[needle].q;
+}
+
+int Simulation::max_paths() { return kMaxPaths; }
+
+int Simulation::path_capacity() const { return vertices_per_path(world_->scene) + 1; }
+
+int Simulation::path_positions(int path, Eigen::Ref<Matrix3X> points) const {
+  const Path& p = world_->paths[path];
+  for (int i = 0; i < p.points(); ++i)
+    points.col(i) = material_position(world_->mesh, world_->tissue.x, p.point(i));
+  return p.points();
 }
 
 }  // namespace acus

@@ -27,8 +27,9 @@ class Simulation {
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  // The newest command of a needle, taken in by the next tick. Never blocks, never allocates.
-  void command(int needle, const Command& command);
+  // The newest command of a needle, or of guide g as number needles + g, taken in by the next tick. Never blocks, never
+  // allocates.
+  void command(int body, const Command& command);
 
   // One tick of length h = 1/rate: the ten stages. Never throws; trouble is a flag in the report.
   void step();
@@ -48,6 +49,11 @@ class Simulation {
   Eigen::Ref<const Matrix3X> tissue_positions() const;                    // 3 x n, m, world
   Eigen::Ref<const Matrix3X> needle_positions(int needle) const;          // 3 x m, m, world
   std::span<const Quaternion> needle_orientations(int needle) const;      // m, world; +x runs along the needle
+  // Paths, those of withdrawn needles included; most of the max_paths() are empty.
+  static int max_paths();
+  int path_capacity() const;                                  // points that a path can have
+  // Writes the points of a path (m, world), mouth first, into the first columns of `points`; returns how many.
+  int path_positions(int path, Eigen::Ref<Matrix3X> points) const;
 
   void time_stages(bool on);  // fill report().stage_seconds
 

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/views.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/math/rotation.h"
+
+namespace acus {
+
+Vector3 NeedleView::turned(const CurvePoint& point) const {
+  const auto node = [&](int i) {
+    return rotation_log(Quaternion(Matrix3(shape.frames[i] * start.frames[i].transpose())));
+  };
+  return (1 - point.u) * node(point.beam) + point.u * node(point.beam + 1);
+}
+
+double project_on_curve(const NeedleView& needle, const Vector3& p, const Vector3& t, double guess) {
+  constexpr int kIterations = 8;
+  constexpr double kStop = 1e-13;  // m
+  double s = guess;
+  for (int i = 0; i < kIterations; ++i) {
+    const CurvePoint c = curve_point(needle.model, needle.shape, s);
+    const double slope = std::max(c.tangent.dot(t), 0.1);  // the needle runs along t, not across it
+    const double step = std::clamp(t.dot(p - c.position) / slope, -needle.model.length, needle.model.length);
+    s += step;
+    if (std::abs(step) < kStop) break;
+  }
+  return s;
+}
+
+}  // namespace acus

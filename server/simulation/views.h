@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the laws see of a tick: needle and tissue at its start and at the current iterate, read only.
+#pragma once
+
+#include <span>
+
+#include "server/models/needle.h"
+#include "server/models/surface.h"
+#include "server/simulation/borders.h"
+#include "server/simulation/scene.h"
+
+namespace acus {
+
+struct TissueView {
+  const TetrahedralMesh& mesh;
+  const Surface& surface;
+  const Borders& borders;
+  std::span<const Interaction> interactions;  // per region, pressure filled in
+  std::span<const int> regions;               // per tetrahedron
+  const Matrix3X& x_start;                    // at the start of the tick (m)
+  const Matrix3X& x;                          // x_k
+
+  int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
+  const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
+  Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
+  Vector3 position(const TissuePoint& p) const { return tissue_position(mesh, x, p); }
+  Vector3 start_position(const MaterialPoint& p) const { return material_position(mesh, x_start, p); }
+};
+
+struct NeedleView {
+  const NeedleModel& model;
+  const NeedleShape& start;  // at the start of the tick
+  const NeedleShape& shape;  // q_k
+  double h;                  // s
+
+  CurvePoint tip() const { return curve_point(model, shape, model.length); }
+  Vector3 start_position(double s) const { return curve_point(model, start, s).position; }
+  Vector3 start_tip() const { return start_position(model.length); }
+  // Rotation of the needle at a point of its curve since the start of the tick (rad, world).
+  Vector3 turned(const CurvePoint& point) const;
+};
+
+// The arc length near `guess` at which the needle's curve passes through the plane at p across t (m).
+double project_on_curve(const NeedleView& needle, const Vector3& p, const Vector3& t, double guess);
+
+}  // namespace acus
