@@ -200,9 +200,13 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::s
 // tetrahedra).
 TetrahedralMesh load_mesh(const Scene& scene);
 
-// Per tetrahedron, the index of its region in scene.tissue.regions; throws SceneError if a tetrahedron has none or
-// a region selects nothing.
+// Per tetrahedron, the index of its region in scene.tissue.regions; throws SceneError if a tetrahedron has none, a
+// region selects nothing, or the regions of an interface do not touch.
 std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh);
+
+// Per interface of the tissue, the number of faces in which its regions meet. `regions` per tetrahedron.
+std::vector<int> count_interface_faces(const Tissue& tissue, const TetrahedralMesh& mesh,
+                                       const std::vector<int>& regions);
 
 // Per node, whether it is fixed; throws SceneError if an entry of `fixed` holds no node.
 std::vector<bool> find_fixed_nodes(const Scene& scene, const TetrahedralMesh& mesh);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // validate(): every range of scene_fields.h, then the rules that tie one field to another.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "server/simulation/scene_error.h"
 #include "server/simulation/scene_fields.h"
@@ -12,6 +15,23 @@ namespace {
 
 // More points than this would neither fit the tick nor be resolved by any mesh.
 constexpr double kMaxConstraintPoints = 1000;
+
+constexpr std::size_t kMaxNamesInMessage = 10;
+
+using NameSet = std::set<std::string>;
+
+std::string list_names(const NameSet& names) {
+  std::string text;
+  std::size_t count = 0;
+  for (const std::string& name : names) {
+    if (count++ == kMaxNamesInMessage) return text + ", ...";
+    text += (text.empty() ? "\"" : ", \"") + name + "\"";
+  }
+  return text;
+}
+
+// Whether the length is a number to divide by; lengths whose square underflows or overflows are not.
+bool has_direction(const Vector3& vector) { return std::isnormal(vector.squaredNorm()); }
 
 class Checker {
  public:
@@ -105,6 +125,19 @@ class Checker {
     }
   }
 
+  void check_rules(const HalfSpace& half_space, const std::string& path) const {
+    check_direction(half_space.normal, child_path(path, "normal"));
+  }
+
+  void check_rules(const Cylinder& cylinder, const std::string& path) const {
+    if (has_direction(cylinder.to - cylinder.from)) return;
+    fail(child_path(path, "to"), "expected another point than `from`; the two are the centres of the ends");
+  }
+
+  void check_rules(const Volume& volume, const std::string& path) const {
+    if (volume.unbounded()) fail(path, "expected a volume with box, sphere, half_space or cylinder, found none of them");
+  }
+
   void check_rules(const GmshMesh& mesh, const std::string& path) const {
     std::error_code ignored;
     if (std::filesystem::is_regular_file(mesh.file, ignored)) return;
@@ -122,24 +155,80 @@ class Checker {
       fail(field, "expected a number >= length / 1000 (" + format_number(needle.length / kMaxConstraintPoints) +
                       "), found " + format_number(needle.constraint_spacing) + origin(field));
     }
+    check_curved_length(needle, child_path(path, "curved_length"));
+    check_cutting_direction(needle.cutting_direction, child_path(path, "cutting_direction"));
+  }
+
+  void check_curved_length(const Needle& needle, const std::string& path) const {
+    if (!needle.curved_length || *needle.curved_length <= needle.length) return;
+    fail(path, "expected a number <= length (" + format_number(needle.length) + "), found " +
+                   format_number(*needle.curved_length) + "; leave it out to bend the whole needle");
+  }
+
+  void check_cutting_direction(const Vector3& direction, const std::string& path) const {
+    check_direction(direction, path);
+    if (direction.x() > 0) return;
+    fail(child_path(path, 0),
+         "expected a number > 0, found " + format_number(direction.x()) + "; a tip cuts forwards, along +x");
   }
 
   void check_rules(const Tissue& tissue, const std::string& path) const {
-    check_distinct(tissue.regions, child_path(path, "regions"));
+    NameSet names;
+    check_distinct(tissue.regions, child_path(path, "regions"), names, "region");
+    check_interfaces(tissue.interfaces, names, child_path(path, "interfaces"));
   }
 
   void check_rules(const Scene& scene, const std::string& path) const {
-    check_distinct(scene.needles, child_path(path, "needles"));
+    NameSet names;
+    check_distinct(scene.needles, child_path(path, "needles"), names, "needle");
+    check_guides(scene.guides, names, child_path(path, "guides"));
+    check_distinct(scene.guides, child_path(path, "guides"), names, "needle or guide");
   }
 
+  void check_interfaces(const std::vector<Interface>& interfaces, const NameSet& regions,
+                        const std::string& path) const {
+    std::map<std::pair<std::string, std::string>, std::size_t> pairs;
+    for (std::size_t i = 0; i < interfaces.size(); ++i) {
+      const auto& [between, and_, force, friction] = interfaces[i];
+      const std::string entry = child_path(path, i);
+      check_known(between, regions, "region", child_path(entry, "between"));
+      check_known(and_, regions, "region", child_path(entry, "and"));
+      if (between == and_) {
+        fail(child_path(entry, "and"), "expected another region than the one in `between`, found \"" + and_ + "\" twice");
+      }
+      const auto [first, is_new] = pairs.emplace(std::minmax(between, and_), i);
+      if (is_new) continue;
+      fail(entry, "expected every pair of regions once, found that " + child_path(path, first->second) +
+                      " is also between \"" + between + "\" and \"" + and_ + "\"; keep one");
+    }
+  }
+
+  void check_guides(const std::vector<Guide>& guides, const NameSet& needles, const std::string& path) const {
+    for (std::size_t i = 0; i < guides.size(); ++i) {
+      check_known(guides[i].needle, needles, "needle", child_path(child_path(path, i), "needle"));
+    }
+  }
+
+  // Adds the names of the list to `names`, in which none of them may be yet.
   template <class Named>
-  void check_distinct(const std::vector<Named>& list, const std::string& path) const {
-    std::set<std::string> names;
+  void check_distinct(const std::vector<Named>& list, const std::string& path, NameSet& names,
+                      const std::string& kind) const {
     for (std::size_t i = 0; i < list.size(); ++i) {
       if (names.insert(list[i].name).second) continue;
       const std::string field = child_path(child_path(path, i), "name");
-      fail(field, "expected a name that no other entry has, found \"" + list[i].name + "\"" + origin(field));
+      fail(field, "expected a name that no other " + kind + " has, found \"" + list[i].name + "\"" + origin(field));
     }
+  }
+
+  void check_known(const std::string& name, const NameSet& known, const std::string& kind,
+                   const std::string& path) const {
+    if (known.contains(name)) return;
+    fail(path,
+         "expected the name of a " + kind + " (" + list_names(known) + "), found \"" + name + "\"" + origin(path));
+  }
+
+  void check_direction(const Vector3& direction, const std::string& path) const {
+    if (!has_direction(direction)) fail(path, "expected a vector that is not zero; only its direction counts");
   }
 
   bool is_given(const std::string& path) const { return scene_.file.empty() || scene_.places.contains(path); }

@@ -192,11 +192,111 @@ TEST_CASE("fields at odds with each other") {
         "scene.yaml:2:34: tissue.regions[0].interaction.friction_static: expected a number >= friction_dynamic (0.9), "
         "found 0.8 (the default)");
   CHECK(error_of("needles:\n  - {name: a}\n  - {name: a}") ==
-        "scene.yaml:4:12: needles[1].name: expected a name that no other entry has, found \"a\"");
+        "scene.yaml:4:12: needles[1].name: expected a name that no other needle has, found \"a\"");
   CHECK(error_of("needles: [{}, {}]") ==
-        "scene.yaml:2:15: needles[1].name: expected a name that no other entry has, found \"needle\" (the default)");
-  CHECK(
-      error_of("tissue: {regions: [{}, {}]}").starts_with("scene.yaml:2:24: tissue.regions[1].name: expected a name"));
+        "scene.yaml:2:15: needles[1].name: expected a name that no other needle has, found \"needle\" (the default)");
+  CHECK(error_of("tissue: {regions: [{}, {}]}") ==
+        "scene.yaml:2:24: tissue.regions[1].name: expected a name that no other region has, found \"tissue\" (the "
+        "default)");
+}
+
+TEST_CASE("shapes and directions that are none") {
+  CHECK(error_of("tissue: {fixed: [{}]}") ==
+        "scene.yaml:2:18: tissue.fixed[0]: expected a volume with box, sphere, half_space or cylinder, found none of "
+        "them");
+  CHECK(error_of("tissue: {fixed: [{half_space: {normal: [0, 0, 0]}}]}") ==
+        "scene.yaml:2:40: tissue.fixed[0].half_space.normal: expected a vector that is not zero; only its direction "
+        "counts");
+  CHECK(error_of("tissue: {regions: [{half_space: {normal: [1e-300, 0, 0]}}]}")
+            .starts_with("scene.yaml:2:42: tissue.regions[0].half_space.normal: expected a vector that is not zero"));
+  CHECK(error_of("tissue: {fixed: [{cylinder: {from: [1, 2, 3], to: [1, 2, 3]}}]}") ==
+        "scene.yaml:2:51: tissue.fixed[0].cylinder.to: expected another point than `from`; the two are the centres of "
+        "the ends");
+  CHECK(error_of("tissue: {fixed: [{sphere: {radius: 0}}]}") ==
+        "scene.yaml:2:36: tissue.fixed[0].sphere.radius: expected a number > 0, found 0");
+  CHECK(error_of("needles: [{cutting_direction: [0, 0, 0]}]")
+            .starts_with("scene.yaml:2:31: needles[0].cutting_direction: expected a vector that is not zero"));
+  CHECK(error_of("needles: [{cutting_direction: [0, 1, 0]}]") ==
+        "scene.yaml:2:32: needles[0].cutting_direction[0]: expected a number > 0, found 0; a tip cuts forwards, along "
+        "+x");
+}
+
+TEST_CASE("a curved end is not longer than its needle") {
+  CHECK(error_of("needles: [{length: 0.1, curved_length: 0.11}]") ==
+        "scene.yaml:2:40: needles[0].curved_length: expected a number <= length (0.1), found 0.11; leave it out to bend "
+        "the whole needle");
+  CHECK(error_of("needles: [{curved_length: 0}]") ==
+        "scene.yaml:2:27: needles[0].curved_length: expected a number > 0, found 0");
+  const Scene scene = parse("needles: [{length: 0.1, curvature: -5, curved_length: 0.1}]");
+  CHECK(scene.needles[0].curvature == -5);
+  CHECK(scene.needles[0].curved_length == 0.1);
+}
+
+TEST_CASE("interfaces name two regions, and every pair once") {
+  const std::string regions = "tissue:\n  regions: [{name: a}, {name: b}, {name: c}]\n  interfaces:\n";
+  CHECK(error_of(regions + "    - {between: a}") ==
+        "scene.yaml:5:7: tissue.interfaces[0].and: expected a text whose length is in [1, 100], found nothing");
+  CHECK(error_of(regions + "    - {between: a, and: d}") ==
+        "scene.yaml:5:25: tissue.interfaces[0].and: expected the name of a region (\"a\", \"b\", \"c\"), found \"d\"");
+  CHECK(error_of(regions + "    - {between: d, and: a}")
+            .starts_with("scene.yaml:5:17: tissue.interfaces[0].between: expected the name of a region"));
+  CHECK(error_of(regions + "    - {between: a, and: a}") ==
+        "scene.yaml:5:25: tissue.interfaces[0].and: expected another region than the one in `between`, found \"a\" "
+        "twice");
+  CHECK(error_of(regions + "    - {between: a, and: b}\n    - {between: b, and: a}") ==
+        "scene.yaml:6:7: tissue.interfaces[1]: expected every pair of regions once, found that tissue.interfaces[0] is "
+        "also between \"b\" and \"a\"; keep one");
+  const Scene scene = parse(regions + "    - {between: a, and: b, puncture_force: .inf}\n    - {between: c, and: b}");
+  REQUIRE(scene.tissue.interfaces.size() == 2);
+  CHECK(scene.tissue.interfaces[0].puncture_force == kInfinity);
+  CHECK(scene.tissue.interfaces[1].and_ == "b");
+  CHECK(scene.tissue.interfaces[1].puncture_force == 0);
+}
+
+TEST_CASE("a message lists a bounded number of names") {
+  std::string text = "tissue:\n  interfaces: [{between: x, and: y}]\n  regions:\n";
+  for (int i = 0; i < 100; ++i) text += "    - {name: region " + std::to_string(i) + "}\n";
+  CHECK(error_of(text).size() < 300);
+}
+
+TEST_CASE("guides hold a needle that exists and have names of their own") {
+  CHECK(error_of("guides: [{needle: probe}]") ==
+        "scene.yaml:2:19: guides[0].needle: expected the name of a needle (\"needle\"), found \"probe\"");
+  CHECK(error_of("needles: [{name: a}]\nguides: [{}]") ==
+        "scene.yaml:3:10: guides[0].needle: expected the name of a needle (\"a\"), found \"needle\" (the default)");
+  CHECK(error_of("guides: [{name: needle}]") ==
+        "scene.yaml:2:17: guides[0].name: expected a name that no other needle or guide has, found \"needle\"");
+  CHECK(error_of("guides: [{name: a}, {name: a}]") ==
+        "scene.yaml:2:28: guides[1].name: expected a name that no other needle or guide has, found \"a\"");
+  const Scene scene = parse("guides: [{pose: {position: [0, 0, 0.1]}, play: 1e-4, friction: 0.2}]");
+  REQUIRE(scene.guides.size() == 1);
+  CHECK(scene.guides[0].name == "guide");
+  CHECK(scene.guides[0].needle == "needle");
+  CHECK(scene.guides[0].pose.position.z() == 0.1);
+  CHECK(scene.guides[0].play == 1e-4);
+  CHECK(scene.guides[0].friction == 0.2);
+}
+
+TEST_CASE("needles of other kinds") {
+  const Scene scene = parse(
+      "needles:\n  - {name: a, rung: rigid}\n"
+      "  - {name: b, cutting_direction: [1, 0.1, 0], torsional_friction: 0.5}");
+  CHECK(scene.needles[0].rung == NeedleRung::rigid);
+  CHECK(scene.needles[0].cutting_direction == Vector3::UnitX());
+  CHECK(scene.needles[0].torsional_friction == 0);
+  CHECK(scene.needles[1].rung == NeedleRung::flexible);
+  CHECK(scene.needles[1].cutting_direction == Vector3(1, 0.1, 0));
+  CHECK(scene.needles[1].torsional_friction == 0.5);
+  CHECK(error_of("needles: [{rung: stiff}]") ==
+        "scene.yaml:2:18: needles[0].rung: expected flexible or rigid, found \"stiff\"");
+}
+
+TEST_CASE("the pressure on a shaft is given or estimated") {
+  const Scene scene = parse(
+      "tissue: {regions: [{name: a, material: {young_modulus: 15e3, poisson_ratio: 0.5e-1}}, "
+      "{name: b, interaction: {pressure: 0}}]}");
+  CHECK(shaft_pressure(scene.tissue.regions[0]) == doctest::Approx(15e3 / 1.05));
+  CHECK(shaft_pressure(scene.tissue.regions[1]) == 0);
 }
 
 TEST_CASE("a list that is too long") {

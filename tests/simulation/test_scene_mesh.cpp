@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 
 #include "server/simulation/scene.h"
@@ -94,6 +95,59 @@ tissue:
   CHECK(count_of(regions, 2) == 2 * 2 * 6);
 }
 
+TEST_CASE("regions by sphere, half-space and cylinder, and by shapes that must agree") {
+  const Scene scene = parse(R"(
+tissue:
+  mesh: {box: {size: [0.4, 0.4, 0.4], cells: [8, 8, 8]}}
+  regions:
+    - name: background
+    - {name: deep, half_space: {point: [0, 0, -0.1], normal: [0, 0, 7]}}
+    - {name: ball, sphere: {center: [0.1, 0.1, 0.1], radius: 0.06}}
+    - {name: rod, cylinder: {from: [-0.1, -0.1, 0.2], to: [-0.1, -0.1, 0], radius: 0.06}}
+    - {name: cap, sphere: {radius: 0.12}, half_space: {normal: [0, 1, 0]}, box: {max: [0, .inf, .inf]}}
+)");
+  const TetrahedralMesh mesh = load_mesh(scene);
+  const std::vector<int> regions = assign_regions(scene, mesh);
+  CHECK(count_of(regions, 1) == 8 * 8 * 2 * 6);
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
+    const auto& c = mesh.tetrahedra[t];
+    const Vector3 p = (mesh.nodes.col(c[0]) + mesh.nodes.col(c[1]) + mesh.nodes.col(c[2]) + mesh.nodes.col(c[3])) / 4;
+    const bool in_cap = p.norm() < 0.12 && p.x() < 0 && p.y() < 0;
+    const bool in_rod = std::hypot(p.x() + 0.1, p.y() + 0.1) < 0.06 && p.z() > 0;
+    const bool in_ball = (p - Vector3(0.1, 0.1, 0.1)).norm() < 0.06;
+    CHECK(regions[t] == (in_cap ? 4 : in_rod ? 3 : in_ball ? 2 : p.z() < -0.1 ? 1 : 0));
+  }
+}
+
+TEST_CASE("the boundary of a shape belongs to it") {
+  const Cylinder cylinder{{0, 0, 1}, {0, 0, 3}, 0.5};
+  CHECK(cylinder.contains({0, 0, 1}));
+  CHECK(cylinder.contains({0.5, 0, 3}));
+  CHECK_FALSE(cylinder.contains({0, 0, 0.999}));
+  CHECK_FALSE(cylinder.contains({0, 0, 3.001}));
+  CHECK_FALSE(cylinder.contains({0.36, 0.36, 2}));
+  CHECK(cylinder.contains({0.36, 0.36, 2}, 0.01));
+  CHECK(cylinder.contains({0, 0, 3.001}, 0.01));
+  CHECK(HalfSpace{{0, 0, 1}, {0, 0, 1e3}}.contains({5, 5, 1}));
+  CHECK_FALSE(HalfSpace{{0, 0, 1}, {0, 0, 1e3}}.contains({0, 0, 1.02}, 0.01));
+  CHECK(Sphere{{1, 0, 0}, 1}.contains({2, 0, 0}));
+  CHECK(Volume{}.contains({1e9, 0, 0}));
+}
+
+TEST_CASE("an interface has the faces in which its regions meet") {
+  const std::string regions =
+      "tissue:\n  mesh: {box: {cells: [2, 3, 4]}}\n  regions:\n    - name: bottom\n"
+      "    - {name: middle, box: {min: [-.inf, -.inf, -0.025]}}\n    - {name: top, box: {min: [-.inf, -.inf, 0.025]}}\n";
+  const Scene scene =
+      parse(regions + "  interfaces: [{between: top, and: middle}, {between: bottom, and: middle}]");
+  const TetrahedralMesh mesh = load_mesh(scene);
+  // Two triangles for each of the 2 x 3 cells in a layer.
+  CHECK(count_interface_faces(scene.tissue, mesh, assign_regions(scene, mesh)) == std::vector<int>{12, 12});
+  CHECK(error_of(regions + "  interfaces:\n    - {between: top, and: bottom}") ==
+        "scene.yaml:9:7: tissue.interfaces[0]: expected two regions that share a face of the mesh, found that \"top\" "
+        "and \"bottom\" do not touch; leave the entry out or move the regions");
+}
+
 TEST_CASE("regions by physical group: name, number, and together with a box") {
   SUBCASE("name and number") {
     const FileScene f(kTwoGroups, "  regions: [{name: a, physical_group: 9}, {name: b, physical_group: liver}]\n");
@@ -135,9 +189,24 @@ TEST_CASE("fixed nodes are the same wherever the tissue stands") {
   CHECK(find_fixed_nodes(there, load_mesh(there)) == expected);
 }
 
-TEST_CASE("a fixed box without nodes") {
+TEST_CASE("nodes on the boundary of any shape are fixed wherever the tissue stands") {
+  const std::string fixed =
+      "  mesh: {box: {size: [0.2, 0.2, 0.2], cells: [4, 4, 4]}}\n"
+      "  fixed:\n    - half_space: {point: [0.1, 0.1, -0.1], normal: [0, 0, 1]}\n"
+      "    - sphere: {center: [0, 0, 0.1], radius: 0.05}\n"
+      "    - cylinder: {from: [-0.1, 0, 0.05], to: [0.1, 0, 0.05], radius: 0.05}\n";
+  const Scene here = parse("tissue:\n" + fixed);
+  const std::vector<bool> expected = find_fixed_nodes(here, load_mesh(here));
+  // A face of 5 x 5 nodes; the rod with its axis and four lines at one edge's length; and of the sphere, a node with its
+  // neighbours, the two that the rod leaves.
+  CHECK(std::count(expected.begin(), expected.end(), true) == 25 + 5 * 5 + 2);
+  const Scene there = parse("tissue:\n  pose: {position: [0.3, 7, -2], orientation: [0.1, 0.7, 0.1, 0.7]}\n" + fixed);
+  CHECK(find_fixed_nodes(there, load_mesh(there)) == expected);
+}
+
+TEST_CASE("a fixed volume without nodes") {
   CHECK(error_of("tissue:\n  fixed:\n    - box: {max: [.inf, .inf, -0.06]}")
-            .starts_with("scene.yaml:4:7: tissue.fixed[0]: expected a box that holds nodes of the mesh, found none"));
+            .starts_with("scene.yaml:4:7: tissue.fixed[0]: expected a volume that holds nodes of the mesh, found none"));
 }
 
 TEST_CASE("a broken mesh leads to the field `mesh` and names the file") {

@@ -30,10 +30,13 @@ struct SchemaField {
 };
 
 // What must stand beside a field so that its whole range is allowed.
-std::string companion_of(const std::string& name) {
+std::string companion_of(const std::string& parent, const std::string& name) {
   if (name == "metres_per_unit") return "file: a.msh, ";
   if (name == "friction_static") return "friction_dynamic: 0, ";
-  return "";
+  if (name == "interfaces") return "regions: [{name: a}, {name: b}], ";
+  if (parent != "tissue.interfaces[0]") return "";
+  if (name == "between") return "and: a, ";
+  return name == "and" ? "between: a, " : "between: a, and: b, ";
 }
 
 using Visit = std::function<void(const SchemaField&)>;
@@ -44,8 +47,8 @@ void walk_properties(const SchemaField& field, const Visit& visit) {
   for (const auto& property : field.schema["properties"]) {
     const auto name = property.first.as<std::string>();
     if (name == "acus_scene") continue;
-    const auto scene = [outer = field.scene, name](const std::string& value) {
-      return outer(std::string("{").append(companion_of(name)).append(name).append(": ").append(value).append("}"));
+    const auto scene = [outer = field.scene, parent = field.path, name](const std::string& value) {
+      return outer(std::string("{").append(companion_of(parent, name)).append(name).append(": ").append(value).append("}"));
     };
     walk({field.path.empty() ? name : field.path + "." + name, property.second, scene}, visit);
   }
