@@ -50,7 +50,7 @@ CurvePoint curve_point(const NeedleModel& model, const NeedleShape& shape, doubl
   CurvePoint c;
   c.beam = std::clamp(static_cast<int>(s / length), 0, model.beams - 1);
   const double inside = std::clamp(s, 0.0, model.length);
-  const double u = std::clamp(inside / length - c.beam, 0.0, 1.0), v = 1 - u;
+  const double u = c.u = std::clamp(inside / length - c.beam, 0.0, 1.0), v = 1 - u;
   c.h00 = v * v * (1 + 2 * u);
   c.h01 = u * u * (3 - 2 * u);
   c.h10 = length * u * v * v;
@@ -69,6 +69,13 @@ Vector12 curve_force(const NeedleShape& shape, const CurvePoint& c, const Vector
   const Vector3 t1 = shape.frames[c.beam].col(0), t2 = shape.frames[c.beam + 1].col(0);
   Vector12 f;
   f << c.h00 * n, c.h10 * t1.cross(n), c.h01 * n, c.h11 * t2.cross(n);
+  return f;
+}
+
+Vector12 curve_torque(const CurvePoint& c, const Vector3& torque) {
+  Vector12 f = Vector12::Zero();
+  f.segment<3>(3) = (1 - c.u) * torque;
+  f.tail<3>() = c.u * torque;
   return f;
 }
 

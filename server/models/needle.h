@@ -68,6 +68,7 @@ struct CurvePoint {
   Vector3 position;
   Vector3 tangent;     // unit
   int beam;
+  double u;            // -, 0 to 1 along the beam
   double h00, h01;     // -
   double h10, h11;     // m, beam length included
 };
@@ -76,6 +77,10 @@ CurvePoint curve_point(const NeedleModel& model, const NeedleShape& shape, doubl
 
 // Hᵀ n for a force along n at the point: generalised forces on the two nodes of its beam, (f1, m1, f2, m2).
 Vector12 curve_force(const NeedleShape& shape, const CurvePoint& point, const Vector3& n);
+
+// Hᵀ for a couple at the point, shared between the nodes of its beam as the rotation there is,
+// (1 - u) theta1 + u theta2.
+Vector12 curve_torque(const CurvePoint& point, const Vector3& torque);
 
 // The tick's linear system and its memory.
 class NeedleMotion {

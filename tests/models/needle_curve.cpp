@@ -100,6 +100,17 @@ TEST_CASE("the generalised force of a point is the derivative of its position") 
   }
 }
 
+TEST_CASE("a couple on the curve keeps its size and goes with the rotation between the nodes") {
+  const NeedleModel model = curve_model();
+  const NeedleShape shape = winding(model, 7);
+  const Vector3 couple(0.1, -0.2, 0.3);
+  const Vector12 f = curve_torque(curve_point(model, shape, 3.25 * model.beam_length()), couple);
+  CHECK(f.segment<3>(0).norm() == 0);
+  CHECK(f.segment<3>(6).norm() == 0);
+  CHECK((f.segment<3>(3) - 0.75 * couple).norm() < 1e-14);
+  CHECK((f.segment<3>(9) - 0.25 * couple).norm() < 1e-14);
+}
+
 TEST_CASE("forces along the curve keep their sum and, on a straight needle, their moment") {
   const NeedleModel model = curve_model();
   const NeedleState state = make_needle_state(model, {Vector3(1, 2, 3), rotation_exp({0.4, 0.5, 0.6})});
