@@ -10,6 +10,28 @@
 
 namespace acus {
 
+namespace {
+
+Quaternion turn_in_plane(double angle) { return rotation_exp({0, 0, angle}); }
+
+CurvedBeam make_curved_beam(const NeedleModel& model, int beam) {
+  const Pose first = rest_pose(model, beam * model.beam_length());
+  const Pose second = rest_pose(model, (beam + 1) * model.beam_length());
+  const Vector3 chord = second.position - first.position;
+  const Quaternion base_from_chord = turn_in_plane(std::atan2(chord.y(), chord.x()));
+  return {chord.norm(), (first.orientation.conjugate() * base_from_chord).toRotationMatrix(),
+          (second.orientation.conjugate() * base_from_chord).toRotationMatrix()};
+}
+
+void bend(NeedleModel& model, const NeedleBody& body) {
+  model.curvature = body.curvature;
+  model.straight_length = body.length - body.curved_length.value_or(body.length);
+  model.straight_beams = static_cast<int>(model.straight_length / model.beam_length());
+  for (int e = model.straight_beams; e < model.beams; ++e) model.curved.push_back(make_curved_beam(model, e));
+}
+
+}  // namespace
+
 NeedleModel make_needle_model(const NeedleBody& p, const Vector3& gravity) {
   constexpr double pi = std::numbers::pi;
   const double outer2 = p.outer_diameter * p.outer_diameter, inner2 = p.inner_diameter * p.inner_diameter;
@@ -26,6 +48,9 @@ NeedleModel make_needle_model(const NeedleBody& p, const Vector3& gravity) {
   m.rayleigh_mass = p.material.rayleigh_mass;
   m.rayleigh_stiffness = p.material.rayleigh_stiffness;
   m.gravity = gravity;
+  m.straight_length = p.length;
+  m.straight_beams = p.beams;
+  if (p.curvature != 0) bend(m, p);
 
   // Each node owns half of the beams beside it.
   VectorX share = VectorX::Constant(m.nodes(), m.beam_length());
@@ -36,13 +61,35 @@ NeedleModel make_needle_model(const NeedleBody& p, const Vector3& gravity) {
   return m;
 }
 
+Pose rest_pose(const NeedleModel& model, double s) {
+  if (model.curvature == 0 || s <= model.straight_length) return {Vector3(s, 0, 0), Quaternion::Identity()};
+  const double along_arc = s - model.straight_length;
+  const double half_angle = model.curvature * along_arc / 2;
+  const double chord = half_angle == 0 ? along_arc : along_arc * std::sin(half_angle) / half_angle;
+  return {{model.straight_length + chord * std::cos(half_angle), chord * std::sin(half_angle), 0},
+          turn_in_plane(2 * half_angle)};
+}
+
 NeedleState make_needle_state(const NeedleModel& model, const Pose& base) {
   NeedleState state;
   state.x.resize(3, model.nodes());
-  for (int i = 0; i < model.nodes(); ++i) state.x.col(i) = base * Vector3(i * model.beam_length(), 0, 0);
-  state.q.assign(static_cast<std::size_t>(model.nodes()), base.orientation);
+  for (int i = 0; i < model.nodes(); ++i) {
+    const Pose rest = rest_pose(model, i * model.beam_length());
+    state.x.col(i) = base * rest.position;
+    state.q.push_back(base.orientation * rest.orientation);
+  }
   state.v.setZero(6, model.nodes());
   return state;
+}
+
+NeedleBeam needle_beam(const NeedleModel& model, const NeedleShape& shape, int e) {
+  NeedleBeam beam{model.stiffness, {shape.x.col(e), shape.frames[e]}, {shape.x.col(e + 1), shape.frames[e + 1]}};
+  if (e < model.straight_beams) return beam;
+  const CurvedBeam& rest = model.curved[e - model.straight_beams];
+  beam.stiffness.length = rest.chord;
+  beam.a.frame *= rest.first_from_chord;
+  beam.b.frame *= rest.second_from_chord;
+  return beam;
 }
 
 CurvePoint curve_point(const NeedleModel& model, const NeedleShape& shape, double s) {
@@ -108,17 +155,17 @@ void NeedleMotion::begin(const NeedleState& state, const Pose& base) {
   at_rigid_ = true;
   if (model_.rayleigh_stiffness == 0) return;
   for (int e = 0; e < model_.beams; ++e) {
-    material_[e] = beam_material_tangent(model_.stiffness, {shape_.x.col(e), shape_.frames[e]},
-                                         {shape_.x.col(e + 1), shape_.frames[e + 1]});
+    const NeedleBeam beam = needle_beam(model_, shape_, e);
+    material_[e] = beam_material_tangent(beam.stiffness, beam.a, beam.b);
   }
 }
 
 void NeedleMotion::add_beams(bool exact) {
   const double damping = model_.rayleigh_stiffness / h_;
   for (int e = 0; e < model_.beams; ++e) {
-    const BeamEnd a{shape_.x.col(e), shape_.frames[e]}, b{shape_.x.col(e + 1), shape_.frames[e + 1]};
-    Vector12 force = beam_forces(model_.stiffness, a, b);
-    Matrix12 tangent = exact ? beam_tangent(model_.stiffness, a, b) : beam_material_tangent(model_.stiffness, a, b);
+    const auto [stiffness, a, b] = needle_beam(model_, shape_, e);
+    Vector12 force = beam_forces(stiffness, a, b);
+    Matrix12 tangent = exact ? beam_tangent(stiffness, a, b) : beam_material_tangent(stiffness, a, b);
     if (damping > 0) {
       tangent += damping * material_[e];
       if (!at_rigid_) {

@@ -13,6 +13,12 @@
 //
 // Right-hand sides and rows are handled as y = L⁻¹ rhs and Y = L⁻¹ Hᵀ: compliance W_n = Yᵀ Y, free displacement of a
 // row Yᵀ y, and dq = L⁻ᵀ (y + Y lambda).
+//
+// An unloaded needle is straight for straight_length and then a circular arc in its base's x-y plane. A curved beam is
+// the straight beam of beam_element.h along its chord, with each node's frame turned by a constant rotation to where it
+// agrees with the chord at rest. That turn acts from the right and rotation increments act from the left, so forces and
+// Hessian stay exact. The nodes lie on the arc exactly; a beam's stiffness is that of a straight one as long as the
+// chord, which is off by (curvature x beam length)²/24 of itself.
 #pragma once
 
 #include <span>
@@ -27,12 +33,23 @@ namespace acus {
 
 using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
+// The unloaded shape of a curved beam.
+struct CurvedBeam {
+  double chord;               // m, between its nodes
+  Matrix3 first_from_chord;   // turns the first node's frame, from the right, into the chord's
+  Matrix3 second_from_chord;  // and the second node's
+};
+
 // Constant after load.
 struct NeedleModel {
   int beams = 0;
   double length = 0;                  // m
   double diameter = 0;                // m, outer
-  BeamStiffness stiffness{};
+  BeamStiffness stiffness{};          // of a straight beam
+  double straight_length = 0;         // m, from the base; the rest is an arc
+  double curvature = 0;               // 1/m, of the arc; positive bends it from +x towards +y
+  int straight_beams = 0;             // the first ones
+  std::vector<CurvedBeam> curved;     // beams - straight_beams, the others
   double rayleigh_mass = 0;           // alpha (1/s)
   double rayleigh_stiffness = 0;      // beta (s)
   VectorX mass;                       // kg, lumped, per node
@@ -44,7 +61,11 @@ struct NeedleModel {
   double beam_length() const { return stiffness.length; }
 };
 
+// The arc turns by less than half a turn along a beam: |curvature| x length / beams < pi.
 NeedleModel make_needle_model(const NeedleBody& body, const Vector3& gravity);
+
+// Where the unloaded needle is at arc length s (m) in its base's frame; +x of the pose is the tangent.
+Pose rest_pose(const NeedleModel& model, double s);
 
 // Where the needle is and how it moves; velocities are (linear, angular), world.
 struct NeedleState {
@@ -53,7 +74,7 @@ struct NeedleState {
   Matrix6X v;                     // 6 x nodes (m/s, rad/s)
 };
 
-// Straight along the base's +x axis, at rest.
+// Unloaded and at rest: straight, or its arc, from the base along the base's +x axis.
 NeedleState make_needle_state(const NeedleModel& model, const Pose& base);
 
 // A configuration to evaluate the needle's curve in: node positions and frames (column 0 is the tangent).
@@ -61,6 +82,14 @@ struct NeedleShape {
   Matrix3X x;
   std::vector<Matrix3> frames;
 };
+
+// A beam of the needle as beam_element.h takes it: straight when unloaded, along the chord.
+struct NeedleBeam {
+  BeamStiffness stiffness;
+  BeamEnd a, b;
+};
+
+NeedleBeam needle_beam(const NeedleModel& model, const NeedleShape& shape, int beam);
 
 // A point of the curve at arc length s (m, from the base). Within beam e it is the cubic with the nodes' positions and
 // tangents, p = H00 x1 + H01 x2 + L (H10 t1 + H11 t2); beyond the ends the tangent goes on.
