@@ -32,7 +32,7 @@ void bend(NeedleModel& model, const NeedleBody& body) {
 
 }  // namespace
 
-NeedleModel make_needle_model(const NeedleBody& p, const Vector3& gravity) {
+NeedleModel make_needle_model(const NeedleBody& p, const Vector3& gravity, bool rigid) {
   constexpr double pi = std::numbers::pi;
   const double outer2 = p.outer_diameter * p.outer_diameter, inner2 = p.inner_diameter * p.inner_diameter;
   const double area = pi / 4 * (outer2 - inner2);
@@ -43,6 +43,7 @@ NeedleModel make_needle_model(const NeedleBody& p, const Vector3& gravity) {
   m.beams = p.beams;
   m.length = p.length;
   m.diameter = p.outer_diameter;
+  m.rigid = rigid;
   m.stiffness = {p.length / p.beams, p.material.young_modulus * area, p.material.young_modulus * second_moment,
                  shear_modulus * 2 * second_moment};
   m.rayleigh_mass = p.material.rayleigh_mass;
@@ -135,10 +136,11 @@ NeedleMotion::NeedleMotion(const NeedleModel& model, double h, int max_rows) : m
   q_rigid_ = q_;
   material_.assign(static_cast<std::size_t>(model.beams), Matrix12::Zero());
   g_.setZero(6, model.nodes());
-  matrix_.resize(model.beams);
-  y_.setZero(6 * model.beams);
+  const int free_nodes = model.rigid ? 0 : model.beams;
+  if (free_nodes > 0) matrix_.resize(free_nodes);
+  y_.setZero(6 * free_nodes);
   dq_ = y_;
-  columns_.setZero(6 * model.beams, max_rows);
+  columns_.setZero(6 * free_nodes, max_rows);
   row_columns_.resize(static_cast<std::size_t>(max_rows));
 }
 
@@ -153,7 +155,7 @@ void NeedleMotion::begin(const NeedleState& state, const Pose& base) {
   x_rigid_ = shape_.x;
   q_rigid_ = q_;
   at_rigid_ = true;
-  if (model_.rayleigh_stiffness == 0) return;
+  if (model_.rayleigh_stiffness == 0 || model_.rigid) return;
   for (int e = 0; e < model_.beams; ++e) {
     const NeedleBeam beam = needle_beam(model_, shape_, e);
     material_[e] = beam_material_tangent(beam.stiffness, beam.a, beam.b);
@@ -217,7 +219,20 @@ void NeedleMotion::add_inertia(const NeedleState& state) {
   }
 }
 
+// A force and a moment on a node, as a force and a moment on node 0.
+Vector6 NeedleMotion::about_base(int node, const Vector6& wrench) const {
+  const Vector3 arm = shape_.x.col(node) - shape_.x.col(0), force = wrench.head<3>();
+  Vector6 moved = wrench;
+  moved.tail<3>() += arm.cross(force);
+  return moved;
+}
+
 bool NeedleMotion::linearize(const NeedleState& state) {
+  if (model_.rigid) {
+    g_.setZero();
+    for (int i = 0; i < model_.nodes(); ++i) g_.col(0) += about_base(i, inertia_force(state, i));
+    return true;
+  }
   bool exact = true;
   for (int attempt = 0; attempt < 2; ++attempt) {
     g_.setZero();
@@ -238,6 +253,10 @@ int NeedleMotion::add_row(int beam, const Vector12& force) {
   auto column = columns_.col(row);
   column.setZero();
   RowColumn& info = row_columns_[row];
+  if (model_.rigid) {
+    info = {0, about_base(beam, force.head<6>()) + about_base(beam + 1, force.tail<6>())};
+    return row;
+  }
   info.first = std::max(beam - 1, 0);
   if (beam > 0) {
     column.segment<12>(6 * (beam - 1)) = force;
@@ -266,6 +285,10 @@ double NeedleMotion::correct(std::span<const double> lambda) {
   for (int r = 0; r < rows_; ++r) {
     dq_.noalias() += lambda[r] * columns_.col(r);
     on_base += lambda[r] * row_columns_[r].base_force;
+  }
+  if (model_.rigid) {
+    reaction_ = g_.col(0) - on_base;
+    return 0;
   }
   matrix_.backward(dq_);
   reaction_ = g_.col(0) + base_coupling_ * dq_.head<6>() - on_base;

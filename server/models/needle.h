@@ -19,6 +19,8 @@
 // agrees with the chord at rest. That turn acts from the right and rotation increments act from the left, so forces and
 // Hessian stay exact. The nodes lie on the arc exactly; a beam's stiffness is that of a straight one as long as the
 // chord, which is off by (curvature x beam length)²/24 of itself.
+//
+// A rigid needle has no free nodes: dq = 0, W_n = 0, and the base carries inertia, weight and rows in full.
 #pragma once
 
 #include <span>
@@ -45,6 +47,7 @@ struct NeedleModel {
   int beams = 0;
   double length = 0;                  // m
   double diameter = 0;                // m, outer
+  bool rigid = false;                 // no node moves against the base
   BeamStiffness stiffness{};          // of a straight beam
   double straight_length = 0;         // m, from the base; the rest is an arc
   double curvature = 0;               // 1/m, of the arc; positive bends it from +x towards +y
@@ -62,7 +65,7 @@ struct NeedleModel {
 };
 
 // The arc turns by less than half a turn along a beam: |curvature| x length / beams < pi.
-NeedleModel make_needle_model(const NeedleBody& body, const Vector3& gravity);
+NeedleModel make_needle_model(const NeedleBody& body, const Vector3& gravity, bool rigid = false);
 
 // Where the unloaded needle is at arc length s (m) in its base's frame; +x of the pose is the tangent.
 Pose rest_pose(const NeedleModel& model, double s);
@@ -147,12 +150,13 @@ class NeedleMotion {
  private:
   struct RowColumn {
     int first;           // first non-zero block of Y
-    Vector6 base_force;  // the part of Hᵀ on node 0
+    Vector6 base_force;  // the part of Hᵀ on node 0; of a rigid needle all of it, about node 0
   };
 
   void add_beams(bool exact);
   void add_inertia(const NeedleState& state);
   Vector6 inertia_force(const NeedleState& state, int node) const;
+  Vector6 about_base(int node, const Vector6& wrench) const;
 
   const NeedleModel& model_;
   double h_;
@@ -162,8 +166,8 @@ class NeedleMotion {
   std::vector<Quaternion> q_rigid_;
   std::vector<Matrix12> material_;          // K_m per beam at q_0
   bool at_rigid_ = true;                    // q_k is still q_0
-  Matrix6X g_;                              // residual per node
-  BlockTridiagonal matrix_;                 // nodes 1..n
+  Matrix6X g_;                              // residual per node; of a rigid needle all of it in column 0
+  BlockTridiagonal matrix_;                 // nodes 1..n; of a rigid needle empty, like y, Y and dq
   Matrix6 base_coupling_;                   // A(0, 1)
   VectorX y_;
   MatrixX columns_;                         // Y
