@@ -49,17 +49,22 @@ bool raise_priority() {
 struct Arguments {
   std::string trajectory;
   std::string out;
+  std::string shapes;
   double timeout_s = 10;
   ReplayOptions replay;
 };
 
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
-  app.add_option("trajectory", arguments.trajectory, "CSV with the columns t,needle,x,y,z,qw,qx,qy,qz[,spin]")
+  app.add_option("trajectory", arguments.trajectory,
+                 "CSV with the columns t,needle,x,y,z,qw,qx,qy,qz[,spin]; 'needle' may name a guide, too")
       ->required();
   app.add_option("--commands", arguments.replay.commands, "the server's endpoint for commands")->capture_default_str();
   app.add_option("--states", arguments.replay.states, "the server's endpoint for states")->capture_default_str();
   app.add_option("--out", arguments.out, "CSV to write, a row per force state; events go to NAME.events.csv beside it");
+  app.add_option("--shapes", arguments.shapes,
+                 "file to write with the shapes of needles and tissue, as protocol/README.md says; after --out RUN.csv "
+                 "--shapes RUN.shapes, client/picture RUN.csv draws the run");
   app.add_option("--rate", arguments.replay.rate, "poses per second (Hz); default: the server's ticks per second")
       ->check(CLI::Range(1.0, 100'000.0));
   app.add_option("--timeout", arguments.timeout_s, "to wait for the server to appear, to answer or to publish (s)")
@@ -151,11 +156,13 @@ int replay_trajectory(Arguments& arguments) {
   const auto trajectory = read_trajectory(arguments.trajectory);
   std::optional<RunLog> log;
   if (!arguments.out.empty()) log.emplace(arguments.out, !arguments.replay.lockstep);
+  std::optional<ShapeLog> shapes;
+  if (!arguments.shapes.empty()) shapes.emplace(arguments.shapes);
 
   const bool punctual = arguments.replay.lockstep || raise_priority();
   Progress progress(trajectory.end() - trajectory.begin());
   arguments.replay.on_state = [&](const acus::protocol::Force& force) { progress.show(force); };
-  Replay replay(trajectory, arguments.replay, log ? &*log : nullptr);
+  Replay replay(trajectory, arguments.replay, log ? &*log : nullptr, shapes ? &*shapes : nullptr);
   int code = run(replay);
   progress.clear();
   if (replay.statistics().states() > 0) print_summary(replay, arguments.replay, punctual);
@@ -163,9 +170,14 @@ int replay_trajectory(Arguments& arguments) {
     log->close();
     std::printf("written     %s, %s\n", log->path().c_str(), log->events_path().c_str());
   }
-  if (code == kDone && replay.statistics().lost() > 0) {
-    std::fprintf(stderr, "acus-replay: %llu force states were lost\n",
-                 static_cast<unsigned long long>(replay.statistics().lost()));
+  if (shapes) {
+    shapes->close();
+    std::printf("written     %s, %llu shapes, %llu lost\n", shapes->path().c_str(),
+                static_cast<unsigned long long>(shapes->shapes()), static_cast<unsigned long long>(shapes->lost()));
+  }
+  const std::uint64_t lost = replay.statistics().lost() + (shapes ? shapes->lost() : 0);
+  if (code == kDone && lost > 0) {
+    std::fprintf(stderr, "acus-replay: %llu states were lost\n", static_cast<unsigned long long>(lost));
     code = kStatesLost;
   }
   return code;

@@ -13,19 +13,33 @@ namespace {
 constexpr Timeout kSlice{50};        // between looks at the interrupt flag while nothing arrives
 constexpr double kMaxPoses = 100e6;  // of one needle in a run
 
-std::string names_of(const std::vector<protocol::NeedleInfo>& needles) {
+template <class Info>
+bool has(const std::vector<Info>& infos, const std::string& name) {
+  return std::any_of(infos.begin(), infos.end(), [&](const Info& info) { return info.name == name; });
+}
+
+std::string names_of(const protocol::HelloReply& server) {
   std::string names;
-  for (const auto& needle : needles) names += (names.empty() ? "'" : ", '") + needle.name + "'";
+  for (const auto& needle : server.needles) names += (names.empty() ? "'" : ", '") + needle.name + "'";
+  for (const auto& guide : server.guides) names += ", '" + guide.name + "'";
   return names;
 }
 
-void check_needles(const Trajectory& trajectory, const protocol::HelloReply& server) {
+bool spins(const Motion& motion) {
+  return std::any_of(motion.samples.begin(), motion.samples.end(),
+                     [](const Sample& sample) { return sample.pose.spin.value_or(0) != 0; });
+}
+
+void check_bodies(const Trajectory& trajectory, const protocol::HelloReply& server) {
   for (const Motion& motion : trajectory.motions) {
-    const bool known = std::any_of(server.needles.begin(), server.needles.end(),
-                                   [&](const auto& needle) { return needle.name == motion.needle; });
-    if (known) continue;
-    throw Unsuitable("the trajectory moves needle '" + motion.needle + "', but scene '" + server.scene + "' has " +
-                     names_of(server.needles));
+    const bool guide = has(server.guides, motion.needle);
+    if (!guide && !has(server.needles, motion.needle)) {
+      throw Unsuitable("the trajectory moves needle '" + motion.needle + "', but scene '" + server.scene + "' has " +
+                       names_of(server));
+    }
+    if (guide && spins(motion)) {
+      throw Unsuitable("the trajectory spins '" + motion.needle + "', which is a guide; its spin must be 0");
+    }
   }
 }
 
@@ -39,21 +53,16 @@ std::chrono::steady_clock::duration to_clock(double seconds) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-protocol::Pose pose_message(const Motion& motion, double time) {
-  const BasePose pose = motion.at(time);
-  const auto& q = pose.orientation;
-  protocol::Pose message;
-  message.needle = motion.needle;
-  message.position = pose.position;
-  message.orientation = {q[0], q[1], q[2], q[3]};
-  message.spin = pose.spin;
-  return message;
-}
-
 }  // namespace
 
-Replay::Replay(const Trajectory& trajectory, const ReplayOptions& options, RunLog* log)
-    : trajectory_(trajectory), options_(options), log_(log), commands_(options.commands), states_(options.states) {}
+Replay::Replay(const Trajectory& trajectory, const ReplayOptions& options, RunLog* log, ShapeLog* shapes)
+    : trajectory_(trajectory),
+      options_(options),
+      log_(log),
+      shapes_(shapes),
+      commands_(options.commands),
+      states_(options.states),
+      sent_time_(trajectory.begin()) {}
 
 void Replay::run() {
   greet();
@@ -72,15 +81,19 @@ void Replay::greet() {
   server_ = commands_.hello(options_.timeout);
   if (!(server_.rate > 0))
     throw ProtocolMismatch("the server states a rate of " + std::to_string(server_.rate) + " Hz");
-  check_needles(trajectory_, server_);
+  check_bodies(trajectory_, server_);
   check_clock_mode(options_.lockstep, server_);
   if (duration() * rate() > kMaxPoses) throw Unsuitable("the trajectory is too long for this rate of poses");
+  if (shapes_) shapes_->begin(server_, commands_.describe(options_.timeout));
   if (server_.paused) commands_.resume(options_.timeout);
 }
 
-// A `stats` message that arrives proves that the server knows of the subscriptions before it, so that no force state
-// can be missed from then on.
+// A `stats` message that arrives proves that the server knows of the subscriptions before it, so that no state can be
+// missed from then on.
 void Replay::subscribe() {
+  if (shapes_) {
+    for (const char* topic : {"needle", "tissue"}) states_.subscribe(topic);
+  }
   for (const char* topic : {"force", "event", "stats"}) states_.subscribe(topic);
   receive_until([this] { return statistics_.stats_received() > 0; }, Patience::in_all, "statistics");
 }
@@ -156,8 +169,9 @@ void Replay::run_in_lockstep() {
 void Replay::send_poses(double time) {
   const std::uint64_t seq = first_seq_ + sent_at_.size();
   sent_at_.push_back(now());
+  sent_time_ = time;
   for (const Motion& motion : trajectory_.motions) {
-    auto pose = pose_message(motion, time);
+    auto pose = pose_at(motion, time);
     pose.seq = seq;
     pose.time = sent_at_.back();
     if (!commands_.send(pose)) throw Vanished("the server at '" + options_.commands + "' takes no more poses");
@@ -167,8 +181,8 @@ void Replay::send_poses(double time) {
 
 void Replay::step() {
   const auto done = commands_.step(1, options_.timeout);
-  receive_until([&] { return all_needles_at(done.tick); }, Patience::in_all,
-                "the force states of tick " + std::to_string(done.tick));
+  const auto complete = [&] { return all_needles_at(done.tick) && (!shapes_ || shapes_->complete_at(done.tick)); };
+  receive_until(complete, Patience::in_all, "the states of tick " + std::to_string(done.tick));
 }
 
 // The last pose must have been felt, and one more `stats` tells how the server fared until then.
@@ -216,8 +230,38 @@ void Replay::take(const protocol::State& state) {
     if (log_) log_->write(*event);
   } else if (const auto* stats = std::get_if<protocol::Stats>(&state)) {
     statistics_.take(*stats);
+  } else if (const auto* needle = std::get_if<protocol::NeedleShape>(&state)) {
+    record(*needle);
+  } else if (const auto* tissue = std::get_if<protocol::TissueShape>(&state)) {
+    record(*tissue);
   }
 }
+
+void Replay::record(const protocol::NeedleShape& shape) {
+  if (shapes_) shapes_->write(shape);
+}
+
+// States do not tell where the guides are, so what they were commanded to does.
+void Replay::record(const protocol::TissueShape& shape) {
+  if (!shapes_) return;
+  for (const Motion& motion : trajectory_.motions) {
+    if (is_guide(motion)) shapes_->write(pose_at(motion, sent_time_));
+  }
+  shapes_->write(shape);
+}
+
+protocol::Pose Replay::pose_at(const Motion& motion, double time) const {
+  const BasePose pose = motion.at(time);
+  const auto& q = pose.orientation;
+  protocol::Pose message;
+  message.needle = motion.needle;
+  message.position = pose.position;
+  message.orientation = {q[0], q[1], q[2], q[3]};
+  if (!is_guide(motion)) message.spin = pose.spin;
+  return message;
+}
+
+bool Replay::is_guide(const Motion& motion) const { return has(server_.guides, motion.needle); }
 
 bool Replay::all_needles_at(std::uint64_t tick) const {
   const auto& needles = statistics_.needles();
@@ -228,7 +272,7 @@ bool Replay::all_needles_at(std::uint64_t tick) const {
 bool Replay::last_poses_used() const {
   const std::uint64_t last_seq = first_seq_ + sent_at_.size() - 1;
   return std::all_of(trajectory_.motions.begin(), trajectory_.motions.end(), [&](const Motion& motion) {
-    return statistics_.needles().at(motion.needle).last_seq == last_seq;
+    return is_guide(motion) || statistics_.needles().at(motion.needle).last_seq == last_seq;
   });
 }
 

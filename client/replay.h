@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Drives a trajectory into a server and records the forces that come back.
+// Drives a trajectory into a server and records the forces, and if asked the shapes, that come back.
 //
 // In real time, poses leave at a fixed rate on absolute deadlines of the steady clock, from a thread of their own; a
 // deadline that was missed is skipped, never made up for. In lockstep, each pose is followed by one tick, so the same
@@ -17,6 +17,7 @@
 #include "client/client.h"
 #include "client/run_log.h"
 #include "client/run_statistics.h"
+#include "client/shape_log.h"
 #include "client/trajectory.h"
 
 namespace acus::client {
@@ -32,7 +33,8 @@ struct ReplayOptions {
   std::function<void(const protocol::Force&)> on_state;  // called with each force state that came in
 };
 
-// The trajectory does not fit the server: a needle that the scene does not have, or the other clock mode.
+// The trajectory does not fit the server: a needle or guide that the scene does not have, a guide that spins, or the
+// other clock mode.
 struct Unsuitable : ClientError {
   using ClientError::ClientError;
 };
@@ -44,11 +46,11 @@ struct Interrupted : ClientError {
 
 class Replay {
  public:
-  // `log` may be null; both it and `trajectory` must outlive the replay.
-  Replay(const Trajectory& trajectory, const ReplayOptions& options, RunLog* log);
+  // The logs may be null; they and `trajectory` must outlive the replay.
+  Replay(const Trajectory& trajectory, const ReplayOptions& options, RunLog* log, ShapeLog* shapes);
 
   // Runs once, from hello to the last state. Throws ClientError or what stands below it; what was received until then
-  // is in the log and in the results below.
+  // is in the logs and in the results below.
   void run();
 
   const protocol::HelloReply& server() const { return server_; }
@@ -78,7 +80,11 @@ class Replay {
   void check_commands(bool receiving, const std::string& awaited);
   bool receive(Timeout timeout);
   void take(const protocol::State& state);
+  void record(const protocol::NeedleShape& shape);
+  void record(const protocol::TissueShape& shape);
 
+  protocol::Pose pose_at(const Motion& motion, double time) const;
+  bool is_guide(const Motion& motion) const;
   bool all_needles_seen() const { return statistics_.needles().size() == server_.needles.size(); }
   bool all_needles_at(std::uint64_t tick) const;
   bool last_poses_used() const;
@@ -89,12 +95,14 @@ class Replay {
   const Trajectory& trajectory_;
   ReplayOptions options_;
   RunLog* log_;
+  ShapeLog* shapes_;
   Clock::time_point start_ = Clock::now();
   CommandLink commands_;
   StateLink states_;
   protocol::HelloReply server_;
   RunStatistics statistics_;
   std::uint64_t first_seq_ = 1;
+  std::atomic<double> sent_time_;  // s, of the trajectory: of the newest poses that left, its begin before them
   std::vector<double> sent_at_;  // s since the start of the run; entry i is when the poses numbered first_seq_ + i left
   std::uint64_t deadlines_missed_ = 0;
 };

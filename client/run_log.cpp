@@ -31,6 +31,7 @@ constexpr std::array kUnits{
     std::pair{"cutting_force"sv, "_N"sv},
     std::pair{"friction_force"sv, "_N"sv},
     std::pair{"lateral_force"sv, "_N"sv},
+    std::pair{"guide_force"sv, "_N"sv},
     std::pair{"force"sv, "_N"sv},
 };
 
@@ -108,25 +109,14 @@ std::string header_of() {
   return row;
 }
 
-std::ofstream create(const std::string& path) {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  if (!file) throw LogError(path + ": cannot be written; does its folder exist?");
-  return file;
-}
-
-void close_file(std::ofstream& file, const std::string& path) {
-  file.close();
-  if (!file) throw LogError(path + ": writing failed; is the disk full?");
-}
-
 }  // namespace
 
 RunLog::RunLog(const std::string& path, bool wall_time)
     : path_(path),
       events_path_(std::filesystem::path(path).replace_extension(".events.csv").string()),
       wall_time_(wall_time),
-      forces_(create(path_)),
-      events_(create(events_path_)) {
+      forces_(create_log(path_)),
+      events_(create_log(events_path_)) {
   forces_ << header_of<protocol::Force>() << (wall_time_ ? ",received_s" : "") << '\n';
   events_ << header_of<protocol::Event>() << '\n';
 }
@@ -147,8 +137,8 @@ void RunLog::write(const protocol::Event& event) {
 }
 
 void RunLog::close() {
-  close_file(forces_, path_);
-  close_file(events_, events_path_);
+  close_log(forces_, path_);
+  close_log(events_, events_path_);
 }
 
 }  // namespace acus::client

@@ -6,18 +6,12 @@
 #pragma once
 
 #include <fstream>
-#include <optional>
-#include <stdexcept>
 #include <string>
 
+#include "client/log_file.h"
 #include "protocol/messages.h"
 
 namespace acus::client {
-
-// The file system refused; what() names the file.
-struct LogError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 class RunLog {
  public:

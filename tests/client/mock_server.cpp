@@ -68,6 +68,15 @@ class Session {
     reply.lockstep = script_.lockstep;
     reply.paused = script_.paused;
     for (const auto& name : script_.needles) reply.needles.emplace_back().name = name;
+    for (const auto& name : script_.guides) reply.guides.emplace_back().name = name;
+    const double shape_rate = script_.rate / static_cast<double>(script_.shape_ticks);
+    reply.topics = {{"needle", shape_rate}, {"tissue", shape_rate}};
+    send(reply);
+  }
+  void operator()(const protocol::Describe& describe) {
+    protocol::DescribeReply reply;
+    reply.seq = describe.seq;
+    reply.regions = {"tissue"};
     send(reply);
   }
   void operator()(const protocol::Step& step) {
@@ -85,7 +94,7 @@ class Session {
   void operator()(const protocol::Pose& pose) {
     ++poses_;
     if (script_.rejects_poses) return reject(pose.seq, protocol::Pose::kType, protocol::ErrorCode::bad_value);
-    needles_[pose.needle] = {pose.seq, pose.position};
+    if (needles_.contains(pose.needle)) needles_[pose.needle] = {pose.seq, pose.position};
     if (poses_ == 1) publish_event();
   }
   template <class Other>
@@ -158,6 +167,25 @@ class Session {
       return;
     }
     for (const auto& [name, needle] : needles_) publish(force_on(name, needle));
+    const std::uint64_t interval = script_.shape_ticks * (script_.loses_shapes ? 2 : 1);
+    if (tick_ % interval == 0) publish_shapes();
+  }
+
+  void publish_shapes() {
+    protocol::TissueShape tissue;
+    tissue.tick = tick_;
+    tissue.positions = {0, 0, static_cast<float>(tick_)};
+    tissue.path_points = {1, 2, 3};
+    tissue.path_sizes = {1};
+    publish(tissue);
+    for (const auto& [name, state] : needles_) {
+      protocol::NeedleShape needle;
+      needle.tick = tick_;
+      needle.needle = name;
+      needle.positions.assign(state.position.begin(), state.position.end());
+      needle.orientations = {1, 0, 0, 0};
+      publish(needle);
+    }
   }
 
   // Pushes back along -x of the base by the depth of the base below z = 0, in newtons.

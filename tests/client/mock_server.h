@@ -16,6 +16,7 @@ namespace acus::test {
 
 struct MockScript {
   std::vector<std::string> needles{"needle"};
+  std::vector<std::string> guides;
   bool lockstep = false;
   bool paused = false;
   double rate = 200;                        // Hz, of the ticks
@@ -24,6 +25,8 @@ struct MockScript {
   std::uint8_t version = 1;                 // written into replies
   bool rejects_poses = false;               // answers each with bad_value
   bool rejects_requests = false;            // answers each with busy
+  std::uint64_t shape_ticks = 10;           // between two shapes
+  bool loses_shapes = false;                // of every second time
   std::uint64_t lossy_pose = 0;             // the force states of the tick after this many poses are not published
   std::optional<std::uint64_t> reset_tick;  // the tick after it is number 1 again
   std::optional<std::uint64_t> last_tick;   // the server disappears after it

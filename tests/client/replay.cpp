@@ -9,12 +9,16 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <msgpack.hpp>
 #include <string>
+#include <vector>
 
+#include "protocol/codec.h"
 #include "tests/client/mock_server.h"
 
 using acus::test::MockScript;
 using acus::test::MockServer;
+using namespace acus::protocol;
 
 namespace {
 
@@ -37,6 +41,8 @@ class Workplace {
   Workplace& operator=(const Workplace&) = delete;
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  void write(const std::string& name, const std::string& text) const { std::ofstream(path(name)) << text; }
 
   std::string read(const std::string& name) const {
     std::ifstream file(path(name));
@@ -63,6 +69,16 @@ class Workplace {
  private:
   std::filesystem::path folder_;
 };
+
+// The messages of a file of recorded shapes.
+std::vector<std::string> split_messages(const std::string& bytes) {
+  std::vector<std::string> messages;
+  for (std::size_t begin = 0, end = 0; begin < bytes.size(); begin = end) {
+    msgpack::unpack(bytes.data(), bytes.size(), end);
+    messages.push_back(bytes.substr(begin, end - begin));
+  }
+  return messages;
+}
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
@@ -113,6 +129,70 @@ TEST_CASE("a replay in lockstep sends one pose per tick, twice with the same byt
   CHECK(here.read("a.events.csv") == here.read("b.events.csv"));
 }
 
+TEST_CASE("shapes are recorded as they come, none is missing in lockstep, and they read back") {
+  const Workplace here;
+  MockServer server(lockstep_script());
+  const auto outcome = here.replay(server, "--lockstep --shapes " + here.path("run.shapes"));
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+  CHECK(contains(outcome.output, "run.shapes, 8 shapes, 0 lost"));
+  const std::vector<std::string> messages = split_messages(here.read("run.shapes"));
+  REQUIRE(messages.size() == 10);  // two replies, then a tissue and a needle at ticks 10, 20, 30 and 40 of 42
+  CHECK(std::get<HelloReply>(decode_reply(messages[0])).scene == "mock scene");
+  CHECK(std::get<DescribeReply>(decode_reply(messages[1])).regions == std::vector<std::string>{"tissue"});
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    const auto tissue = std::get<TissueShape>(decode_state(messages[2 + 2 * i]));
+    const auto needle = std::get<NeedleShape>(decode_state(messages[3 + 2 * i]));
+    CHECK(tissue.tick == 10 * (i + 1));
+    CHECK(tissue.positions == std::vector<float>{0, 0, static_cast<float>(tissue.tick)});
+    CHECK(tissue.path_points == std::vector<float>{1, 2, 3});
+    CHECK(tissue.path_sizes == std::vector<std::int32_t>{1});
+    CHECK(needle.tick == tissue.tick);
+  }
+}
+
+TEST_CASE("poses of guides are recorded with the shapes, and carry no spin") {
+  const Workplace here;
+  here.write("guided.csv",
+             "t,needle,x,y,z,qw,qx,qy,qz,spin\n"
+             "0,collar,0,0,0,1,0,0,0,0\n"
+             "0.2,collar,0,0,-0.04,1,0,0,0,0\n");
+  MockScript script = lockstep_script();
+  script.guides = {"collar"};
+  MockServer server(script);
+  const auto outcome = here.replay(server, "--lockstep --shapes " + here.path("run.shapes"), "guided.csv");
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+  const std::vector<std::string> messages = split_messages(here.read("run.shapes"));
+  REQUIRE(messages.size() == 2 + 4 * 3);
+  const auto pose = std::get<Pose>(decode_command(messages[2]));  // before the tissue of tick 10: eight poses later
+  CHECK(pose.needle == "collar");
+  CHECK(pose.position[2] == doctest::Approx(-0.04 * 8 / 40));
+  CHECK_FALSE(pose.spin.has_value());
+}
+
+TEST_CASE("a trajectory that spins a guide is refused") {
+  const Workplace here;
+  MockScript script;
+  script.needles = {"other"};
+  script.guides = {"needle"};
+  MockServer server(script);
+  const auto outcome = here.replay(server);
+  CHECK(outcome.status == 1);
+  CHECK(contains(outcome.output, "spins 'needle', which is a guide"));
+}
+
+TEST_CASE("lost shapes return 4 and are counted") {
+  const Workplace here;
+  MockScript script;
+  script.loses_shapes = true;
+  MockServer server(script);
+  const auto outcome = here.replay(server, "--shapes " + here.path("run.shapes"));
+  INFO(outcome.output);
+  CHECK(outcome.status == 4);
+  CHECK_FALSE(contains(outcome.output, "shapes, 0 lost"));
+}
+
 TEST_CASE("a slower pose rate holds in lockstep, too") {
   const Workplace here;
   MockServer server(lockstep_script());
@@ -156,6 +236,7 @@ TEST_CASE("bad arguments and files return 1") {
   CHECK(here.replay(server, "--nonsense").status == 1);
   CHECK(here.replay(server, "", "missing.csv").status == 1);
   CHECK(here.replay(server, "--out /nowhere/run.csv").status == 1);
+  CHECK(here.replay(server, "--shapes /nowhere/run.shapes").status == 1);
 }
 
 TEST_CASE("a server that rejects poses returns 2") {

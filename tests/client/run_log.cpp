@@ -41,15 +41,16 @@ TEST_CASE("a row per force state with units in the header, events beside it") {
   log.write(force, 0.25);
   acus::protocol::Event event;
   event.kind = acus::protocol::EventKind::puncture;
+  event.region = "fat";
   event.force = 0.97;
   log.write(event);
   log.close();
 
   const auto forces = lines_of(log.path());
   REQUIRE(forces.size() == 2);
-  for (const char* column :
-       {"epoch,tick,time_s,needle,seq,age_s,phase,depth_m,base_position_x_m,", "base_orientation_w,base_orientation_x,",
-        ",spin_rad,", ",base_force_x_N,base_force_y_N,", ",base_torque_in_base_z_Nm,", ",flags,received_s"}) {
+  for (const char* column : {"epoch,tick,time_s,needle,seq,age_s,phase,depth_m,base_position_x_m,",
+                             "base_orientation_w,base_orientation_x,", ",spin_rad,", ",base_force_x_N,base_force_y_N,",
+                             ",base_torque_in_base_z_Nm,", ",guide_force_z_N,", ",flags,received_s"}) {
     CHECK_MESSAGE(forces[0].find(column) != std::string::npos, column);
   }
   CHECK(forces[1].find("\"left, bent\"") != std::string::npos);
@@ -60,8 +61,8 @@ TEST_CASE("a row per force state with units in the header, events beside it") {
 
   const auto events = lines_of((folder.path / "run.events.csv").string());
   REQUIRE(events.size() == 2);
-  CHECK(events[0] == "epoch,tick,time_s,needle,kind,position_x_m,position_y_m,position_z_m,force_N");
-  CHECK(events[1] == "0,0,0,,puncture,0,0,0,0.97");
+  CHECK(events[0] == "epoch,tick,time_s,needle,kind,region,position_x_m,position_y_m,position_z_m,force_N");
+  CHECK(events[1] == "0,0,0,,puncture,fat,0,0,0,0.97");
 }
 
 TEST_CASE("without wall time the rows hold nothing but the simulation") {
