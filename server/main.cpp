@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <iostream>
 #include <optional>
 #include <thread>
@@ -12,6 +11,7 @@
 #include "server/endpoint.h"
 #include "server/privileges.h"
 #include "server/realtime_loop.h"
+#include "server/simulation/scene_summary.h"
 #include "server/termination.h"
 
 namespace {
@@ -27,8 +27,8 @@ constexpr const char* kDescription =
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-server scenes/insertion_pullback.yaml            run until Ctrl-C\n"
-    "  acus-server SCENE --check                             only see whether the scene can be used, and what is in "
-    "it\n"
+    "  acus-server SCENE --check                             only see whether the scene can be used, what is in it,\n"
+    "                                                        what it costs and what it leaves out\n"
     "  acus-server SCENE --lockstep                          ticks run when a client asks: for replays and tests\n"
     "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
     "\nExit status: 0 ended by SIGINT, SIGTERM, a client's shutdown, or --ticks; 1 bad command line; 2 the scene "
@@ -55,23 +55,7 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->check(CLI::PositiveNumber)
       ->default_str("unlimited");
   app.add_flag("--lockstep", arguments.loop.lockstep, "Run ticks only when a client's 'step' asks for them");
-  app.add_flag("--check", arguments.check, "Load the scene, print what it contains, and exit");
-}
-
-void print_contents(const World& world) {
-  const auto& [nodes, tetrahedra, triangles] = world.hello.tissue;
-  std::cout << "scene   " << world.hello.scene << ", " << world.hello.rate << " Hz\n"
-            << "tissue  " << nodes << " nodes, " << tetrahedra << " tetrahedra, " << triangles
-            << " surface triangles\n";
-  const auto& regions = world.describe.tetrahedron_regions;
-  for (std::size_t i = 0; i < world.describe.regions.size(); ++i) {
-    std::cout << "region  " << world.describe.regions[i] << ", "
-              << std::count(regions.begin(), regions.end(), static_cast<std::int32_t>(i)) << " tetrahedra\n";
-  }
-  for (const protocol::NeedleInfo& needle : world.hello.needles) {
-    std::cout << "needle  " << needle.name << ", length " << needle.length << " m, diameter " << needle.diameter
-              << " m, " << needle.nodes << " nodes\n";
-  }
+  app.add_flag("--check", arguments.check, "Load the scene, print what it contains, what it costs and what it leaves out, and exit");
 }
 
 // Runs the loop on its own thread, and ends it when it goes out of scope.
@@ -118,7 +102,7 @@ int run(const Arguments& arguments) {
     return kBadScene;
   }
   if (arguments.check) {
-    print_contents(*world);
+    std::cout << summarise(world->simulation);
     return kEnded;
   }
   Link link;

@@ -83,6 +83,7 @@ class TissueMotion {
 
   const Matrix3X& x() const { return x_; }  // x_k (m)
   std::size_t factor_entries() const { return factor_.factor_entries(); }
+  int corridor_nodes() const { return corridor_.capacity(); }
 
   // Forget everything that a run has left behind (rotations, corridor).
   void reset();

@@ -6,8 +6,10 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/math/types.h"
@@ -31,6 +33,9 @@ struct Interaction {
   double friction_static = 0.8;     // mu_s (-), >= friction_dynamic
   double friction_dynamic = 0.6;    // mu_d (-), >= 0
   double friction_viscous = 0;      // b (N s/m^2), >= 0: force per metre of shaft and m/s of sliding
+  std::optional<double> foundation_stiffness;  // k (Pa), > 0, .inf allowed: lateral force per metre of shaft and metre off
+                                    // its path, of the tissue beside it that the mesh does not resolve; absent:
+                                    // 1/foundation_compliance()
   double friction_contact = 1.0;    // mu of the tip on the surface before puncture (-), >= 0; a tip tilted from the
                                     // normal by more than atan(mu) slides and never punctures
 };
@@ -91,6 +96,12 @@ struct Region : Volume {
 // The pressure of a region's tissue on a shaft (Pa): as given, or 2 G = E/(1 + nu), which Lamé's solution for a
 // cylindrical hole in an unbounded body needs to widen the hole by its own radius.
 double shaft_pressure(const Region& region);
+
+// What a mesh of edge length h cannot give way around a shaft of diameter d (m²/N, displacement per force per length):
+// the force of the shaft is spread over elements, as if it were h thick. Kelvin's line load in plane strain gives
+//
+//   1/k = (3 - 4 nu)/(8 pi G (1 - nu)) ln(h/d),   zero where h <= d.
+double foundation_compliance(const Material& material, double h, double d);
 
 // Where two regions meet. A pair without an entry holds the tip with the puncture force of the region it goes into.
 struct Interface {
@@ -204,9 +215,8 @@ TetrahedralMesh load_mesh(const Scene& scene);
 // region selects nothing, or the regions of an interface do not touch.
 std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh);
 
-// Per interface of the tissue, the number of faces in which its regions meet. `regions` per tetrahedron.
-std::vector<int> count_interface_faces(const Tissue& tissue, const TetrahedralMesh& mesh,
-                                       const std::vector<int>& regions);
+// In how many faces of the mesh two regions meet, by their indices, the smaller first. `regions` per tetrahedron.
+std::map<std::pair<int, int>, int> count_border_faces(const TetrahedralMesh& mesh, std::span<const int> regions);
 
 // Per node, whether it is fixed; throws SceneError if an entry of `fixed` holds no node.
 std::vector<bool> find_fixed_nodes(const Scene& scene, const TetrahedralMesh& mesh);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -155,8 +156,17 @@ class Checker {
       fail(field, "expected a number >= length / 1000 (" + format_number(needle.length / kMaxConstraintPoints) +
                       "), found " + format_number(needle.constraint_spacing) + origin(field));
     }
+    check_curvature(needle, child_path(path, "curvature"));
     check_curved_length(needle, child_path(path, "curved_length"));
     check_cutting_direction(needle.cutting_direction, child_path(path, "cutting_direction"));
+  }
+
+  // A beam is measured from the chord of its arc, which half a turn would reverse.
+  void check_curvature(const Needle& needle, const std::string& path) const {
+    const double most = std::numbers::pi * needle.beams / needle.length;
+    if (std::abs(needle.curvature) < most) return;
+    fail(path, "expected a number in (" + format_number(-most) + ", " + format_number(most) + "), found " +
+                   format_number(needle.curvature) + "; a beam turns by less than half a turn, more beams allow more");
   }
 
   void check_curved_length(const Needle& needle, const std::string& path) const {

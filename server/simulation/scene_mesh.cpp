@@ -2,8 +2,6 @@
 // From a scene's description of its tissue to tetrahedra, their regions and their fixed nodes.
 #include <algorithm>
 #include <charconv>
-#include <map>
-#include <utility>
 
 #include "server/simulation/scene_error.h"
 
@@ -115,34 +113,23 @@ void check_every_region_has_some(const Scene& scene, const std::vector<int>& reg
   }
 }
 
-void check_interfaces_have_faces(const Scene& scene, const TetrahedralMesh& mesh, const std::vector<int>& regions) {
-  const std::vector<int> faces = count_interface_faces(scene.tissue, mesh, regions);
-  const auto without = std::find(faces.begin(), faces.end(), 0);
-  if (without == faces.end()) return;
-  const auto index = static_cast<std::size_t>(without - faces.begin());
-  const Interface& interface = scene.tissue.interfaces[index];
-  throw scene_error(scene, child_path("tissue.interfaces", index),
-                    "expected two regions that share a face of the mesh, found that \"" + interface.between +
-                        "\" and \"" + interface.and_ + "\" do not touch; leave the entry out or move the regions");
-}
-
 int region_index(const Tissue& tissue, const std::string& name) {
   const auto has_name = [&name](const Region& region) { return region.name == name; };
   const auto found = std::find_if(tissue.regions.begin(), tissue.regions.end(), has_name);
   return static_cast<int>(found - tissue.regions.begin());
 }
 
-// Faces in which tetrahedra of the two regions meet, by the pair of regions, smaller index first.
-using FaceCounts = std::map<std::pair<int, int>, int>;
-
-FaceCounts count_border_faces(const TetrahedralMesh& mesh, const std::vector<int>& regions) {
-  FaceCounts counts;
-  for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
-    for (const int neighbour : mesh.neighbours[t]) {
-      if (neighbour > t && regions[neighbour] != regions[t]) ++counts[std::minmax(regions[t], regions[neighbour])];
-    }
+void check_interfaces_have_faces(const Scene& scene, const TetrahedralMesh& mesh, const std::vector<int>& regions) {
+  const std::map<std::pair<int, int>, int> faces = count_border_faces(mesh, regions);
+  for (std::size_t i = 0; i < scene.tissue.interfaces.size(); ++i) {
+    const Interface& interface = scene.tissue.interfaces[i];
+    const int a = region_index(scene.tissue, interface.between);
+    const int b = region_index(scene.tissue, interface.and_);
+    if (faces.contains(std::minmax(a, b))) continue;
+    throw scene_error(scene, child_path("tissue.interfaces", i),
+                      "expected two regions that share a face of the mesh, found that \"" + interface.between +
+                          "\" and \"" + interface.and_ + "\" do not touch; leave the entry out or move the regions");
   }
-  return counts;
 }
 
 }  // namespace
@@ -175,14 +162,12 @@ std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh)
   return regions;
 }
 
-std::vector<int> count_interface_faces(const Tissue& tissue, const TetrahedralMesh& mesh,
-                                       const std::vector<int>& regions) {
-  FaceCounts counts = count_border_faces(mesh, regions);
-  std::vector<int> faces;
-  for (const Interface& interface : tissue.interfaces) {
-    const std::pair<int, int> pair =
-        std::minmax({region_index(tissue, interface.between), region_index(tissue, interface.and_)});
-    faces.push_back(counts[pair]);
+std::map<std::pair<int, int>, int> count_border_faces(const TetrahedralMesh& mesh, std::span<const int> regions) {
+  std::map<std::pair<int, int>, int> faces;
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
+    for (const int neighbour : mesh.neighbours[t]) {
+      if (neighbour > t && regions[neighbour] != regions[t]) ++faces[std::minmax(regions[t], regions[neighbour])];
+    }
   }
   return faces;
 }

@@ -410,6 +410,11 @@ const Scene& Simulation::scene() const { return world_->scene; }
 const TetrahedralMesh& Simulation::mesh() const { return world_->mesh; }
 std::span<const int> Simulation::regions() const { return world_->regions; }
 int Simulation::needle_node_count(int needle) const { return world_->needle_models[needle].nodes(); }
+Costs Simulation::costs() const {
+  const World& w = *world_;
+  return {static_cast<int>(w.tissue_model.free_nodes.size()), w.tissue_motion.factor_entries(),
+          w.tissue_motion.corridor_nodes(), max_rows(w.scene)};
+}
 Eigen::Ref<const Matrix3X> Simulation::tissue_positions() const { return world_->tissue.x; }
 Eigen::Ref<const Matrix3X> Simulation::needle_positions(int needle) const { return world_->needle_states[needle].x; }
 std::span<const Quaternion> Simulation::needle_orientations(int needle) const {

@@ -20,6 +20,14 @@ struct Command {
   std::optional<double> spin;  // rad, continuous over many turns, about the needle's +x axis
 };
 
+// What a loaded scene has room for, which fixes its memory and bounds the work of a tick.
+struct Costs {
+  int free_nodes = 0;              // of the tissue, three unknowns each
+  std::size_t factor_entries = 0;  // of the tissue's Cholesky factor
+  int corridor_nodes = 0;          // tissue nodes whose compliance is kept
+  int max_rows = 0;                // scalar rows of the laws in one tick
+};
+
 class Simulation {
  public:
   explicit Simulation(const Scene& scene);  // loads the mesh and factorises; throws SceneError
@@ -44,6 +52,7 @@ class Simulation {
   const TetrahedralMesh& mesh() const;                   // at its place in the world
   std::span<const int> regions() const;                  // region of each tetrahedron
   int needle_node_count(int needle) const;
+  Costs costs() const;
 
   // Current state, valid until the next step().
   Eigen::Ref<const Matrix3X> tissue_positions() const;                    // 3 x n, m, world

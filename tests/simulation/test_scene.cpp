@@ -227,6 +227,8 @@ TEST_CASE("a curved end is not longer than its needle") {
         "the whole needle");
   CHECK(error_of("needles: [{curved_length: 0}]") ==
         "scene.yaml:2:27: needles[0].curved_length: expected a number > 0, found 0");
+  CHECK(error_of("needles: [{length: 1, beams: 2, curvature: -7}]")
+            .starts_with("scene.yaml:2:44: needles[0].curvature: expected a number in (-6.28"));
   const Scene scene = parse("needles: [{length: 0.1, curvature: -5, curved_length: 0.1}]");
   CHECK(scene.needles[0].curvature == -5);
   CHECK(scene.needles[0].curved_length == 0.1);

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/scene_summary.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <functional>
+#include <numbers>
+
+#include "server/models/needle.h"
+#include "server/simulation/borders.h"
+#include "server/simulation/field.h"
+#include "server/simulation/text_table.h"
+
+namespace acus {
+namespace {
+
+// Five significant digits.
+std::string number(double value) {
+  if (!std::isfinite(value)) return format_number(value);
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.5g", value);
+  return buffer.data();
+}
+
+std::string vector(const Vector3& v) {
+  return std::string("[") + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + "]";
+}
+
+std::string megabytes(double bytes) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.1f MB", bytes / 1e6);
+  return buffer.data();
+}
+
+// ---------------------------------------------------------------------------------------------- what it contains
+
+std::string describe_mesh(const Simulation& simulation) {
+  const TetrahedralMesh& mesh = simulation.mesh();
+  const Vector3 size = mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff();
+  return std::to_string(mesh.node_count()) + " nodes (" +
+         std::to_string(mesh.node_count() - simulation.costs().free_nodes) + " fixed), " +
+         std::to_string(mesh.tetrahedron_count()) + " tetrahedra, " + std::to_string(mesh.surface.size()) +
+         " surface triangles, " + vector(size) + " m along the world's axes";
+}
+
+std::string opening(const Simulation& simulation) {
+  const Scene& scene = simulation.scene();
+  TextTable table;
+  table.add({"scene", scene.name + ": sound"});
+  table.add({"rate", number(scene.rate) + " Hz, a tick is " + number(1e3 / scene.rate) + " ms"});
+  table.add({"gravity", vector(scene.gravity) + " m/s^2"});
+  table.add({"rung", scene.tissue.rung == TissueRung::warped ? "warped" : "exact"});
+  table.add({"mesh", describe_mesh(simulation)});
+  return table.text();
+}
+
+std::string materials(const Simulation& simulation) {
+  const std::vector<Region>& regions = simulation.scene().tissue.regions;
+  std::vector<int> tetrahedra(regions.size());
+  std::vector<double> volume(regions.size());  // m^3
+  for (int t = 0; t < simulation.mesh().tetrahedron_count(); ++t) {
+    const int region = simulation.regions()[static_cast<std::size_t>(t)];
+    ++tetrahedra[region];
+    volume[region] += rest_volume(simulation.mesh(), t);
+  }
+  TextTable table;
+  table.add({"regions", "tetrahedra", "volume (cm^3)", "E (Pa)", "nu", "density (kg/m^3)", "damping (1/s, s)"});
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const Material& m = regions[i].material;
+    table.add({"  " + regions[i].name, std::to_string(tetrahedra[i]), number(1e6 * volume[i]), number(m.young_modulus),
+               number(m.poisson_ratio), number(m.density),
+               number(m.rayleigh_mass) + ", " + number(m.rayleigh_stiffness)});
+  }
+  return table.text();
+}
+
+std::string laws(const Scene& scene) {
+  TextTable table;
+  table.add({"laws", "f_p (N)", "f_c (N)", "p (Pa)", "mu_s", "mu_d", "b (N s/m^2)", "mu of the tip"});
+  for (const Region& region : scene.tissue.regions) {
+    const Interaction& law = region.interaction;
+    table.add({"  " + region.name, number(law.puncture_force), number(law.cutting_force),
+               number(shaft_pressure(region)) + (law.pressure ? "" : " (estimated)"), number(law.friction_static),
+               number(law.friction_dynamic), number(law.friction_viscous), number(law.friction_contact)});
+  }
+  return table.text();
+}
+
+// Every pair of regions that touch, in both directions, since a border may hold in one and not in the other.
+std::string borders(const Simulation& simulation) {
+  const auto faces = count_border_faces(simulation.mesh(), simulation.regions());
+  if (faces.empty()) return "";
+  const Tissue& tissue = simulation.scene().tissue;
+  const Borders table_of_borders(tissue, simulation.mesh(), simulation.regions());
+  TextTable table;
+  table.add({"interfaces", "faces", "f_p (N)", "mu of the tip", ""});
+  const auto add = [&](int from, int into, int count) {
+    const Border& border = table_of_borders.at(from, into);
+    table.add({"  " + tissue.regions[from].name + " -> " + tissue.regions[into].name, std::to_string(count),
+               number(border.puncture_force), number(border.friction_contact),
+               border.holds ? "holds the tip" : "no obstacle: f_p is not above f_c"});
+  };
+  for (const auto& [pair, count] : faces) {
+    add(pair.first, pair.second, count);
+    add(pair.second, pair.first, count);
+  }
+  return table.text();
+}
+
+std::string shape(const Needle& needle) {
+  std::string text = needle.inner_diameter > 0 ? std::string("bore ") + number(1e3 * needle.inner_diameter) + " mm" : "solid";
+  if (needle.curvature != 0) {
+    text += ", last " + number(1e3 * needle.curved_length.value_or(needle.length)) + " mm bent to radius " +
+            number(1e3 / std::abs(needle.curvature)) + " mm";
+  }
+  return text;
+}
+
+// Stiffness against a force across a free tip, and Euler's load along it, of a straight needle held at its base.
+std::string needles(const Scene& scene) {
+  TextTable table;
+  table.add({"needles", "rung", "beams", "length (mm)", "diameter (mm)", "shape", "cuts along", "EI (N m^2)",
+             "3EI/L^3 (N/m)", "buckles unguided at (N)"});
+  for (const Needle& needle : scene.needles) {
+    const bool rigid = needle.rung == NeedleRung::rigid;
+    const double bending = make_needle_model(needle, scene.gravity).stiffness.bending;  // N m^2
+    const double length = needle.length;
+    const double lateral = 3 * bending / (length * length * length);                                    // N/m
+    const double buckling = std::numbers::pi * std::numbers::pi * bending / (4 * length * length);  // N
+    table.add({"  " + needle.name, rigid ? "rigid" : "flexible", std::to_string(needle.beams), number(1e3 * length),
+               number(1e3 * needle.outer_diameter), shape(needle), vector(needle.cutting_direction),
+               rigid ? "-" : number(bending), rigid ? "-" : number(lateral), rigid ? "-" : number(buckling)});
+  }
+  return table.text();
+}
+
+std::string guides(const Scene& scene) {
+  if (scene.guides.empty()) return "";
+  TextTable table;
+  table.add({"guides", "of needle", "at (m)", "play (mm)", "mu"});
+  for (const Guide& guide : scene.guides) {
+    table.add({"  " + guide.name, guide.needle, vector(guide.pose.position), number(1e3 * guide.play),
+               number(guide.friction)});
+  }
+  return table.text();
+}
+
+// ---------------------------------------------------------------------------------------------- what it costs
+
+// The large arrays only (bytes); what else there is grows with the mesh alone.
+struct Memory {
+  double factor = 0;    // L of the tissue
+  double corridor = 0;  // columns of L⁻¹ and their Gram matrix
+  double rows = 0;      // W, the solver's blocks of it, the needles' columns
+  double total() const { return factor + corridor + rows; }
+};
+
+Memory memory(const Scene& scene, const Costs& costs) {
+  constexpr double kWord = sizeof(double);
+  constexpr double kSquares = 5;  // rows x rows: W, and the solver's factor, coupling, Schur and subspace matrices
+  const double unknowns = 3.0 * costs.free_nodes;
+  const double corridor = 3.0 * costs.corridor_nodes;
+  const double rows = costs.max_rows;
+  double needle_unknowns = 0;
+  for (const Needle& needle : scene.needles) needle_unknowns += 6.0 * needle.beams;
+  return {kWord * static_cast<double>(costs.factor_entries), kWord * corridor * (unknowns + corridor + rows),
+          kWord * rows * (kSquares * rows + needle_unknowns)};
+}
+
+std::string expenses(const Simulation& simulation) {
+  const Costs costs = simulation.costs();
+  const Memory bytes = memory(simulation.scene(), costs);
+  const bool exact = simulation.scene().tissue.rung == TissueRung::exact;
+  TextTable table;
+  table.add({"costs"});
+  table.add({"  unknowns", std::to_string(3 * costs.free_nodes), std::string("of ") + std::to_string(costs.free_nodes) + " free nodes"});
+  table.add({"  rows", std::to_string(costs.max_rows), "of the laws in one tick, at most"});
+  table.add({"  factor", megabytes(bytes.factor),
+             std::to_string(costs.factor_entries) + (exact ? " entries, made anew in every iteration of a tick"
+                                                           : " entries, read twice in every tick")});
+  table.add({"  corridor", megabytes(bytes.corridor),
+             std::string("compliance of up to ") + std::to_string(costs.corridor_nodes) + " nodes around the needles"});
+  table.add({"  row matrices", megabytes(bytes.rows), "at most; what a tick uses goes with its rows"});
+  table.add({"  total", megabytes(bytes.total()), "besides the mesh"});
+  return table.text();
+}
+
+// ---------------------------------------------------------------------------------------------- what it leaves out
+
+// "a, b, c": the names of those that leave something out; empty if none does.
+template <class Named>
+std::string names_where(const std::vector<Named>& list, const std::function<bool(const Named&)>& leaves_out) {
+  std::string names;
+  for (const Named& entry : list) {
+    if (leaves_out(entry)) names += (names.empty() ? "" : ", ") + entry.name;
+  }
+  return names;
+}
+
+// A line for each thing, with the field that puts it in.
+class Omissions {
+ public:
+  Omissions() { table_.add({"leaves out"}); }
+
+  void add(bool left_out, const std::string& what, const std::string& field) {
+    if (left_out) table_.add({std::string("  ") + what, std::string("set ") + field});
+  }
+  template <class Named>
+  void add_for(const std::vector<Named>& list, const std::function<bool(const Named&)>& leaves_out,
+               const std::string& what, const std::string& field) {
+    const std::string names = names_where(list, leaves_out);
+    add(!names.empty(), what + " " + names, field);
+  }
+  std::string text() const { return table_.text(); }
+
+ private:
+  TextTable table_;
+};
+
+bool has_no_friction(const Region& region) {
+  return shaft_pressure(region) == 0 || region.interaction.friction_static == 0;
+}
+
+std::string left_out(const Scene& scene) {
+  Omissions list;
+  list.add(scene.gravity.isZero(0), "gravity", "gravity");
+  list.add(scene.tissue.fixed.empty(), "supports: no node is fixed, the tissue floats freely", "tissue.fixed");
+  list.add(scene.tissue.rung == TissueRung::warped, "the exact tangent: rung warped solves with that of the rest shape",
+           "tissue.rung: exact");
+  list.add_for<Region>(scene.tissue.regions, has_no_friction, "friction on the shaft in",
+                       "interaction.pressure, friction_static");
+  list.add_for<Region>(
+      scene.tissue.regions, [](const Region& r) { return r.interaction.friction_viscous == 0; }, "viscous friction in",
+      "interaction.friction_viscous");
+  list.add_for<Needle>(
+      scene.needles, [](const Needle& n) { return n.rung == NeedleRung::rigid; }, "bending of", "rung: flexible");
+  list.add_for<Needle>(
+      scene.needles, [](const Needle& n) { return n.torsional_friction == 0; }, "torsional friction on",
+      "torsional_friction");
+  list.add_for<Guide>(
+      scene.guides, [](const Guide& g) { return g.friction == 0; }, "friction in", "friction");
+  return list.text();
+}
+
+}  // namespace
+
+std::string summarise(const Simulation& simulation) {
+  const Scene& scene = simulation.scene();
+  std::string text = opening(simulation);
+  const std::array sections{materials(simulation), laws(scene),          borders(simulation), needles(scene),
+                            guides(scene),         expenses(simulation), left_out(scene)};
+  for (const std::string& section : sections) {
+    if (!section.empty()) text += "\n" + section;
+  }
+  return text;
+}
+
+}  // namespace acus

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Rows of text in aligned columns.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace acus {
+
+class TextTable {
+ public:
+  void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+
+  // One line per row, two spaces between columns; widths count characters of UTF-8.
+  std::string text() const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+};
+
+}  // namespace acus
