@@ -114,7 +114,7 @@ void GaussSeidel::factorize_bilateral() {
   const auto b = static_cast<Eigen::Index>(bilateral_.size());
   auto block = block_.topLeftCorner(b, b);
   const auto diagonal = diagonal_.head(b);
-  const double mean = diagonal.mean();
+  const double mean = (diagonal - softening_.head(b)).mean();  // of W_BB itself: a soft row must not spoil the others
   for (double share = kRegularization; share < 1; share *= 100) {
     for (Eigen::Index i = 0; i < b; ++i) {
       for (Eigen::Index j = 0; j < i; ++j) block(i, j) = block(j, i);

@@ -44,6 +44,11 @@ constexpr Range above(double min) {
   range.min_open = true;
   return range;
 }
+constexpr Range above_or_infinite(double min) {
+  Range range = above(min);
+  range.infinity_allowed = true;
+  return range;
+}
 constexpr Range between(double min, double max) {
   Range range = at_least(min);
   range.max = max;

@@ -21,6 +21,8 @@ constexpr double kAtCap = 1 - 1e-9;
 constexpr double kRecoverySpeed = 0.01;  // m/s
 // Softer than this (in W of the rows) a vertex holds nothing.
 constexpr double kSoftest = 1e6;
+// A point holds as if it stood for at least this length of shaft (in spacings).
+constexpr double kLeastOwned = 0.1;
 // Borders that a tip crosses in a tick; more wait for the next.
 constexpr int kMaxCrossings = 64;
 
@@ -112,6 +114,7 @@ void Insertion::enter(int path, std::vector<Path>& paths) {
   tip_ = TipMemory{};
   std::fill(memory_.begin(), memory_.end(), Memory{.s = parameters_.length});
   end_s_ = parameters_.length;
+  end_force_.setZero();
 }
 
 Vector3 Insertion::path_tangent(const TissueView& tissue, const Path& path, int vertex,
@@ -189,6 +192,7 @@ void Insertion::place_tip(const NeedleView& needle, const TissueView& tissue, co
   const bool tail = next == count;  // between the last vertex and the end
   const double next_s = tail ? end_s_ : memory_[next].s;
   at_end_ = tail && next_s <= length && !path.exited;
+  tip_offset_ = 0;
   double u = 1;  // of the way from the last vertex alongside to the next, or to the end
   if (at_end_ || next == 0) {
     tip_point_ = {at_end_ ? path.end : path.vertices[0], {}, 0};
@@ -199,6 +203,7 @@ void Insertion::place_tip(const NeedleView& needle, const TissueView& tissue, co
     if (next_s > from_s) u = std::clamp((length - from_s) / (next_s - from_s), 0.0, 1.0);
     tip_point_ = {path.vertices[next - 1], tail ? path.end : path.vertices[next], u};
     tip_softness_ = (1 - u) * (1 - u);
+    if (tail) tip_offset_ = u;
     const Vector3 from = path_tangent(tissue, path, next - 1, tip_tangent);
     const Vector3 to = tail ? end_tangent(tissue, path, tip_tangent) : path_tangent(tissue, path, next, tip_tangent);
     tip_tangent_ = ((1 - u) * from + u * to).normalized();
@@ -322,10 +327,17 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
   }
   Vector3 across[2];
   perpendicular_basis(tip_tangent_, across[0], across[1]);
-  const Vector3 apart = tip.position - tissue.position(tip_point_);
+  Vector3 apart = tip.position - tissue.position(tip_point_);
+  double compliance = 0;
+  if (at_end_) {
+    apart -= needle.start_tip() - tissue.start_position(tip_point_.a);
+  } else {
+    compliance = tissue.lateral_compliance(tip_point_.a, needle.model.diameter) / path.spacing;
+    apart -= tip_offset_ * compliance * end_force_;
+  }
   for (const Vector3& n : across) {
     const Row row{needle_, RowRole::tip_lateral, -1, tip, tip_point_, n, n.dot(apart), tip_softness_};
-    all = rows.add(row, {}, tip_.lateral.dot(n)) && all;
+    all = rows.add(row, {.compliance = compliance}, tip_.lateral.dot(n)) && all;
   }
   return all;
 }
@@ -336,13 +348,15 @@ bool Insertion::add_shaft(const NeedleView& needle, const TissueView& tissue, co
   const CurvePoint on_needle = curve_point(needle.model, needle.shape, point.s);
   const Vector3 apart = on_needle.position - tissue.position(material);
   Row row{needle_, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0, point.softness};
+  const double owned = std::max(point.owned, kLeastOwned * path.spacing);
+  const double compliance = tissue.lateral_compliance(material, needle.model.diameter) / owned;
   Vector3 across[2];
   perpendicular_basis(point.tangent, across[0], across[1]);
   bool all = true;
   for (const Vector3& n : across) {
     row.n = n;
     row.gap = n.dot(apart);
-    all = rows.add(row, {}, memory_[point.vertex].lateral.dot(n)) && all;
+    all = rows.add(row, {.compliance = compliance}, memory_[point.vertex].lateral.dot(n)) && all;
   }
   row.softness = 0;
   row.n = point.tangent;
@@ -425,6 +439,7 @@ void Insertion::read_forces(const Rows& rows, NeedleReport& report) {
     }
     if (row.index < 0) report.tip_force += force;
   }
+  if (at_end_) end_force_ = tip_.lateral;
 }
 
 // ----------------------------------------------------------------------------------------------- 9. transitions

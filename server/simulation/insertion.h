@@ -20,6 +20,11 @@
 // spacings: where a path is just born, or a vertex just set, two rigid pairs at nearly one place would pull against each
 // other and turn the tip by whatever it slid in a tick.
 //
+// The shaft lies off its path by the lateral force times the compliance of the tissue beside it that the mesh does not
+// resolve (foundation_compliance()), shared out over the lengths that the vertices own; the tip behind the end of its
+// path by the same law. At the end the tip is held where it is: its rows there are on displacements of the tick. What it
+// bore when it left the end is the offset to which it is held on the way back, so that neither way makes a jump.
+//
 // A border of a region that holds the tip (borders.h) is a surface inside. Ahead of a cutting tip within reach of a
 // tick it adds a contact row, capped by f_p. A tip that rests against it has, instead of its cutting and lateral rows,
 // two rows of friction along the border with the cohesion f_c (laws.h): it slides, and cuts as it slides, once the force
@@ -164,6 +169,8 @@ class Insertion {
   double end_s_ = 0;               // m, where the path's end stands along the needle, or ahead of it
   TissuePoint tip_point_;          // the point of the path that the tip is held to
   double tip_softness_ = 0;        // -, of its lateral rows
+  double tip_offset_ = 0;          // -, share of the end's offset that the point has
+  Vector3 end_force_ = Vector3::Zero();  // N, across the path on the tip when it last was at the end
   Vector3 tip_tangent_ = Vector3::Zero();  // of the path there, unit
 };
 

@@ -77,7 +77,9 @@ void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
 void Rows::soften() {
   for (int i = 0; i + 1 < count(); ++i) {
     if (rows_[i].softness == 0) continue;
-    laws_[i].compliance = laws_[i + 1].compliance = rows_[i].softness * (W_(i, i) + W_(i + 1, i + 1)) / 2;
+    const double soft = rows_[i].softness * (W_(i, i) + W_(i + 1, i + 1)) / 2;
+    laws_[i].compliance += soft;
+    laws_[i + 1].compliance += soft;
     ++i;
   }
 }

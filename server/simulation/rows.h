@@ -40,7 +40,8 @@ struct Row {
   TissuePoint in_tissue;
   Vector3 n = Vector3::Zero();            // unit, world
   double gap = 0;                         // m, delta at q_k, before this iteration's correction
-  double softness = 0;                    // -, tip_lateral, lateral: compliance of the law over the mean W of the pair
+  double softness = 0;                    // -, tip_lateral, lateral: compliance over the mean W of the pair, on top of
+                                          // the law's own
   double radius = 0;                      // r (m), torsion only
 };
 

@@ -53,6 +53,9 @@ struct FieldsOf<Interaction> {
             "mu_d, friction coefficient of a shaft that slides"},
       Field{"friction_viscous", &Interaction::friction_viscous, "N s/m^2", at_least(0),
             "b, friction per metre of shaft and m/s of sliding"},
+      Field{"foundation_stiffness", &Interaction::foundation_stiffness, "Pa", above_or_infinite(0),
+            "k, lateral force per metre of shaft and metre off its path, of the tissue beside the shaft that the mesh "
+            "does not resolve; absent: estimated from material, element size and diameter; .inf: the mesh alone"},
       Field{"friction_contact", &Interaction::friction_contact, "-", at_least(0),
             "mu, friction coefficient of the tip on the surface before puncture"},
   };

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <numbers>
 
 #include "server/simulation/base_motion.h"
 #include "server/simulation/borders.h"
@@ -36,6 +38,14 @@ std::vector<Material> materials_of(const Scene& scene) {
   std::vector<Material> all;
   for (const Region& region : scene.tissue.regions) all.push_back(region.material);
   return all;
+}
+
+// The edges of regular tetrahedra of the same volumes (m).
+std::vector<double> element_sizes_of(const TetrahedralMesh& mesh) {
+  std::vector<double> sizes;
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t)
+    sizes.push_back(std::cbrt(6 * std::numbers::sqrt2 * rest_volume(mesh, t)));
+  return sizes;
 }
 
 template <class Value>
@@ -106,7 +116,7 @@ struct Simulation::World {
 
   NeedleView needle_view(int i) const { return {needle_models[i], start_shapes[i], motions[i].shape(), h}; }
   TissueView tissue_view() const {
-    return {mesh, surface, borders, interactions, regions, tissue.x, tissue_motion.x()};
+    return {mesh, surface, borders, scene.tissue.regions, interactions, element_sizes, regions, tissue.x, tissue_motion.x()};
   }
   int needles() const { return static_cast<int>(scene.needles.size()); }
   bool finite() const;
@@ -120,6 +130,7 @@ struct Simulation::World {
   TetrahedralMesh mesh;
   std::vector<int> regions;
   std::vector<Interaction> interactions;
+  std::vector<double> element_sizes;  // m
   TissueModel tissue_model;
   std::vector<NeedleModel> needle_models;
   Surface surface;
@@ -152,6 +163,7 @@ Simulation::World::World(const Scene& s)
       mesh(load_mesh(s)),
       regions(assign_regions(s, mesh)),
       interactions(interactions_of(s)),
+      element_sizes(element_sizes_of(mesh)),
       tissue_model(make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity)),
       surface(mesh),
       borders(s.tissue, mesh, regions),

@@ -8,6 +8,12 @@
 
 namespace acus {
 
+double TissueView::lateral_compliance(const MaterialPoint& p, double d) const {
+  const Region& r = tissue_regions[region(p)];
+  if (r.interaction.foundation_stiffness) return 1 / *r.interaction.foundation_stiffness;
+  return foundation_compliance(r.material, element_sizes[p.tetrahedron], d);
+}
+
 Vector3 NeedleView::turned(const CurvePoint& point) const {
   const auto node = [&](int i) {
     return rotation_log(Quaternion(Matrix3(shape.frames[i] * start.frames[i].transpose())));

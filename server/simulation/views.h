@@ -15,13 +15,17 @@ struct TissueView {
   const TetrahedralMesh& mesh;
   const Surface& surface;
   const Borders& borders;
+  std::span<const Region> tissue_regions;
   std::span<const Interaction> interactions;  // per region, pressure filled in
+  std::span<const double> element_sizes;      // per tetrahedron (m)
   std::span<const int> regions;               // per tetrahedron
   const Matrix3X& x_start;                    // at the start of the tick (m)
   const Matrix3X& x;                          // x_k
 
   int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
   const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
+  // Of the tissue beside a shaft of diameter d (m): m²/N, see foundation_compliance().
+  double lateral_compliance(const MaterialPoint& p, double d) const;
   Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
   Vector3 position(const TissuePoint& p) const { return tissue_position(mesh, x, p); }
   Vector3 start_position(const MaterialPoint& p) const { return material_position(mesh, x_start, p); }
