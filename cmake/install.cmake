@@ -18,7 +18,15 @@ install(FILES ${PROJECT_BINARY_DIR}/acusConfig.cmake ${PROJECT_BINARY_DIR}/acusC
         DESTINATION ${acus_package_dir})
 
 install(TARGETS acus-replay RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(PROGRAMS client/plot DESTINATION ${CMAKE_INSTALL_BINDIR} RENAME acus-plot)
+# The Python programs stand beside the modules they share; Python looks for those where a link leads.
+set(acus_scripts_dir ${CMAKE_INSTALL_DATADIR}/acus/client)
+install(FILES client/recording.py client/shapes.py DESTINATION ${acus_scripts_dir})
+foreach(script plot picture)
+  install(PROGRAMS client/${script} DESTINATION ${acus_scripts_dir})
+  file(RELATIVE_PATH target ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_DATADIR}/acus/client/${script})
+  file(CREATE_LINK ${target} ${PROJECT_BINARY_DIR}/acus-${script} SYMBOLIC)
+  install(FILES ${PROJECT_BINARY_DIR}/acus-${script} DESTINATION ${CMAKE_INSTALL_BINDIR})
+endforeach()
 if(TARGET acus-server)
   install(TARGETS acus-server RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/scenes)

@@ -1,15 +1,23 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tests of the Python scripts: the trajectory generator, the converter of hand motions, and the plot."""
+"""Tests of the Python scripts: the trajectory generator, the converter of hand motions, the plot and the picture."""
 
 import csv
 import math
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
 
+import msgpack
+import numpy as np
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(ROOT, "client"))
+
+import shapes  # noqa: E402
+
 RECORDING = os.path.join(ROOT, "..", "shared", "data", "hand_motion", "recording1.txt")
 
 
@@ -44,12 +52,15 @@ class InTemporaryFolder(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
 
 
-class MakeTrajectory(InTemporaryFolder):
-    def test_the_committed_trajectory_is_what_the_script_makes(self):
-        self.assert_success(run("scripts/make-trajectory", "--out", self.path("made.csv")))
-        committed = os.path.join(ROOT, "scenes", "trajectories", "insertion_pullback.csv")
-        with open(self.path("made.csv"), encoding="ascii") as made, open(committed, encoding="ascii") as kept:
-            self.assertEqual(made.read(), kept.read())
+class MakeTrajectories(InTemporaryFolder):
+    def test_the_committed_trajectories_are_what_the_script_makes(self):
+        self.assert_success(run("scripts/make-trajectories", "--out", self.folder))
+        names = os.listdir(self.folder)
+        self.assertIn("insertion_pullback.csv", names)
+        for name in names:
+            committed = os.path.join(ROOT, "scenes", "trajectories", name)
+            with open(self.path(name), encoding="ascii") as made, open(committed, encoding="ascii") as kept:
+                self.assertEqual(made.read(), kept.read(), name)
 
 
 class ConvertHandMotion(InTemporaryFolder):
@@ -108,11 +119,16 @@ class ConvertHandMotion(InTemporaryFolder):
         self.assertAlmostEqual(lowest, 0.15, places=6)
 
 
-class Plot(InTemporaryFolder):
+class RecordedRun(InTemporaryFolder):
+    """A needle along +x that goes 40 mm in, rests, and comes out within 3 s; friction grows with depth."""
+
     VECTORS = ("base_position_m", "base_force_N", "cutting_force_N", "friction_force_N", "lateral_force_N")
 
+    @staticmethod
+    def depth_at(i):
+        return 4e-4 * min(i, 100) if i < 200 else 4e-4 * (300 - i)
+
     def write_run(self):
-        """A needle along +x that goes 40 mm in, rests, and comes out; friction grows with depth."""
         names = ["time_s", "needle", "phase", "depth_m"] + [f"base_orientation_{c}" for c in "wxyz"]
         for vector in self.VECTORS:
             stem, unit = vector.rsplit("_", 1)
@@ -121,12 +137,14 @@ class Plot(InTemporaryFolder):
             writer = csv.DictWriter(file, names, restval=0)
             writer.writeheader()
             for i in range(300):
-                depth = 4e-4 * min(i, 100, 300 - i) if i < 200 else 4e-4 * (300 - i)
+                depth = self.depth_at(i)
                 force = -20 * depth if i < 100 else 20 * depth if i >= 200 else -10 * depth
                 writer.writerow({"time_s": 0.01 * i, "needle": "needle", "phase": "inside" if depth > 0 else "free",
                                  "depth_m": depth, "base_orientation_w": 1, "base_position_x_m": depth,
                                  "base_force_x_N": force, "friction_force_x_N": force})
 
+
+class Plot(RecordedRun):
     def test_a_run_becomes_a_picture(self):
         self.write_run()
         with open(self.path("run.events.csv"), "w", encoding="utf-8") as file:
@@ -149,6 +167,140 @@ class Plot(InTemporaryFolder):
             self.assertNotEqual(result.returncode, 0)
             self.assertIn("expected a run written by acus-replay", result.stderr)
         self.assertIn("No such file", run("client/plot", self.path("missing.csv")).stderr)
+
+
+def block(cells, size):
+    """Nodes and tetrahedra of a cube from the origin, six tetrahedra to a cell."""
+    grid = np.arange((cells + 1) ** 3).reshape([cells + 1] * 3)
+    ticks = np.linspace(0, size, cells + 1)
+    nodes = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3)
+    tetrahedra = []
+    for first, second in ((0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)):
+        corner = [0, 0, 0]
+        corners = [tuple(corner)]
+        for axis in (first, second, 3 - first - second):
+            corner[axis] = 1
+            corners.append(tuple(corner))
+        tetrahedra.append(np.stack([grid[tuple(slice(c, c + cells) for c in at)].ravel() for at in corners], axis=1))
+    return nodes, np.concatenate(tetrahedra)
+
+
+class Cut(unittest.TestCase):
+    def total_area(self, cells, point, normal):
+        nodes, tetrahedra = block(cells, 2.0)
+        polygons, owners = shapes.cut(nodes, tetrahedra, np.array(point), np.array(normal) / np.linalg.norm(normal))
+        self.assertEqual(len(polygons), len(owners))
+        for polygon in polygons:
+            self.assertLess(np.max(np.abs((polygon - point) @ normal)), 1e-12)
+        return sum(float(shapes.area(polygon[None])[0]) for polygon in polygons)
+
+    def test_the_polygons_fill_the_cut_once(self):
+        for point, normal, area in (((0, 0, 0.7), (0, 0, 1), 4), ((0, 0, 1), (0, 0, 1), 4), ((0, 0, 1), (0, 0, -1), 4),
+                                    ((1, 1, 1), (1, -1, 0), 4 * math.sqrt(2)),
+                                    ((1, 1, 1), (1, 1, 1), 3 * math.sqrt(3))):  # a regular hexagon of edge sqrt(2)
+            for cells in (1, 2, 3):
+                with self.subTest(point=point, normal=normal, cells=cells):
+                    self.assertAlmostEqual(self.total_area(cells, point, normal), area)
+
+    def test_a_plane_that_misses_cuts_nothing(self):
+        self.assertEqual(self.total_area(2, (0, 0, 3), (0, 0, 1)), 0)
+
+    def test_a_polygon_belongs_to_its_tetrahedron(self):
+        nodes, tetrahedra = block(3, 1.0)
+        polygons, owners = shapes.cut(nodes, tetrahedra, np.array([0.4, 0.4, 0.4]), np.array([0.6, 0.0, 0.8]))
+        for polygon, owner in zip(polygons, owners):
+            corners = nodes[tetrahedra[owner]]
+            shares = np.linalg.solve(np.vstack([corners.T, np.ones(4)]), np.append(polygon.mean(axis=0), 1))
+            self.assertGreater(shares.min(), 0)
+
+
+class Picture(RecordedRun):
+    """The run's needle enters a cube of two regions at x = 0, where its path begins; another one stands aside."""
+
+    def write_shapes(self):
+        nodes, tetrahedra = block(4, 0.1)
+        nodes = nodes - [0, 0.05, 0.05]
+        needle = {"length": 0.1, "diameter": 1e-3, "nodes": 11, "base_position": [0, 0, 0],
+                  "base_orientation": [1, 0, 0, 0]}
+        guide = {"name": "collar", "needle": "needle", "position": [-0.02, 0, 0], "orientation": [1, 0, 0, 0]}
+        messages = [
+            {"type": "hello_reply", "scene": "made up", "guides": [guide],
+             "needles": [{"name": "needle", **needle}, {"name": "other", **needle}]},
+            {"type": "describe_reply", "regions": ["near", "far"], "tetrahedra": packed(tetrahedra, "<i4"),
+             "tetrahedron_regions": packed(nodes[tetrahedra].mean(axis=1)[:, 0] > 0.05, "<i4")}]
+        for i in range(0, 300, 5):
+            depth, state = self.depth_at(i), {"time": 0.01 * i}
+            messages.append({**guide, "type": "pose", "needle": "collar", "position": [-0.02, 1e-5 * i, 0]})
+            messages.append({"type": "tissue", "positions": packed(nodes, "<f4"), "path_sizes": packed([2, 1], "<i4"),
+                             "path_points": packed([0, 0, 0, depth, 0, 0, 0.01, 0.02, 0], "<f4"), **state})
+            for name, y in (("needle", 0.0), ("other", 0.03)):
+                points = [[depth - 0.01 * k, y, 0] for k in reversed(range(11))]
+                messages.append({"type": "needle", "needle": name, "positions": packed(points, "<f8"),
+                                 "orientations": packed([[1, 0, 0, 0]] * 11, "<f8"), **state})
+        with open(self.path("run.shapes"), "wb") as file:
+            file.writelines(msgpack.packb({"v": 1, **message}) for message in messages)
+
+    def write_all(self):
+        self.write_run()
+        self.write_shapes()
+        with open(self.path("run.events.csv"), "w", encoding="utf-8") as file:
+            file.write("time_s,needle,kind,region,position_x_m,position_y_m,position_z_m\n"
+                       "0.01,needle,puncture,near,0,0,0\n0.9,other,crossing,far,0.05,0.03,0\n")
+
+    def draw(self, *arguments):
+        return run("client/picture", self.path("run.csv"), *arguments)
+
+    def assert_told(self, result, text):
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn(text, result.stderr)
+        self.assertNotIn("Traceback", result.stderr)
+
+    def test_a_run_becomes_a_picture_beside_it(self):
+        self.write_all()
+        self.assert_success(self.draw())
+        self.assertGreater(os.path.getsize(self.path("run.png")), 30_000)
+
+    def test_moments_plane_needle_and_format_can_be_chosen(self):
+        self.write_all()
+        for name, options in (("a.svg", ["--times", "0.5"]), ("b.pdf", ["--normal", "0,0,2", "--times", "0,1,2.9"]),
+                              ("c.png", ["--normal=-1,0,0", "--title", "seen along x"])):
+            self.assert_success(self.draw("--out", self.path(name), "--needle", "needle", *options))
+            self.assertGreater(os.path.getsize(self.path(name)), 10_000)
+
+    def test_shapes_read_back_at_any_time(self):
+        self.write_all()
+        recorded = self.enterContext(shapes.Recording(self.path("run.shapes")))
+        frame = recorded.frame(0.98)
+        self.assertAlmostEqual(frame.time, 1.0)
+        self.assertEqual([len(path) for path in frame.paths], [2, 1])
+        np.testing.assert_allclose(frame.paths[0][-1], [0.04, 0, 0], atol=1e-7)
+        np.testing.assert_allclose(frame.needles["other"][0][-1], [0.04, 0.03, 0])
+        np.testing.assert_allclose(frame.guides["collar"][0], [-0.02, 1e-3, 0])
+        np.testing.assert_allclose(recorded.needle_at("needle", 0.525)[0][-1], [0.021, 0, 0])  # between two states
+        self.assertEqual(recorded.frame(99).time, recorded.tissue[-1][0])
+
+    def test_a_file_that_ends_in_the_middle_is_drawn_as_far_as_it_goes(self):
+        self.write_all()
+        os.truncate(self.path("run.shapes"), os.path.getsize(self.path("run.shapes")) * 2 // 3)
+        self.assert_success(self.draw())
+
+    def test_what_cannot_be_drawn_is_told(self):
+        self.write_run()
+        self.assert_told(self.draw(), "acus-replay --shapes")
+        for content in (b"", b"not shapes", msgpack.packb({"type": "tissue"}), msgpack.packb([1])):
+            with open(self.path("run.shapes"), "wb") as file:
+                file.write(content)
+            self.assert_told(self.draw(), "expected shapes written by acus-replay --shapes")
+        self.write_all()
+        self.assert_told(self.draw("--needle", "nobody"), "its needles are needle")
+        self.assert_told(self.draw("--times", "1,77"), "found 77")
+        self.assert_told(self.draw("--times", "soon"), "found 'soon'")
+        self.assert_told(self.draw("--normal", "0,0,0"), "not all zero")
+        self.assert_told(self.draw("--out", self.path("picture.txt")), "picture.txt")
+
+
+def packed(values, kind):
+    return np.asarray(values).astype(kind).tobytes()
 
 
 if __name__ == "__main__":

@@ -17,3 +17,5 @@ run(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/build -G ${GENERATOR} -D 
 run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
 run(${WORK_DIR}/build/consumer)
 run(${prefix}/bin/acus-replay --help)
+run(${prefix}/bin/acus-plot --help)
+run(${prefix}/bin/acus-picture --help)
