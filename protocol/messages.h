@@ -80,11 +80,11 @@ inline constexpr std::array<const char*, 4> kPhaseNames{"free", "contact", "insi
 
 // What happened to a needle; travels as the enumerator's name.
 enum class EventKind : std::uint8_t {
-  contact,    // the tip touched a surface
-  release,    // the tip left a surface without having gone through it
+  contact,    // the tip touched a surface, or inside the tissue a border between regions that holds it
+  release,    // the tip left it without having gone through it
   puncture,   // the tip went through a surface and began a new path
   crossing,   // the tip went from one region into another, inside the tissue
-  reentry,    // the tip went back into a path that it, or another needle, had cut before
+  reentry,    // the tip went back into a path that was cut before, by either end
   exit,       // the tip came out on another side
   withdrawal  // the tip came out backwards, through the mouth of its path
 };
