@@ -7,6 +7,10 @@
 
 namespace acus {
 
+double shaft_pressure(const Region& region) {
+  return region.interaction.pressure.value_or(region.material.young_modulus / (1 + region.material.poisson_ratio));
+}
+
 double foundation_compliance(const Material& material, double h, double d) {
   if (h <= d) return 0;
   const double nu = material.poisson_ratio, shear_modulus = material.young_modulus / (2 * (1 + nu));

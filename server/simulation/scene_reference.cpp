@@ -213,8 +213,13 @@ std::string default_cell(const Value& value, const Range& range) {
 }
 
 template <class Value>
+constexpr bool is_bounded_number = std::is_arithmetic_v<Value> || is_vector<Value>;
+template <class Value>
+constexpr bool is_bounded_number<std::optional<Value>> = is_bounded_number<Value>;
+
+template <class Value>
 std::string range_cell(const Range& range) {
-  if constexpr (std::is_arithmetic_v<Value> || is_vector<Value>) {
+  if constexpr (is_bounded_number<Value>) {
     const std::string bounds = describe(range);
     if (std::isfinite(range.min)) return bounds;
     return bounds.empty() ? "finite" : "finite, " + bounds;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/scene_summary.h"
 
-#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <numbers>
@@ -77,12 +77,14 @@ std::string materials(const Simulation& simulation) {
 
 std::string laws(const Scene& scene) {
   TextTable table;
-  table.add({"laws", "f_p (N)", "f_c (N)", "p (Pa)", "mu_s", "mu_d", "b (N s/m^2)", "mu of the tip"});
+  table.add({"laws", "f_p (N)", "f_c (N)", "p (Pa)", "mu_s", "mu_d", "b (N s/m^2)", "k (Pa)", "mu of the tip"});
   for (const Region& region : scene.tissue.regions) {
     const Interaction& law = region.interaction;
     table.add({"  " + region.name, number(law.puncture_force), number(law.cutting_force),
                number(shaft_pressure(region)) + (law.pressure ? "" : " (estimated)"), number(law.friction_static),
-               number(law.friction_dynamic), number(law.friction_viscous), number(law.friction_contact)});
+               number(law.friction_dynamic), number(law.friction_viscous),
+               law.foundation_stiffness ? number(*law.foundation_stiffness) : "estimated",
+               number(law.friction_contact)});
   }
   return table.text();
 }
@@ -94,7 +96,7 @@ std::string borders(const Simulation& simulation) {
   const Tissue& tissue = simulation.scene().tissue;
   const Borders table_of_borders(tissue, simulation.mesh(), simulation.regions());
   TextTable table;
-  table.add({"interfaces", "faces", "f_p (N)", "mu of the tip", ""});
+  table.add({"interfaces", "faces", "f_p (N)", "mu of the tip"});
   const auto add = [&](int from, int into, int count) {
     const Border& border = table_of_borders.at(from, into);
     table.add({"  " + tissue.regions[from].name + " -> " + tissue.regions[into].name, std::to_string(count),
@@ -218,6 +220,8 @@ class Omissions {
   TextTable table_;
 };
 
+bool yields_only_with_mesh(const Region& region) { return region.interaction.foundation_stiffness == kInfinity; }
+
 bool has_no_friction(const Region& region) {
   return shaft_pressure(region) == 0 || region.interaction.friction_static == 0;
 }
@@ -230,6 +234,8 @@ std::string left_out(const Scene& scene) {
            "tissue.rung: exact");
   list.add_for<Region>(scene.tissue.regions, has_no_friction, "friction on the shaft in",
                        "interaction.pressure, friction_static");
+  list.add_for<Region>(scene.tissue.regions, yields_only_with_mesh, "what the mesh cannot give way beside the shaft in",
+                       "interaction.foundation_stiffness");
   list.add_for<Region>(
       scene.tissue.regions, [](const Region& r) { return r.interaction.friction_viscous == 0; }, "viscous friction in",
       "interaction.friction_viscous");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Shapes of a scene, and what follows from a region alone.
+// What is inside the shapes of a scene.
 #include "server/simulation/scene.h"
 
 namespace acus {
@@ -24,10 +24,6 @@ bool Cylinder::contains(const Vector3& p, double margin) const {
 bool Volume::contains(const Vector3& p, double margin) const {
   return (!box || box->contains(p, margin)) && (!sphere || sphere->contains(p, margin)) &&
          (!half_space || half_space->contains(p, margin)) && (!cylinder || cylinder->contains(p, margin));
-}
-
-double shaft_pressure(const Region& region) {
-  return region.interaction.pressure.value_or(region.material.young_modulus / (1 + region.material.poisson_ratio));
 }
 
 }  // namespace acus

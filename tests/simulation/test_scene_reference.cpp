@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <sstream>
+#include <vector>
 
 #include "server/simulation/scene.h"
 #include "server/simulation/scene_reference.h"
@@ -111,6 +112,18 @@ YAML::Node number_schema(const SchemaField& field) {
   return is_number ? schema : YAML::Node(YAML::NodeType::Map);
 }
 
+// The texts between "```yaml" and "```".
+std::vector<std::string> readme_examples() {
+  const std::string readme = read_text("scenes/README.md");
+  const std::string opening = "```yaml\n";
+  std::vector<std::string> examples;
+  for (std::size_t at = readme.find(opening); at != std::string::npos; at = readme.find(opening, at + 1)) {
+    const std::size_t start = at + opening.size();
+    examples.push_back(readme.substr(start, readme.find("```", start) - start));
+  }
+  return examples;
+}
+
 std::string plus(const YAML::Node& number, double offset) { return std::to_string(number.as<double>() + offset); }
 
 }  // namespace
@@ -128,12 +141,8 @@ TEST_CASE("scenes/README.md holds every table (acus-scene tables)") {
 }
 
 TEST_CASE("the complete examples of scenes/README.md are scenes") {
-  const std::string readme = read_text("scenes/README.md");
-  const std::string opening = "```yaml\n";
   int count = 0;
-  for (std::size_t at = readme.find(opening); at != std::string::npos; at = readme.find(opening, at + 1)) {
-    const std::size_t start = at + opening.size();
-    const std::string example = readme.substr(start, readme.find("```", start) - start);
+  for (const std::string& example : readme_examples()) {
     if (!example.starts_with("acus_scene")) continue;
     CAPTURE(example);
     const Scene scene = parse_scene(example, "README.md", "");
@@ -142,7 +151,17 @@ TEST_CASE("the complete examples of scenes/README.md are scenes") {
     CHECK_NOTHROW(find_fixed_nodes(scene, mesh));
     ++count;
   }
-  CHECK(count == 2);
+  CHECK(count == 11);
+}
+
+TEST_CASE("every field stands in an example of scenes/README.md") {
+  std::string examples;
+  for (const std::string& example : readme_examples()) examples += example;
+  SchemaOnReader().for_each_field([&](const SchemaField& field) {
+    if (field.path.ends_with(']')) return;  // an entry of a list
+    CAPTURE(field.path);
+    CHECK(examples.find(field.path.substr(field.path.rfind('.') + 1) + ":") != std::string::npos);
+  });
 }
 
 TEST_CASE("the reader takes every default of the schema") {

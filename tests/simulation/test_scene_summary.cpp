@@ -39,7 +39,7 @@ tissue:
       interaction: {friction_viscous: 3}
     - name: skin
       box: {min: [-.inf, -.inf, 0]}
-      interaction: {puncture_force: .inf, cutting_force: 0.75, pressure: 0}
+      interaction: {puncture_force: .inf, cutting_force: 0.75, pressure: 0, foundation_stiffness: .inf}
   interfaces:
     - {between: skin, and: deep, puncture_force: 0.6, friction_contact: 0.3}
   fixed:
@@ -69,8 +69,8 @@ TEST_CASE("the check says what a scene contains") {
   CHECK(line_of(text, "mesh ") ==
         "mesh 27 nodes (9 fixed), 48 tetrahedra, 48 surface triangles, [0.1, 0.1, 0.1] m along the world's axes");
   CHECK(line_of(text, "  deep   24") == "deep 24 500 12000 0.2 1000 0, 0.01");
-  CHECK(line_of(text, "  deep  1 ") == "deep 1 0.5 10000 (estimated) 0.8 0.6 3 1");
-  CHECK(line_of(text, "  skin  .inf") == "skin .inf 0.75 0 0.8 0.6 0 1");
+  CHECK(line_of(text, "  deep  1 ") == "deep 1 0.5 10000 (estimated) 0.8 0.6 3 estimated 1");
+  CHECK(line_of(text, "  skin  .inf") == "skin .inf 0.75 0 0.8 0.6 0 .inf 1");
 }
 
 TEST_CASE("the check says which borders hold the tip") {
@@ -122,6 +122,7 @@ TEST_CASE("the check says what a scene leaves out, and where to put it in") {
   CHECK(line_of(layers, "  the exact tangent") == "");
   CHECK(line_of(layers, "  friction on the shaft") ==
         "friction on the shaft in skin set interaction.pressure, friction_static");
+  CHECK(line_of(layers, "  what the mesh").ends_with("beside the shaft in skin set interaction.foundation_stiffness"));
   CHECK(line_of(layers, "  viscous") == "viscous friction in skin set interaction.friction_viscous");
   CHECK(line_of(layers, "  bending") == "bending of curved set rung: flexible");
   CHECK(line_of(layers, "  torsional") == "torsional friction on curved set torsional_friction");
