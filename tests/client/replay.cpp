@@ -9,15 +9,16 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <msgpack.hpp>
 #include <string>
 #include <vector>
 
 #include "protocol/codec.h"
 #include "tests/client/mock_server.h"
+#include "tests/client/recorded_messages.h"
 
 using acus::test::MockScript;
 using acus::test::MockServer;
+using acus::test::read_messages;
 using namespace acus::protocol;
 
 namespace {
@@ -69,16 +70,6 @@ class Workplace {
  private:
   std::filesystem::path folder_;
 };
-
-// The messages of a file of recorded shapes.
-std::vector<std::string> split_messages(const std::string& bytes) {
-  std::vector<std::string> messages;
-  for (std::size_t begin = 0, end = 0; begin < bytes.size(); begin = end) {
-    msgpack::unpack(bytes.data(), bytes.size(), end);
-    messages.push_back(bytes.substr(begin, end - begin));
-  }
-  return messages;
-}
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
@@ -136,7 +127,7 @@ TEST_CASE("shapes are recorded as they come, none is missing in lockstep, and th
   INFO(outcome.output);
   CHECK(outcome.status == 0);
   CHECK(contains(outcome.output, "run.shapes, 8 shapes, 0 lost"));
-  const std::vector<std::string> messages = split_messages(here.read("run.shapes"));
+  const std::vector<std::string> messages = read_messages(here.path("run.shapes"));
   REQUIRE(messages.size() == 10);  // two replies, then a tissue and a needle at ticks 10, 20, 30 and 40 of 42
   CHECK(std::get<HelloReply>(decode_reply(messages[0])).scene == "mock scene");
   CHECK(std::get<DescribeReply>(decode_reply(messages[1])).regions == std::vector<std::string>{"tissue"});
@@ -163,7 +154,7 @@ TEST_CASE("poses of guides are recorded with the shapes, and carry no spin") {
   const auto outcome = here.replay(server, "--lockstep --shapes " + here.path("run.shapes"), "guided.csv");
   INFO(outcome.output);
   CHECK(outcome.status == 0);
-  const std::vector<std::string> messages = split_messages(here.read("run.shapes"));
+  const std::vector<std::string> messages = read_messages(here.path("run.shapes"));
   REQUIRE(messages.size() == 2 + 4 * 3);
   const auto pose = std::get<Pose>(decode_command(messages[2]));  // before the tissue of tick 10: eight poses later
   CHECK(pose.needle == "collar");

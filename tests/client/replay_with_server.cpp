@@ -12,6 +12,8 @@
 #include <thread>
 #include <vector>
 
+#include "protocol/codec.h"
+#include "tests/client/recorded_messages.h"
 #include "tests/integration/process.h"
 #include "tests/integration/server_process.h"
 
@@ -84,6 +86,30 @@ std::string far_away_scene(const Bench& bench) {
 
 const std::string kScenes = std::string(ACUS_SOURCE_DIR) + "/scenes/";
 
+// Those of the default run: all there, at their ticks, with the path that was cut.
+void check_shapes(const std::vector<std::string>& messages) {
+  using namespace acus::protocol;
+  const auto hello = std::get<HelloReply>(decode_reply(messages.at(0)));
+  const auto describe = std::get<DescribeReply>(decode_reply(messages.at(1)));
+  CHECK(describe.positions.size() == 3 * hello.tissue.nodes);
+  std::uint64_t needles = 0, tissues = 0;
+  float lowest = 1;  // m, end of the path when it was longest
+  for (std::size_t i = 2; i < messages.size(); ++i) {
+    const State state = decode_state(messages[i]);
+    if (const auto* needle = std::get_if<NeedleShape>(&state)) {
+      REQUIRE(needle->tick == 8 * ++needles);  // 500 ticks per second, 60 shapes as near as whole ticks come
+      continue;
+    }
+    const auto& tissue = std::get<TissueShape>(state);
+    REQUIRE(tissue.tick == 17 * ++tissues);
+    REQUIRE(tissue.positions.size() == describe.positions.size());
+    if (!tissue.path_points.empty()) lowest = std::min(lowest, tissue.path_points.back());
+  }
+  CHECK(needles == 8202 / 8);
+  CHECK(tissues == 8202 / 17);
+  CHECK(lowest < -0.015f);  // 65 mm below the top face
+}
+
 }  // namespace
 
 TEST_CASE("acus-replay waits for a server that starts later, and shuts it down") {
@@ -112,7 +138,8 @@ TEST_CASE("acus-replay ends with 3 when the server is killed under it, and keeps
 TEST_CASE("the default scene and trajectory in lockstep give the curve of an insertion and a pullback") {
   const Bench bench;
   Process server(bench.server(kScenes + "insertion_pullback.yaml", {"--lockstep"}));
-  Process replay(bench.replay(kScenes + "trajectories/insertion_pullback.csv", {"--lockstep", "--shutdown"}));
+  Process replay(bench.replay(kScenes + "trajectories/insertion_pullback.csv",
+                              {"--lockstep", "--shutdown", "--shapes", bench.path("run.shapes")}));
   REQUIRE(replay.wait(kLongRun) == 0);
   CHECK(server.wait(kPatience) == 0);
 
@@ -132,4 +159,7 @@ TEST_CASE("the default scene and trajectory in lockstep give the curve of an ins
   std::string kinds;
   for (const std::string& event : bench.lines("run.events.csv")) kinds += " " + split(event).at(4);
   CHECK(kinds == " kind contact puncture withdrawal");
+  CHECK(split(bench.lines("run.events.csv").back()).at(5) == "phantom");
+
+  check_shapes(acus::test::read_messages(bench.path("run.shapes")));
 }

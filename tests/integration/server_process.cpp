@@ -78,6 +78,7 @@ Message receive(client::StateLink& states) {
 template protocol::Force receive(client::StateLink&);
 template protocol::NeedleShape receive(client::StateLink&);
 template protocol::TissueShape receive(client::StateLink&);
+template protocol::Event receive(client::StateLink&);
 template protocol::Stats receive(client::StateLink&);
 
 protocol::Pose pose_at(double height, std::uint64_t seq, const std::string& needle) {
