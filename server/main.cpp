@@ -27,8 +27,8 @@ constexpr const char* kDescription =
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-server scenes/insertion_pullback.yaml            run until Ctrl-C\n"
-    "  acus-server SCENE --check                             only see whether the scene can be used, what is in it,\n"
-    "                                                        what it costs and what it leaves out\n"
+    "  acus-server SCENE --check                             see whether the scene can be used, what it costs and "
+    "leaves out\n"
     "  acus-server SCENE --lockstep                          ticks run when a client asks: for replays and tests\n"
     "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
     "\nExit status: 0 ended by SIGINT, SIGTERM, a client's shutdown, or --ticks; 1 bad command line; 2 the scene "
@@ -55,7 +55,8 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->check(CLI::PositiveNumber)
       ->default_str("unlimited");
   app.add_flag("--lockstep", arguments.loop.lockstep, "Run ticks only when a client's 'step' asks for them");
-  app.add_flag("--check", arguments.check, "Load the scene, print what it contains, what it costs and what it leaves out, and exit");
+  app.add_flag("--check", arguments.check,
+               "Load the scene, print what it contains, what it costs and what it leaves out, and exit");
 }
 
 // Runs the loop on its own thread, and ends it when it goes out of scope.

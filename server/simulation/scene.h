@@ -27,17 +27,17 @@ struct SceneError : std::runtime_error {
 
 // The laws between a needle and one region of the tissue. See constraints/laws.h for their graphs.
 struct Interaction {
-  double puncture_force = 1.0;      // f_p (N), >= 0, .inf for bone
-  double cutting_force = 0.5;       // f_c (N), >= 0
-  std::optional<double> pressure;   // p (Pa), >= 0, of the tissue on the shaft; absent: 2 G, see shaft_pressure()
-  double friction_static = 0.8;     // mu_s (-), >= friction_dynamic
-  double friction_dynamic = 0.6;    // mu_d (-), >= 0
-  double friction_viscous = 0;      // b (N s/m^2), >= 0: force per metre of shaft and m/s of sliding
-  std::optional<double> foundation_stiffness;  // k (Pa), > 0, .inf allowed: lateral force per metre of shaft and metre off
-                                    // its path, of the tissue beside it that the mesh does not resolve; absent:
-                                    // 1/foundation_compliance()
-  double friction_contact = 1.0;    // mu of the tip on the surface before puncture (-), >= 0; a tip tilted from the
-                                    // normal by more than atan(mu) slides and never punctures
+  double puncture_force = 1.0;     // f_p (N), >= 0, .inf for bone
+  double cutting_force = 0.5;      // f_c (N), >= 0
+  std::optional<double> pressure;  // p (Pa), >= 0, of the tissue on the shaft; absent: 2 G, see shaft_pressure()
+  double friction_static = 0.8;    // mu_s (-), >= friction_dynamic
+  double friction_dynamic = 0.6;   // mu_d (-), >= 0
+  double friction_viscous = 0;     // b (N s/m^2), >= 0: force per metre of shaft and m/s of sliding
+  // k (Pa), > 0, .inf allowed: lateral force per metre of shaft and metre off its path, of the tissue beside it that
+  // the mesh does not resolve; absent: 1/foundation_compliance()
+  std::optional<double> foundation_stiffness;
+  double friction_contact = 1.0;  // mu of the tip on the surface before puncture (-), >= 0; a tip tilted from the
+                                  // normal by more than atan(mu) slides and never punctures
 };
 
 // Shapes in the mesh frame. All contain their boundary, and points up to `margin` (m) outside of it.
@@ -105,14 +105,14 @@ double foundation_compliance(const Material& material, double h, double d);
 
 // Where two regions meet. A pair without an entry holds the tip with the puncture force of the region it goes into.
 struct Interface {
-  std::string between, and_;         // names of the regions
-  double puncture_force = 0;         // f_p (N), >= 0, .inf allowed, in both directions; not above f_c: no obstacle
-  double friction_contact = 1.0;     // mu of the tip that slides along it (-), >= 0
+  std::string between, and_;      // names of the regions
+  double puncture_force = 0;      // f_p (N), >= 0, .inf allowed, in both directions; not above f_c: no obstacle
+  double friction_contact = 1.0;  // mu of the tip that slides along it (-), >= 0
 };
 
 struct BoxMesh {
-  Vector3 size{0.1, 0.1, 0.1};           // m, > 0
-  std::array<int, 3> cells{9, 9, 9};     // >= 1
+  Vector3 size{0.1, 0.1, 0.1};        // m, > 0
+  std::array<int, 3> cells{9, 9, 9};  // >= 1
 };
 
 struct GmshMesh {
@@ -130,7 +130,7 @@ struct Tissue {
   Pose pose;                     // mesh frame in the world
   std::vector<Region> regions{Region{}};
   std::vector<Interface> interfaces;
-  std::vector<Volume> fixed;     // nodes inside any of them, mesh frame, do not move
+  std::vector<Volume> fixed;  // nodes inside any of them, mesh frame, do not move
 };
 
 // How a needle is solved.
@@ -139,7 +139,7 @@ enum class NeedleRung { flexible, rigid };
 struct Needle : NeedleBody {
   std::string name = "needle";
   NeedleRung rung = NeedleRung::flexible;
-  Pose base;                         // first node in the world at the start; the needle lies along its +x axis
+  Pose base;  // first node in the world at the start; the needle lies along its +x axis
   Vector3 cutting_direction = Vector3::UnitX();  // in the tip's frame, along which a pushed tip cuts; any length, x > 0
   double torsional_friction = 0;     // -, >= 0: share of the shaft's friction that resists spin; 0 leaves it out
   double constraint_spacing = 4e-3;  // m, > 0, between the points that hold the shaft to its path
@@ -153,13 +153,13 @@ struct Needle : NeedleBody {
 // name like a needle; without any it stays where it is.
 struct Guide {
   std::string name = "guide";
-  std::string needle = "needle";     // name of the needle in it
-  Pose pose;                         // of the hole at the start; its axis is the frame's +x
-  double play = 0;                   // m, >= 0, between the needle and the hole, to each side
-  double friction = 0;               // mu (-), >= 0
-  double max_speed = 1;              // m/s, > 0
-  double max_angular_speed = 20;     // rad/s, > 0
-  double smoothing = 5e-3;           // s, >= 0: time constant with which it follows its commands
+  std::string needle = "needle";  // name of the needle in it
+  Pose pose;                      // of the hole at the start; its axis is the frame's +x
+  double play = 0;                // m, >= 0, between the needle and the hole, to each side
+  double friction = 0;            // mu (-), >= 0
+  double max_speed = 1;           // m/s, > 0
+  double max_angular_speed = 20;  // rad/s, > 0
+  double smoothing = 5e-3;        // s, >= 0: time constant with which it follows its commands
 };
 
 struct Newton {
@@ -168,13 +168,13 @@ struct Newton {
 };
 
 struct LawSolver {
-  int max_sweeps = 1000;     // 1 to 100000
-  double tolerance = 1e-6;   // N, > 0: largest violation of a law, as the force that would mend it
+  int max_sweeps = 1000;    // 1 to 100000
+  double tolerance = 1e-6;  // N, > 0: largest violation of a law, as the force that would mend it
 };
 
 struct Publishing {
-  double needle_rate = 60;   // Hz of simulation time, > 0
-  double tissue_rate = 30;   // Hz of simulation time, > 0
+  double needle_rate = 60;  // Hz of simulation time, > 0
+  double tissue_rate = 30;  // Hz of simulation time, > 0
 };
 
 // Where a field stands in its file, both counted from 1.
@@ -185,16 +185,16 @@ struct Place {
 
 struct Scene {
   std::string name = "scene";
-  std::string file;                      // where it was read from, empty if built in code
-  double rate = 1000;                    // Hz, > 0, ticks per second; the time step is h = 1/rate
-  Vector3 gravity = Vector3::Zero();     // m/s^2, world
+  std::string file;                   // where it was read from, empty if built in code
+  double rate = 1000;                 // Hz, > 0, ticks per second; the time step is h = 1/rate
+  Vector3 gravity = Vector3::Zero();  // m/s^2, world
   Tissue tissue;
-  std::vector<Needle> needles{Needle{}}; // 1 to 64, distinct names
-  std::vector<Guide> guides;             // distinct names, none that of a needle
+  std::vector<Needle> needles{Needle{}};  // 1 to 64, distinct names
+  std::vector<Guide> guides;              // distinct names, none that of a needle
   Newton newton;
   LawSolver laws;
   Publishing publish;
-  std::map<std::string, Place> places;   // of every field that the file gives, by its path, "tissue.regions[0].box"
+  std::map<std::string, Place> places;  // of every field that the file gives, by its path, "tissue.regions[0].box"
 };
 
 // Throws SceneError for the first value out of range or at odds with another. read_scene() calls it; scenes built in

@@ -136,7 +136,8 @@ class Checker {
   }
 
   void check_rules(const Volume& volume, const std::string& path) const {
-    if (volume.unbounded()) fail(path, "expected a volume with box, sphere, half_space or cylinder, found none of them");
+    if (volume.unbounded())
+      fail(path, "expected a volume with box, sphere, half_space or cylinder, found none of them");
   }
 
   void check_rules(const GmshMesh& mesh, const std::string& path) const {
@@ -204,7 +205,8 @@ class Checker {
       check_known(between, regions, "region", child_path(entry, "between"));
       check_known(and_, regions, "region", child_path(entry, "and"));
       if (between == and_) {
-        fail(child_path(entry, "and"), "expected another region than the one in `between`, found \"" + and_ + "\" twice");
+        fail(child_path(entry, "and"),
+             "expected another region than the one in `between`, found \"" + and_ + "\" twice");
       }
       const auto [first, is_new] = pairs.emplace(std::minmax(between, and_), i);
       if (is_new) continue;

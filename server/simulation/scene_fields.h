@@ -196,7 +196,8 @@ struct FieldsOf<Needle> {
   static constexpr const char* title = "needle";
   static constexpr std::tuple list{
       Field{"name", &Needle::name, "", kNameLength, "distinct from the other needles' names"},
-      Field{"rung", &Needle::rung, "", any(), "how it is solved: flexible (beams) or rigid (follows its base as it is)"},
+      Field{"rung", &Needle::rung, "", any(),
+            "how it is solved: flexible (beams) or rigid (follows its base as it is)"},
       Field{"length", &Needle::length, "m", above(0), "from base to tip"},
       Field{"beams", &Needle::beams, "-", between(1, 1000), "beam elements of equal length"},
       Field{"outer_diameter", &Needle::outer_diameter, "m", above(0), "d of the shaft"},

@@ -111,7 +111,8 @@ std::string borders(const Simulation& simulation) {
 }
 
 std::string shape(const Needle& needle) {
-  std::string text = needle.inner_diameter > 0 ? std::string("bore ") + number(1e3 * needle.inner_diameter) + " mm" : "solid";
+  std::string text =
+      needle.inner_diameter > 0 ? std::string("bore ") + number(1e3 * needle.inner_diameter) + " mm" : "solid";
   if (needle.curvature != 0) {
     text += ", last " + number(1e3 * needle.curved_length.value_or(needle.length)) + " mm bent to radius " +
             number(1e3 / std::abs(needle.curvature)) + " mm";
@@ -128,7 +129,7 @@ std::string needles(const Scene& scene) {
     const bool rigid = needle.rung == NeedleRung::rigid;
     const double bending = make_needle_model(needle, scene.gravity).stiffness.bending;  // N m^2
     const double length = needle.length;
-    const double lateral = 3 * bending / (length * length * length);                                    // N/m
+    const double lateral = 3 * bending / (length * length * length);                                // N/m
     const double buckling = std::numbers::pi * std::numbers::pi * bending / (4 * length * length);  // N
     table.add({"  " + needle.name, rigid ? "rigid" : "flexible", std::to_string(needle.beams), number(1e3 * length),
                number(1e3 * needle.outer_diameter), shape(needle), vector(needle.cutting_direction),
@@ -176,11 +177,12 @@ std::string expenses(const Simulation& simulation) {
   const bool exact = simulation.scene().tissue.rung == TissueRung::exact;
   TextTable table;
   table.add({"costs"});
-  table.add({"  unknowns", std::to_string(3 * costs.free_nodes), std::string("of ") + std::to_string(costs.free_nodes) + " free nodes"});
+  table.add({"  unknowns", std::to_string(3 * costs.free_nodes),
+             std::string("of ") + std::to_string(costs.free_nodes) + " free nodes"});
   table.add({"  rows", std::to_string(costs.max_rows), "of the laws in one tick, at most"});
   table.add({"  factor", megabytes(bytes.factor),
-             std::to_string(costs.factor_entries) + (exact ? " entries, made anew in every iteration of a tick"
-                                                           : " entries, read twice in every tick")});
+             std::to_string(costs.factor_entries) +
+                 (exact ? " entries, made anew in every iteration of a tick" : " entries, read twice in every tick")});
   table.add({"  corridor", megabytes(bytes.corridor),
              std::string("compliance of up to ") + std::to_string(costs.corridor_nodes) + " nodes around the needles"});
   table.add({"  row matrices", megabytes(bytes.rows), "at most; what a tick uses goes with its rows"});

@@ -222,9 +222,10 @@ TEST_CASE("shapes and directions that are none") {
 }
 
 TEST_CASE("a curved end is not longer than its needle") {
-  CHECK(error_of("needles: [{length: 0.1, curved_length: 0.11}]") ==
-        "scene.yaml:2:40: needles[0].curved_length: expected a number <= length (0.1), found 0.11; leave it out to bend "
-        "the whole needle");
+  CHECK(
+      error_of("needles: [{length: 0.1, curved_length: 0.11}]") ==
+      "scene.yaml:2:40: needles[0].curved_length: expected a number <= length (0.1), found 0.11; leave it out to bend "
+      "the whole needle");
   CHECK(error_of("needles: [{curved_length: 0}]") ==
         "scene.yaml:2:27: needles[0].curved_length: expected a number > 0, found 0");
   CHECK(error_of("needles: [{length: 1, beams: 2, curvature: -7}]")

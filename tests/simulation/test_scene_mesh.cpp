@@ -137,9 +137,9 @@ TEST_CASE("the boundary of a shape belongs to it") {
 TEST_CASE("an interface has the faces in which its regions meet") {
   const std::string regions =
       "tissue:\n  mesh: {box: {cells: [2, 3, 4]}}\n  regions:\n    - name: bottom\n"
-      "    - {name: middle, box: {min: [-.inf, -.inf, -0.025]}}\n    - {name: top, box: {min: [-.inf, -.inf, 0.025]}}\n";
-  const Scene scene =
-      parse(regions + "  interfaces: [{between: top, and: middle}, {between: bottom, and: middle}]");
+      "    - {name: middle, box: {min: [-.inf, -.inf, -0.025]}}\n    - {name: top, box: {min: [-.inf, -.inf, "
+      "0.025]}}\n";
+  const Scene scene = parse(regions + "  interfaces: [{between: top, and: middle}, {between: bottom, and: middle}]");
   const TetrahedralMesh mesh = load_mesh(scene);
   // Two triangles for each of the 2 x 3 cells in a layer.
   const std::map<std::pair<int, int>, int> expected{{{0, 1}, 12}, {{1, 2}, 12}};
@@ -198,16 +198,17 @@ TEST_CASE("nodes on the boundary of any shape are fixed wherever the tissue stan
       "    - cylinder: {from: [-0.1, 0, 0.05], to: [0.1, 0, 0.05], radius: 0.05}\n";
   const Scene here = parse("tissue:\n" + fixed);
   const std::vector<bool> expected = find_fixed_nodes(here, load_mesh(here));
-  // A face of 5 x 5 nodes; the rod with its axis and four lines at one edge's length; and of the sphere, a node with its
-  // neighbours, the two that the rod leaves.
+  // A face of 5 x 5 nodes; the rod with its axis and four lines at one edge's length; and of the sphere, a node with
+  // its neighbours, the two that the rod leaves.
   CHECK(std::count(expected.begin(), expected.end(), true) == 25 + 5 * 5 + 2);
   const Scene there = parse("tissue:\n  pose: {position: [0.3, 7, -2], orientation: [0.1, 0.7, 0.1, 0.7]}\n" + fixed);
   CHECK(find_fixed_nodes(there, load_mesh(there)) == expected);
 }
 
 TEST_CASE("a fixed volume without nodes") {
-  CHECK(error_of("tissue:\n  fixed:\n    - box: {max: [.inf, .inf, -0.06]}")
-            .starts_with("scene.yaml:4:7: tissue.fixed[0]: expected a volume that holds nodes of the mesh, found none"));
+  CHECK(
+      error_of("tissue:\n  fixed:\n    - box: {max: [.inf, .inf, -0.06]}")
+          .starts_with("scene.yaml:4:7: tissue.fixed[0]: expected a volume that holds nodes of the mesh, found none"));
 }
 
 TEST_CASE("a broken mesh leads to the field `mesh` and names the file") {

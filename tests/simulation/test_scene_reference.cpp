@@ -49,7 +49,8 @@ void walk_properties(const SchemaField& field, const Visit& visit) {
     const auto name = property.first.as<std::string>();
     if (name == "acus_scene") continue;
     const auto scene = [outer = field.scene, parent = field.path, name](const std::string& value) {
-      return outer(std::string("{").append(companion_of(parent, name)).append(name).append(": ").append(value).append("}"));
+      return outer(
+          std::string("{").append(companion_of(parent, name)).append(name).append(": ").append(value).append("}"));
     };
     walk({field.path.empty() ? name : field.path + "." + name, property.second, scene}, visit);
   }
