@@ -18,7 +18,9 @@ constexpr double kContactMargin = 1e-3;  // m
 // A force counts as at its cap from this fraction on.
 constexpr double kAtCap = 1 - 1e-9;
 // A tip that a tick took past a border comes back to it no faster than this.
-constexpr double kRecoverySpeed = 0.01;  // m/s
+constexpr double kRecoverySpeed = 0.1;  // m/s
+// A tip pulled back by more than this (in spacings) from a border does not rest against it any more.
+constexpr double kBorderClearance = 0.1;
 // Softer than this (in W of the rows) a vertex holds nothing.
 constexpr double kSoftest = 1e6;
 // A point holds as if it stood for at least this length of shaft (in spacings).
@@ -191,7 +193,8 @@ void Insertion::place_tip(const NeedleView& needle, const TissueView& tissue, co
   while (next < count && memory_[next].s <= length) ++next;
   const bool tail = next == count;  // between the last vertex and the end
   const double next_s = tail ? end_s_ : memory_[next].s;
-  at_end_ = tail && next_s <= length && !path.exited;
+  const double clearance = held_ >= 0 ? kBorderClearance * path.spacing : 0;
+  at_end_ = tail && next_s <= length + clearance && !path.exited;
   tip_offset_ = 0;
   double u = 1;  // of the way from the last vertex alongside to the next, or to the end
   if (at_end_ || next == 0) {
@@ -227,8 +230,7 @@ void Insertion::find_border(const NeedleView& needle, const TissueView& tissue, 
     return Obstacle{region, at, surface.material(at)};
   };
   if (held_ >= 0) {
-    const Obstacle under = closest_on(held_, before);
-    if (std::abs(under.at.distance) <= reach) obstacle_ = under;
+    obstacle_ = closest_on(held_, before);
     return;
   }
   Vector3 from = tissue.position(path.end);
@@ -542,8 +544,6 @@ std::uint32_t Insertion::meet_border(const Transition& now, Path& path) {
     path.end = surface.material(under);
     return flags;
   }
-  report(now, EventKind::release, held_, 0);
-  held_ = -1;
   return grow(now, path, start, -1);
 }
 
@@ -559,10 +559,10 @@ std::uint32_t Insertion::grow(const Transition& now, Path& path, int start, int 
     flags |= lay_vertices(now, path, start, from, tissue.position(trace.end));
     path.end = trace.end;
     path.exited = trace.left && trace.end.weights.minCoeff() > -1e-6;
-    if (trace.next < 0) return flags;
+    if (trace.next < 0) break;
     const int region = tissue.regions[trace.next];
     if (tissue.borders.at(tissue.region(trace.end), region).holds) {
-      report(now, EventKind::contact, region, tip_.cutting);
+      if (held_ != region) report(now, EventKind::contact, region, tip_.contact);
       held_ = region;
       return flags;
     }
@@ -570,6 +570,8 @@ std::uint32_t Insertion::grow(const Transition& now, Path& path, int start, int 
     came_from = trace.end.tetrahedron;
     start = trace.next;
   }
+  if (held_ >= 0) report(now, EventKind::release, held_, 0);
+  held_ = -1;
   return flags;
 }
 
