@@ -11,6 +11,7 @@ import sys
 import numpy as np
 
 MM = 1e3  # per m
+REPETITION = 0.005  # of the run's duration: events of a kind that follow each other faster are drawn once
 
 # Okabe and Ito's colours, which people with any kind of colour vision tell apart.
 FORCE_STYLES = {
@@ -98,13 +99,25 @@ def axis_of(quaternions):
     return np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=-1)
 
 
-def read_events(run_path, start):
-    """The events of all needles that stand beside a run; none if there is no such file."""
+def read_events(run_path, run):
+    """The events of all needles that stand beside a run, less repetitions; none if there is no such file."""
     path = os.path.splitext(run_path)[0] + ".events.csv"
     if not os.path.exists(path):
         return []
     with open(path, newline="", encoding="utf-8") as file:
-        return [Event(row, start) for row in csv.DictReader(file)]
+        events = [Event(row, run.start) for row in csv.DictReader(file)]
+    return without_repetitions(events, REPETITION * (run.time[-1] - run.time[0]))
+
+
+def without_repetitions(events, gap):
+    """Without those that come within `gap` seconds after the last of their kind and needle."""
+    kept, last = [], {}
+    for event in events:
+        series = (event.needle, event.kind)
+        if event.time - last.get(series, -np.inf) > gap:
+            kept.append(event)
+        last[series] = event.time
+    return kept
 
 
 def once(seen, label):
