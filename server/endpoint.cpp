@@ -41,7 +41,7 @@ bool is_request(std::string_view type) {
 
 }  // namespace
 
-Endpoint::Endpoint(World& world, const EndpointOptions& options, Link& link)
+Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& link)
     : options_(options),
       link_(link),
       commands_(context_, zmq::socket_type::router),

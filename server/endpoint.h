@@ -33,7 +33,7 @@ struct EndpointOptions {
 class Endpoint {
  public:
   // Binds both sockets; throws zmq::error_t. `world` is the one the simulation thread starts with.
-  Endpoint(World& world, const EndpointOptions& options, Link& link);
+  Endpoint(LoadedScene& world, const EndpointOptions& options, Link& link);
 
   std::string commands_endpoint() const { return commands_.get(zmq::sockopt::last_endpoint); }
   std::string states_endpoint() const { return publisher_.endpoint(); }
@@ -101,8 +101,8 @@ class Endpoint {
   Publisher publisher_;
   SceneLoader loader_;
 
-  World* published_;        // the world whose states come out
-  const World* commanded_;  // the world that commands go to: the same, or one on its way to the simulation thread
+  LoadedScene* published_;        // the world whose states come out
+  const LoadedScene* commanded_;  // the world that commands go to: the same, or one on its way to the simulation thread
   std::uint64_t published_epoch_ = 0;
   std::uint64_t commanded_epoch_ = 0;
   std::vector<Command> newest_;  // per body of commanded_: pose and spin together, whichever message they came in

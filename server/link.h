@@ -11,9 +11,9 @@
 #include <variant>
 
 #include "server/exchange.h"
+#include "server/loaded_scene.h"
 #include "server/topics.h"
 #include "server/wakeup.h"
-#include "server/world.h"
 
 namespace acus {
 
@@ -33,20 +33,20 @@ struct Request {
   enum class Kind : std::uint8_t { pause, resume, reset, replace_world, step, shutdown };
 
   Kind kind = Kind::pause;
-  std::uint64_t id = 0;          // comes back in the acknowledgement
-  std::uint64_t epoch = 0;       // reset, replace_world: the epoch that begins
-  std::uint32_t ticks = 0;       // step
-  std::unique_ptr<World> world;  // replace_world
+  std::uint64_t id = 0;                // comes back in the acknowledgement
+  std::uint64_t epoch = 0;             // reset, replace_world: the epoch that begins
+  std::uint32_t ticks = 0;             // step
+  std::unique_ptr<LoadedScene> world;  // replace_world
 };
 
 // Records, from the simulation thread to the socket thread.
 struct Acknowledgement {
   Request::Kind kind = Request::Kind::pause;
   std::uint64_t id = 0;
-  std::uint64_t epoch = 0, tick = 0;  // where the world stands after the request
-  double time = 0;                    // s
-  World* world = nullptr;             // whose states follow
-  std::unique_ptr<World> retired;     // replace_world: the one before, to be destroyed elsewhere
+  std::uint64_t epoch = 0, tick = 0;     // where the world stands after the request
+  double time = 0;                       // s
+  LoadedScene* world = nullptr;          // whose states follow
+  std::unique_ptr<LoadedScene> retired;  // replace_world: the one before, to be destroyed elsewhere
 };
 struct ForceRecord {
   std::uint64_t epoch = 0, tick = 0;

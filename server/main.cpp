@@ -78,7 +78,7 @@ class SimulationThread {
   std::thread thread_;
 };
 
-void serve(Endpoint& endpoint, std::unique_ptr<World> world, const LoopOptions& options, Link& link,
+void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link,
            const Termination& termination) {
   spdlog::info("scene '{}', {} Hz{}", world->hello.scene, world->hello.rate, options.lockstep ? ", lockstep" : "");
   spdlog::info("commands on {}", endpoint.commands_endpoint());
@@ -95,9 +95,9 @@ void serve(Endpoint& endpoint, std::unique_ptr<World> world, const LoopOptions& 
 
 int run(const Arguments& arguments) {
   const Termination termination;
-  std::unique_ptr<World> world;
+  std::unique_ptr<LoadedScene> world;
   try {
-    world = load_world(arguments.scene, arguments.endpoint.rate);
+    world = load_scene(arguments.scene, arguments.endpoint.rate);
   } catch (const std::runtime_error& error) {
     spdlog::error("{}", error.what());
     return kBadScene;

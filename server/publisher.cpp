@@ -46,7 +46,7 @@ bool Publisher::flush() {
   return flush();
 }
 
-void Publisher::publish(const ForceRecord& record, const World& world) {
+void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
   const NeedleReport& needle = record.report;
   const Quaternion base_from_world = needle.base.orientation.conjugate();
   protocol::Force force;
@@ -75,7 +75,7 @@ void Publisher::publish(const ForceRecord& record, const World& world) {
   encode_and_send(force);
 }
 
-void Publisher::publish(const EventRecord& record, const World& world) {
+void Publisher::publish(const EventRecord& record, const LoadedScene& world) {
   const Event& event = record.event;
   encode_and_send(protocol::Event{record.epoch, event.tick, record.time,
                                   world.hello.needles[static_cast<std::size_t>(event.needle)].name, to_wire(event.kind),
@@ -83,7 +83,7 @@ void Publisher::publish(const EventRecord& record, const World& world) {
                                   to_wire(event.position), event.force});
 }
 
-void Publisher::publish(NeedleFrame& frame, const World& world) {
+void Publisher::publish(NeedleFrame& frame, const LoadedScene& world) {
   frame.shape.needle = world.hello.needles[static_cast<std::size_t>(frame.needle)].name;
   encode_and_send(frame.shape);
 }

@@ -10,8 +10,8 @@
 #include <zmq.hpp>
 
 #include "server/link.h"
+#include "server/loaded_scene.h"
 #include "server/topics.h"
-#include "server/world.h"
 
 namespace acus {
 
@@ -31,9 +31,9 @@ class Publisher {
   // Sends what is held back, if anything; false if it still has to wait. Nothing may be published meanwhile.
   bool flush();
 
-  void publish(const ForceRecord& record, const World& world);
-  void publish(const EventRecord& record, const World& world);
-  void publish(NeedleFrame& frame, const World& world);
+  void publish(const ForceRecord& record, const LoadedScene& world);
+  void publish(const EventRecord& record, const LoadedScene& world);
+  void publish(NeedleFrame& frame, const LoadedScene& world);
   void publish(const protocol::TissueShape& shape);
   void publish(const protocol::Stats& stats);
 

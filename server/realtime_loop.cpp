@@ -30,13 +30,13 @@ void sleep_until(std::int64_t time) {
   }
 }
 
-std::int64_t period_of(const World& world) {
+std::int64_t period_of(const LoadedScene& world) {
   return std::max<std::int64_t>(1, std::llround(kNanoseconds / world.simulation.scene().rate));
 }
 
 }  // namespace
 
-RealtimeLoop::RealtimeLoop(std::unique_ptr<World> world, const LoopOptions& options, Link& link)
+RealtimeLoop::RealtimeLoop(std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link)
     : world_(std::move(world)), options_(options), link_(link) {}
 
 void RealtimeLoop::run() {
@@ -106,12 +106,12 @@ void RealtimeLoop::handle(Request& request) {
 }
 
 void RealtimeLoop::replace_world(Request& request) {
-  std::unique_ptr<World> retired = std::exchange(world_, std::move(request.world));
+  std::unique_ptr<LoadedScene> retired = std::exchange(world_, std::move(request.world));
   epoch_ = request.epoch;
   acknowledge(request, std::move(retired));
 }
 
-void RealtimeLoop::acknowledge(const Request& request, std::unique_ptr<World> retired) {
+void RealtimeLoop::acknowledge(const Request& request, std::unique_ptr<LoadedScene> retired) {
   const TickReport& report = world_->simulation.report();
   link_.epoch.store(epoch_, std::memory_order_relaxed);
   link_.tick.store(report.tick, std::memory_order_relaxed);

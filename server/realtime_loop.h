@@ -21,7 +21,7 @@ struct LoopOptions {
 
 class RealtimeLoop {
  public:
-  RealtimeLoop(std::unique_ptr<World> world, const LoopOptions& options, Link& link);
+  RealtimeLoop(std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link);
 
   // Returns when the link says stop, after a shutdown request, or after max_ticks.
   void run();
@@ -36,7 +36,7 @@ class RealtimeLoop {
   void take_requests();
   void handle(Request& request);
   void replace_world(Request& request);
-  void acknowledge(const Request& request, std::unique_ptr<World> retired = nullptr);
+  void acknowledge(const Request& request, std::unique_ptr<LoadedScene> retired = nullptr);
 
   void tick();
   void take_commands();
@@ -52,7 +52,7 @@ class RealtimeLoop {
   template <class T>
   T* room_in(SpscQueue<T>& queue);
 
-  std::unique_ptr<World> world_;
+  std::unique_ptr<LoadedScene> world_;
   const LoopOptions options_;
   Link& link_;
   std::array<const EpochCommand*, kMaxBodies> taken_{};  // commands for an epoch that has not begun yet

@@ -8,14 +8,14 @@
 #include <optional>
 #include <string>
 
+#include "server/loaded_scene.h"
 #include "server/wakeup.h"
-#include "server/world.h"
 
 namespace acus {
 
 struct LoadResult {
-  std::unique_ptr<World> world;  // null if the scene cannot be used
-  std::string error;             // why, then
+  std::unique_ptr<LoadedScene> world;  // null if the scene cannot be used
+  std::string error;                   // why, then
 };
 
 class SceneLoader {
@@ -40,14 +40,14 @@ class SceneLoader {
     return loading_.get();
   }
 
-  void destroy(std::unique_ptr<World> world) {
+  void destroy(std::unique_ptr<LoadedScene> world) {
     destroying_ = std::async(std::launch::async, [doomed = std::move(world)]() mutable { doomed.reset(); });
   }
 
  private:
   LoadResult load(const std::string& scene_path) const {
     try {
-      return {load_world(scene_path, rate_), ""};
+      return {load_scene(scene_path, rate_), ""};
     } catch (const std::exception& error) {
       return {nullptr, error.what()};
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/world.h"
+#include "server/loaded_scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,7 +24,7 @@ std::size_t largest_node_count(const Simulation& simulation) {
   return static_cast<std::size_t>(largest);
 }
 
-std::vector<protocol::TopicInfo> topic_rates(const World& world) {
+std::vector<protocol::TopicInfo> topic_rates(const LoadedScene& world) {
   const double rate = world.simulation.scene().rate;
   std::vector<protocol::TopicInfo> topics;
   for (const char* name : kTopicNames) topics.push_back({name, 0});
@@ -35,7 +35,7 @@ std::vector<protocol::TopicInfo> topic_rates(const World& world) {
   return topics;
 }
 
-protocol::HelloReply make_hello(const World& world) {
+protocol::HelloReply make_hello(const LoadedScene& world) {
   const Simulation& simulation = world.simulation;
   const Scene& scene = simulation.scene();
   protocol::HelloReply hello;
@@ -90,7 +90,7 @@ protocol::DescribeReply make_describe(const Simulation& simulation) {
 
 }  // namespace
 
-World::World(const Scene& scene)
+LoadedScene::LoadedScene(const Scene& scene)
     : simulation(scene),
       needle_frames(kFrames * scene.needles.size()),
       tissue_frames(kFrames),
@@ -112,7 +112,7 @@ World::World(const Scene& scene)
   }
 }
 
-int World::find_body(const std::string& name) const {
+int LoadedScene::find_body(const std::string& name) const {
   const auto named = [&](const auto& info) { return info.name == name; };
   const auto needle = std::find_if(hello.needles.begin(), hello.needles.end(), named);
   if (needle != hello.needles.end()) return static_cast<int>(needle - hello.needles.begin());
@@ -121,10 +121,10 @@ int World::find_body(const std::string& name) const {
   return -1;
 }
 
-std::unique_ptr<World> load_world(const std::string& scene_path, std::optional<double> rate) {
+std::unique_ptr<LoadedScene> load_scene(const std::string& scene_path, std::optional<double> rate) {
   Scene scene = read_scene(scene_path);
   if (rate) scene.rate = *rate;
-  return std::make_unique<World>(scene);
+  return std::make_unique<LoadedScene>(scene);
 }
 
 }  // namespace acus

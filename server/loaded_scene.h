@@ -18,8 +18,8 @@ struct NeedleFrame {
   protocol::NeedleShape shape;  // buffers sized for the largest needle of the scene; the publisher adds the name
 };
 
-struct World {
-  explicit World(const Scene& scene);  // throws SceneError
+struct LoadedScene {
+  explicit LoadedScene(const Scene& scene);  // throws SceneError
 
   Simulation simulation;  // of the simulation thread while it has the world
 
@@ -44,6 +44,6 @@ struct World {
 };
 
 // Reads the scene and builds its world; `rate` (Hz) replaces the scene's. Throws SceneError.
-std::unique_ptr<World> load_world(const std::string& scene_path, std::optional<double> rate);
+std::unique_ptr<LoadedScene> load_scene(const std::string& scene_path, std::optional<double> rate);
 
 }  // namespace acus
