@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "server/loaded_scene.h"
 #include "server/wakeup.h"
@@ -27,10 +28,11 @@ class SceneLoader {
 
   // Begins to load. Must not be busy.
   void start(const std::string& scene_path) {
-    loading_ = std::async(std::launch::async, [this, scene_path] {
-      LoadResult result = load(scene_path);
+    std::promise<LoadResult> promise;
+    loading_ = promise.get_future();
+    loader_ = std::jthread([this, scene_path, result = std::move(promise)]() mutable {
+      result.set_value(load(scene_path));
       done_.signal();
-      return result;
     });
   }
 
@@ -56,6 +58,7 @@ class SceneLoader {
   Wakeup& done_;
   const std::optional<double> rate_;
   std::future<LoadResult> loading_;
+  std::jthread loader_;
   std::future<void> destroying_;
 };
 
