@@ -16,6 +16,7 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "client"))
 
+import recording  # noqa: E402
 import shapes  # noqa: E402
 
 RECORDING = os.path.join(ROOT, "..", "shared", "data", "hand_motion", "recording1.txt")
@@ -158,6 +159,16 @@ class Plot(RecordedRun):
         self.write_run()
         self.assert_success(run("client/plot", self.path("run.csv")))
         self.assertTrue(os.path.exists(self.path("run.png")))
+
+    def test_events_that_repeat_are_drawn_once(self):
+        self.write_run()
+        with open(self.path("run.events.csv"), "w", encoding="utf-8") as file:
+            rows = [(0.5 + 0.01 * i, "needle", kind) for i in range(30) for kind in ("contact", "release")]
+            rows += [(2, "needle", "contact"), (2, "other", "contact")]
+            file.write("time_s,needle,kind\n" + "".join("{},{},{}\n".format(*row) for row in rows))
+        events = recording.read_events(self.path("run.csv"), recording.Run(self.path("run.csv")))
+        self.assertEqual([(event.time, event.needle, event.kind) for event in events],
+                         [(0.5, "needle", "contact"), (0.5, "needle", "release"), *rows[-2:]])
 
     def test_what_is_no_run_is_told(self):
         for name, text in (("empty.csv", ""), ("other.csv", "a,b\n1,2\n")):
