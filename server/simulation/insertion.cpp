@@ -83,7 +83,8 @@ void Insertion::locate_outside(const NeedleView& needle, const TissueView& tissu
   // An open mouth under the tip: no surface to push against.
   const int mouth = find_mouth(at.position, tissue, paths);
   if (mouth >= 0) {
-    if (at.normal.dot(tip.position - at.position) >= 0) return;
+    const Vector3 past = tip.position - tissue.position(paths[mouth].vertices[0]);
+    if (at.normal.dot(past) >= 0 || path_tangent(tissue, paths[mouth], 0, tip.tangent).dot(past) <= 0) return;
     enter(mouth, paths);
     reentered_ = true;
     return;
@@ -243,6 +244,7 @@ void Insertion::find_border(const NeedleView& needle, const TissueView& tissue, 
     const int region = tissue.regions[trace.next];
     if (tissue.borders.at(tissue.region(trace.end), region).holds) {
       obstacle_ = closest_on(region, from);
+      obstacle_->under = obstacle_->at.normal.dot(needle.tip().position - obstacle_->at.position) < 0;
       return;
     }
     came_from = trace.end.tetrahedron;
@@ -257,7 +259,7 @@ bool Insertion::build_rows(const NeedleView& needle, const TissueView& tissue, s
   if (path_ < 0) return !obstacle_ || add_surface(needle, tissue, rows);
   const Path& path = paths[path_];
   bool all = !left_out_;
-  if (held_ >= 0 && obstacle_) {
+  if (obstacle_ && obstacle_->under) {
     all = add_border(needle, tissue, path, rows) && all;
   } else if (phase_ != Phase::through) {
     all = add_tip(needle, tissue, path, rows) && all;
@@ -341,7 +343,9 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
     const Row row{needle_, RowRole::tip_lateral, -1, tip, tip_point_, n, n.dot(apart), tip_softness_};
     all = rows.add(row, {.compliance = compliance}, tip_.lateral.dot(n)) && all;
   }
-  return all;
+  if (at_end_) return all;
+  return add_support(tissue, {needle_, RowRole::tip_lateral, -1, tip, {tip_point_.a, {}, 0}, Vector3::Zero(), 0}, rows) &&
+         all;
 }
 
 bool Insertion::add_shaft(const NeedleView& needle, const TissueView& tissue, const Path& path,
@@ -361,8 +365,18 @@ bool Insertion::add_shaft(const NeedleView& needle, const TissueView& tissue, co
     all = rows.add(row, {.compliance = compliance}, memory_[point.vertex].lateral.dot(n)) && all;
   }
   row.softness = 0;
+  all = add_support(tissue, row, rows) && all;
   row.n = point.tangent;
   return add_friction(needle, tissue, point, row, rows) && all;
+}
+
+// A border that the path lies on keeps the needle out of the region behind it, however soft the tissue on this side is.
+bool Insertion::add_support(const TissueView& tissue, Row row, Rows& rows) const {
+  const auto normal = tissue.border_normal(row.in_tissue.a);
+  if (!normal) return true;
+  row.n = *normal;
+  row.gap = row.n.dot(row.on_needle.position - tissue.position(row.in_tissue.a));
+  return rows.add(row, {LawKind::unilateral, kInfinity}, 0);
 }
 
 bool Insertion::add_friction(const NeedleView& needle, const TissueView& tissue, const ShaftPoint& point, Row& row,
@@ -507,7 +521,7 @@ std::uint32_t Insertion::advance_end(const Transition& now, Path& path) {
     report(now, EventKind::release, held_, 0);
     held_ = -1;
   }
-  if (obstacle_ && (held_ >= 0 || tip_.contact > 0)) return meet_border(now, path);
+  if (obstacle_ && (obstacle_->under || tip_.contact > 0)) return meet_border(now, path);
 
   const CurvePoint tip = now.needle.tip();
   const bool beyond = tip.tangent.dot(tip.position - now.tissue.position(path.end)) > 0;
@@ -536,10 +550,12 @@ std::uint32_t Insertion::meet_border(const Transition& now, Path& path) {
     path.end = obstacle_->material;
     return flags | grow(now, path, surface.beyond(obstacle_->at), path.end.tetrahedron);
   }
-  if (tip_.contact > 0) {
+  const Vector3 tip = now.needle.tip().position;
+  const SurfacePoint under = surface.closest(tissue.x, tip);
+  const bool beside = (tip - under.position - under.distance * under.normal).norm() > kContactMargin;  // past its rim
+  if (tip_.contact > 0 && !beside) {
     if (held_ < 0) report(now, EventKind::contact, obstacle_->region, tip_.contact);
     held_ = obstacle_->region;
-    const SurfacePoint under = surface.closest(tissue.x, now.needle.tip().position);
     const std::uint32_t flags = lay_vertices(now, path, start, from, under.position);
     path.end = surface.material(under);
     return flags;

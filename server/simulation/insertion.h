@@ -25,10 +25,11 @@
 // path by the same law. At the end the tip is held where it is: its rows there are on displacements of the tick. What it
 // bore when it left the end is the offset to which it is held on the way back, so that neither way makes a jump.
 //
-// A border of a region that holds the tip (borders.h) is a surface inside. Ahead of a cutting tip within reach of a
-// tick it adds a contact row, capped by f_p. A tip that rests against it has, instead of its cutting and lateral rows,
-// two rows of friction along the border with the cohesion f_c (laws.h): it slides, and cuts as it slides, once the force
-// along the border is more than f_c + mu times the contact force. At f_p the border gives way.
+// A border of a region that holds the tip (borders.h) is a surface inside. Ahead of a cutting tip it adds a contact row,
+// capped by f_p. A tip that rests against it, or that the base's motion takes there in this tick, has two rows of
+// friction along the border with the cohesion f_c (laws.h) instead of its cutting and lateral rows: it slides, and cuts
+// as it slides, once the force along the border is more than f_c + mu times the contact force. Kept to its cutting
+// direction, a tip that grazes the border would be wedged in. At f_p the border gives way.
 //
 // Torsional friction, if the needle has it, is one more row per vertex (rows.h) with the threshold of its friction row
 // times the needle's share.
@@ -51,7 +52,7 @@ class Insertion {
   // Path points that the shaft can hold at once.
   static int max_points(const Needle& parameters);
   static int max_rows(const Needle& parameters) {
-    return (parameters.torsional_friction > 0 ? 4 : 3) * max_points(parameters) + 4;
+    return (parameters.torsional_friction > 0 ? 5 : 4) * max_points(parameters) + 5;
   }
   // Material points that the rows touch at once: the shaft's, the path's end, two that the tip is held between, and one
   // of a surface.
@@ -107,6 +108,7 @@ class Insertion {
     int region;              // behind the surface
     SurfacePoint at;
     MaterialPoint material;  // the same point, of the tetrahedron on the tip's side
+    bool under = true;       // the tip rests against it, or will get there in this tick
   };
   // What a tick's transitions need to know.
   struct Transition {
@@ -137,6 +139,7 @@ class Insertion {
   bool add_shaft(const NeedleView& needle, const TissueView& tissue, const Path& path, const ShaftPoint& point,
                  Rows& rows) const;
 
+  bool add_support(const TissueView& tissue, Row row, Rows& rows) const;
   bool add_friction(const NeedleView& needle, const TissueView& tissue, const ShaftPoint& point, Row& row,
                     Rows& rows) const;
 

@@ -8,6 +8,17 @@
 
 namespace acus {
 
+std::optional<Vector3> TissueView::border_normal(const MaterialPoint& p) const {
+  constexpr double kOnFace = 1e-6;
+  if (!borders.any()) return std::nullopt;
+  for (int k = 0; k < 4; ++k) {
+    const int beyond = p.weights[k] < kOnFace ? mesh.neighbours[p.tetrahedron][k] : -1;
+    if (beyond < 0 || regions[beyond] == region(p) || !borders.at(region(p), regions[beyond]).holds) continue;
+    return shape_gradients(mesh, x, p.tetrahedron).col(k).stableNormalized();
+  }
+  return std::nullopt;
+}
+
 double TissueView::lateral_compliance(const MaterialPoint& p, double d) const {
   const Region& r = tissue_regions[region(p)];
   if (r.interaction.foundation_stiffness) return 1 / *r.interaction.foundation_stiffness;

@@ -2,6 +2,7 @@
 // What the laws see of a tick: needle and tissue at its start and at the current iterate, read only.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "server/models/needle.h"
@@ -24,6 +25,9 @@ struct TissueView {
 
   int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
   const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
+  // The normal, towards the point's own region, of a face that the point lies on and behind which a region begins that
+  // holds tips.
+  std::optional<Vector3> border_normal(const MaterialPoint& p) const;
   // Of the tissue beside a shaft of diameter d (m): m²/N, see foundation_compliance().
   double lateral_compliance(const MaterialPoint& p, double d) const;
   Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
