@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/validation/scene_run.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "server/models/surface.h"
+
+namespace acus::test {
+
+namespace {
+
+std::string scene_file(const std::string& name) { return std::string(ACUS_SOURCE_DIR) + "/scenes/" + name + ".yaml"; }
+
+std::string trajectory_file(const std::string& name) {
+  return std::string(ACUS_SOURCE_DIR) + "/scenes/trajectories/" + name + ".csv";
+}
+
+// The number of a needle or guide for Simulation::command().
+int body_number(const Scene& scene, const std::string& name) {
+  const auto named = [&](const auto& body) { return body.name == name; };
+  const auto needle = std::find_if(scene.needles.begin(), scene.needles.end(), named);
+  if (needle != scene.needles.end()) return static_cast<int>(needle - scene.needles.begin());
+  const auto guide = std::find_if(scene.guides.begin(), scene.guides.end(), named);
+  if (guide == scene.guides.end()) throw std::runtime_error("no needle or guide is called '" + name + "'");
+  return static_cast<int>(scene.needles.size() + static_cast<std::size_t>(guide - scene.guides.begin()));
+}
+
+Command command_of(const client::BasePose& pose, std::uint64_t seq) {
+  const auto& q = pose.orientation;
+  return {
+      .seq = seq, .pose = Pose{Vector3(pose.position.data()), Quaternion(q[0], q[1], q[2], q[3])}, .spin = pose.spin};
+}
+
+const char* name_of(EventKind kind) {
+  switch (kind) {
+    case EventKind::contact:
+      return "contact";
+    case EventKind::release:
+      return "release";
+    case EventKind::puncture:
+      return "puncture";
+    case EventKind::crossing:
+      return "crossing";
+    case EventKind::reentry:
+      return "reentry";
+    case EventKind::exit:
+      return "exit";
+    case EventKind::withdrawal:
+      return "withdrawal";
+  }
+  return "";
+}
+
+bool finite(const NeedleReport& n) {
+  const auto all = {n.base.position, n.tip_position,   n.tip_force,     n.base_force, n.base_torque,
+                    n.cutting_force, n.friction_force, n.lateral_force, n.guide_force};
+  return std::all_of(all.begin(), all.end(), [](const Vector3& v) { return v.allFinite(); }) &&
+         n.base.orientation.coeffs().allFinite() && std::isfinite(n.inserted_depth);
+}
+
+}  // namespace
+
+SceneRun::SceneRun(const std::string& scene, const std::string& trajectory, const Change& change)
+    : SceneRun(read_experiment(scene, trajectory, change)) {}
+
+SceneRun::SceneRun(Experiment experiment)
+    : trajectory_(std::move(experiment.trajectory)), simulation_(experiment.scene) {
+  for (const client::Motion& motion : trajectory_.motions)
+    bodies_.push_back(body_number(simulation_.scene(), motion.needle));
+}
+
+SceneRun::Experiment SceneRun::read_experiment(const std::string& scene, const std::string& trajectory,
+                                               const Change& change) {
+  Experiment experiment{read_scene(scene_file(scene)), client::read_trajectory(trajectory_file(trajectory))};
+  if (change) change(experiment.scene, experiment.trajectory);
+  return experiment;
+}
+
+void SceneRun::run() { run_until(trajectory_.end()); }
+
+void SceneRun::run_until(double time) {
+  const auto last = static_cast<std::size_t>(std::ceil((time - trajectory_.begin()) * scene().rate));
+  while (ticks_.size() <= last) {
+    const double now = trajectory_.begin() + static_cast<double>(ticks_.size()) / scene().rate;
+    for (std::size_t i = 0; i < bodies_.size(); ++i)
+      simulation_.command(bodies_[i], command_of(trajectory_.motions[i].at(now), ticks_.size() + 1));
+    simulation_.step();
+    ticks_.push_back(simulation_.report());
+  }
+}
+
+double SceneRun::resistance(std::size_t tick, std::size_t needle) const {
+  const NeedleReport& report = ticks_[tick].needles[needle];
+  return -report.base_force.dot(report.base.orientation * Vector3::UnitX());
+}
+
+std::vector<Event> SceneRun::events(int needle) const {
+  std::vector<Event> found;
+  for (const TickReport& tick : ticks_)
+    for (const Event& event : tick.events)
+      if (event.needle == needle) found.push_back(event);
+  return found;
+}
+
+const Event* SceneRun::find(EventKind kind, int needle) const {
+  for (const TickReport& tick : ticks_)
+    for (const Event& event : tick.events)
+      if (event.needle == needle && event.kind == kind) return &event;
+  return nullptr;
+}
+
+int SceneRun::count(EventKind kind, int needle) const {
+  const std::vector<Event> all = events(needle);
+  return static_cast<int>(std::count_if(all.begin(), all.end(), [&](const Event& e) { return e.kind == kind; }));
+}
+
+std::vector<std::string> names(const std::vector<Event>& events, const Scene& scene) {
+  std::vector<std::string> all;
+  for (const Event& e : events)
+    all.push_back(name_of(e.kind) + (" " + scene.tissue.regions[static_cast<std::size_t>(e.region)].name));
+  return all;
+}
+
+Vector3 rest_position(const Simulation& simulation, const Vector3& p) {
+  const TetrahedralMesh& mesh = simulation.mesh();
+  const Matrix3X x = simulation.tissue_positions();
+  MaterialPoint best;
+  double least = -kInfinity;
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
+    const Eigen::Vector4d weights = barycentric(mesh, x, t, p);
+    if (weights.minCoeff() <= least) continue;
+    least = weights.minCoeff();
+    best = {t, weights};
+  }
+  return material_position(mesh, mesh.nodes, best);
+}
+
+Matrix3X path_at_rest(const Simulation& simulation, int path) {
+  Matrix3X points(3, simulation.path_capacity());
+  points.conservativeResize(3, simulation.path_positions(path, points));
+  for (int i = 0; i < points.cols(); ++i) points.col(i) = rest_position(simulation, points.col(i));
+  return points;
+}
+
+void check_sound(const SceneRun& run) {
+  std::size_t flagged = 0, held = 0, broken = 0;
+  for (const TickReport& tick : run.ticks()) {
+    if (tick.flags != 0) ++flagged;
+    if ((tick.flags & kNotFinite) != 0) ++held;
+    if (!std::all_of(tick.needles.begin(), tick.needles.end(), finite)) ++broken;
+  }
+  CHECK(held == 0);
+  CHECK(broken == 0);
+  CHECK(flagged * 100 < run.ticks().size());
+}
+
+}  // namespace acus::test

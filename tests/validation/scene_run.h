@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Runs a scene of scenes/ with its trajectory, in process, and keeps what every tick reports. Needles and guides are
+// commanded as acus-replay does it in lockstep: in every tick, with the trajectory's pose at the tick's start.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "client/trajectory.h"
+#include "server/simulation/simulation.h"
+
+namespace acus::test {
+
+class SceneRun {
+ public:
+  // Changes the scene and the motion that were read, before the run.
+  using Change = std::function<void(Scene&, client::Trajectory&)>;
+
+  // Names without folder and extension.
+  explicit SceneRun(const std::string& scene, const std::string& trajectory, const Change& change = {});
+  explicit SceneRun(const std::string& scene, const Change& change = {}) : SceneRun(scene, scene, change) {}
+
+  // To the end of the trajectory, or to a time of it (s).
+  void run();
+  void run_until(double time);
+
+  const Simulation& simulation() const { return simulation_; }
+  const Scene& scene() const { return simulation_.scene(); }
+  const std::vector<TickReport>& ticks() const { return ticks_; }  // one per tick that was run
+  const NeedleReport& needle(std::size_t tick, std::size_t needle = 0) const { return ticks_[tick].needles[needle]; }
+
+  // Force against insertion (N): of the needle on its holder, against the base's +x axis.
+  double resistance(std::size_t tick, std::size_t needle = 0) const;
+
+  std::vector<Event> events(int needle = 0) const;
+  // The first event of a kind, or nullptr.
+  const Event* find(EventKind kind, int needle = 0) const;
+  int count(EventKind kind, int needle = 0) const;
+
+ private:
+  struct Experiment {
+    Scene scene;
+    client::Trajectory trajectory;
+  };
+  static Experiment read_experiment(const std::string& scene, const std::string& trajectory, const Change& change);
+  explicit SceneRun(Experiment experiment);
+
+  client::Trajectory trajectory_;
+  Simulation simulation_;
+  std::vector<int> bodies_;  // per motion, as Simulation::command() numbers them
+  std::vector<TickReport> ticks_;
+};
+
+// Per event "contact muscle", "puncture skin", ...: the order is easy to compare and to read.
+std::vector<std::string> names(const std::vector<Event>& events, const Scene& scene);
+
+// Where material that is at p (m, world) was at rest; for a p outside the tissue, continued from the nearest one.
+Vector3 rest_position(const Simulation& simulation, const Vector3& p);
+
+// Points of a path at rest (m, world), the mouth first.
+Matrix3X path_at_rest(const Simulation& simulation, int path);
+
+// What every run must keep to: finite numbers in every report, no tick held, fewer than 1 % of the ticks flagged.
+void check_sound(const SceneRun& run);
+
+}  // namespace acus::test
