@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Outcomes of the scene `steering`: which way bevelled and symmetric tips go. Paths are compared at rest, so that the
+// tissue's own displacement does not count as steering.
+#include <doctest/doctest.h>
+
+#include <numbers>
+
+#include "server/math/rotation.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/validation/mirrored_mesh.h"
+#include "tests/validation/scene_run.h"
+
+namespace acus::test {
+namespace {
+
+void leave_out_spin(client::Trajectory& trajectory) {
+  for (client::Sample& sample : trajectory.motions[0].samples) sample.pose.spin = 0;
+}
+
+// Turns needle, guide and motion about the needle's axis, on which all of them lie.
+void turn_about_axis(Scene& scene, client::Trajectory& trajectory, double angle) {
+  const Quaternion turn = rotation_exp({angle, 0, 0});  // base frame
+  scene.needles[0].base.orientation = scene.needles[0].base.orientation * turn;
+  scene.guides[0].pose.orientation = scene.guides[0].pose.orientation * turn;
+  for (client::Sample& sample : trajectory.motions[0].samples) {
+    auto& q = sample.pose.orientation;
+    const Quaternion turned = Quaternion(q[0], q[1], q[2], q[3]) * turn;
+    q = {turned.w(), turned.x(), turned.y(), turned.z()};
+  }
+}
+
+// Curvature (1/m) of a path towards `side` between two depths (m below the top face, at rest), of a fitted parabola.
+double curvature(const Matrix3X& path, const Vector3& side, double from, double to) {
+  constexpr double kTop = 0.06;
+  std::vector<double> depth, offset;
+  for (int i = 0; i < path.cols(); ++i) {
+    const double d = kTop - path(2, i);
+    if (d < from || d > to) continue;
+    depth.push_back(d);
+    offset.push_back(side.dot(path.col(i)));
+  }
+  const auto n = static_cast<Eigen::Index>(depth.size());
+  REQUIRE(n >= 5);
+  MatrixX powers(n, 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double d = depth[static_cast<std::size_t>(i)];
+    powers.row(i) << 1, d, d * d;
+  }
+  const VectorX fit = powers.colPivHouseholderQr().solve(Eigen::Map<const VectorX>(offset.data(), n));
+  const double slope = fit[1] + fit[2] * (from + to);
+  return 2 * fit[2] / std::pow(1 + slope * slope, 1.5);
+}
+
+Matrix3X steered_path(const SceneRun::Change& change) {
+  SceneRun run("steering", change);
+  run.run();
+  check_sound(run);
+  return path_at_rest(run.simulation(), 0);
+}
+
+// Of the depth that the path has when the base is spun, and of its end (m).
+constexpr double kSpunAt = 0.045, kEnd = 0.09;
+
+}  // namespace
+
+TEST_CASE("steering: spun half way, the path is an S") {
+  const Matrix3X path = steered_path({});
+  const double first = curvature(path, Vector3::UnitY(), 0.004, kSpunAt);
+  const double second = curvature(path, Vector3::UnitY(), kSpunAt + 0.004, kEnd + 0.01);
+  MESSAGE("curvature " << first << " then " << second << " 1/m");
+  CHECK(first > 1);
+  CHECK(second < -1);
+}
+
+TEST_CASE("steering: without the spin the path is a one-sided arc") {
+  const Matrix3X path = steered_path([](Scene&, client::Trajectory& trajectory) { leave_out_spin(trajectory); });
+  const double first = curvature(path, Vector3::UnitY(), 0.004, kSpunAt);
+  const double second = curvature(path, Vector3::UnitY(), kSpunAt + 0.004, kEnd);
+  MESSAGE("curvature " << first << " then " << second << " 1/m");
+  CHECK(first > 1);
+  CHECK(second > 1);
+  for (int i = 1; i < path.cols(); ++i) CHECK(path(1, i) > path(1, i - 1));
+}
+
+TEST_CASE("steering: a mirrored bevel mirrors the path") {
+  // The mesh is its own image under an exchange of x and y, so bevels along (1, -1, 0) and (-1, 1, 0) are mirrored.
+  const auto bevelled = [](double side) {
+    return [side](Scene& scene, client::Trajectory& trajectory) {
+      // The base's +y is the world's +y and its +z the world's +x.
+      turn_about_axis(scene, trajectory, 0.75 * std::numbers::pi);
+      scene.needles[0].cutting_direction.y() *= side;
+      for (client::Sample& sample : trajectory.motions[0].samples) *sample.pose.spin *= side;
+    };
+  };
+  const Matrix3X path = steered_path(bevelled(1)), other = steered_path(bevelled(-1));
+  REQUIRE(path.cols() == other.cols());
+  const Vector3 side = Vector3(1, -1, 0).normalized();
+  double offset = 0, difference = 0;
+  for (int i = 0; i < path.cols(); ++i) {
+    offset = std::max(offset, std::abs(side.dot(path.col(i))));
+    difference = std::max(difference, (Vector3(path(1, i), path(0, i), path(2, i)) - other.col(i)).norm());
+  }
+  MESSAGE("offset " << 1e3 * offset << " mm, the mirrored paths differ by " << 1e3 * difference << " mm");
+  CHECK(offset > 0.01);
+  CHECK(difference < 0.01 * offset);
+}
+
+TEST_CASE("steering: a symmetric tip stays on its axis") {
+  // On a mesh without a preferred side.
+  const TemporaryFolder folder;
+  SceneRun run("steering", [&folder](Scene& scene, client::Trajectory& trajectory) {
+    scene.tissue.gmsh = GmshMesh{folder.path() + "/mirrored.msh", 1};
+    write_mirrored_box(scene.tissue.gmsh->file, scene.tissue.box.size, scene.tissue.box.cells);
+    scene.needles[0].cutting_direction = Vector3::UnitX();
+    leave_out_spin(trajectory);
+  });
+  run.run();
+  check_sound(run);
+  double world = 0;
+  for (const TickReport& tick : run.ticks()) world = std::max(world, tick.needles[0].tip_position.head<2>().norm());
+  const double rest = path_at_rest(run.simulation(), 0).topRows<2>().colwise().norm().maxCoeff();
+  MESSAGE("off the axis by " << 1e3 * world << " mm in the world, " << 1e3 * rest << " mm at rest");
+  CHECK(world < 0.1e-3);
+  CHECK(rest < 0.1e-3);
+}
+
+}  // namespace acus::test
