@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scenes that are held against measurements, and against the law of a beam on an elastic foundation. Where the measured
+// data lies beside the sources the figures are taken from it; the bounds themselves are published and always hold.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "tests/validation/scene_run.h"
+
+namespace acus::test {
+namespace {
+
+const std::filesystem::path kData = std::filesystem::path(ACUS_SOURCE_DIR) / ".." / "shared" / "data";
+
+struct TipTrack {
+  std::vector<double> depth, offset;  // m below the top face, m towards the tip's +y from the entry
+
+  // Offset where the tip first was that deep.
+  double at(double d) const {
+    const auto reached = std::find_if(depth.begin(), depth.end(), [&](double each) { return each >= d; });
+    REQUIRE(reached != depth.end());
+    return offset[static_cast<std::size_t>(reached - depth.begin())];
+  }
+};
+
+TipTrack track_of(const SceneRun& run, double top) {
+  TipTrack track;
+  const Pose& base = run.scene().needles[0].base;
+  for (std::size_t i = 0; i < run.ticks().size(); ++i) {
+    const Vector3& tip = run.needle(i).tip_position;
+    track.depth.push_back(top - tip.z());
+    track.offset.push_back((base.orientation * Vector3::UnitY()).dot(tip - base.position));
+  }
+  return track;
+}
+
+// Radius of the tip's way (m), by a parabola through it between two depths; 1 % off for slopes below 0.08.
+double radius(const TipTrack& track, double from, double to) {
+  std::vector<double> rows, values;
+  for (std::size_t i = 0; i < track.depth.size(); ++i) {
+    if (track.depth[i] < from || track.depth[i] > to) continue;
+    rows.push_back(track.depth[i]);
+    values.push_back(track.offset[i]);
+  }
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  REQUIRE(n > 10);
+  const Eigen::ArrayXd d = Eigen::Map<const Eigen::ArrayXd>(rows.data(), n);
+  MatrixX powers(n, 3);
+  powers << VectorX::Ones(n), d.matrix(), d.square().matrix();
+  const VectorX fit = powers.colPivHouseholderQr().solve(Eigen::Map<const VectorX>(values.data(), n));
+  const double slope = fit[1] + fit[2] * (from + to);
+  return std::pow(1 + slope * slope, 1.5) / (2 * fit[2]);
+}
+
+// A foundation of its own, so much softer than the mesh that it alone counts: EI and tan(angle) of the tip are free.
+double foundation_radius(double bending_stiffness, double slope) {
+  SceneRun run("steering_arc", [&](Scene& scene, client::Trajectory&) {
+    Region& gel = scene.tissue.regions[0];
+    gel.material.young_modulus = 300e3;
+    gel.interaction.foundation_stiffness = 1e5;
+    gel.interaction.cutting_force = 0.05;
+    gel.interaction.puncture_force = 0.06;
+    gel.interaction.pressure = 500;  // the thinnest needle would buckle before the guide
+    scene.rate = 100;
+    Needle& needle = scene.needles[0];
+    const double d = needle.outer_diameter;
+    needle.material.young_modulus = bending_stiffness / (std::numbers::pi / 64 * d * d * d * d);
+    needle.cutting_direction = {1, slope, 0};
+    needle.constraint_spacing = 2e-3;
+    needle.beams = 100;
+  });
+  run.run();
+  check_sound(run);
+  return radius(track_of(run, 0.06), 0.04, 0.08);
+}
+
+// Rows of two numbers after a header.
+std::vector<std::pair<double, double>> read_pairs(const std::filesystem::path& file) {
+  std::vector<std::pair<double, double>> pairs;
+  std::ifstream stream(file);
+  std::string line;
+  while (std::getline(stream, line)) {
+    double a = 0, b = 0;
+    if (std::sscanf(line.c_str(), "%lf,%lf", &a, &b) == 2) pairs.emplace_back(a, b);
+  }
+  return pairs;
+}
+
+// Offsets (m) at 25, 50, 75 and 94 mm relative to 10 mm, mean over the open-loop insertions into gelatin.
+std::vector<double> measured_offsets(const std::filesystem::path& file) {
+  std::vector<double> sums(4);
+  int count = 0;
+  std::ifstream stream(file);
+  std::string line;
+  while (std::getline(stream, line)) {
+    std::vector<std::string> cells;
+    std::stringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    if (cells.size() < 12 || !cells[1].starts_with("gelatin") || cells[2] != "open") continue;
+    for (std::size_t k = 0; k < 4; ++k) sums[k] += 1e-3 * std::stod(cells[8 + k]);
+    ++count;
+  }
+  for (double& sum : sums) sum /= count;
+  return sums;
+}
+
+TEST_CASE("steering_arc: the offset in gelatin is the measured one") {
+  SceneRun run("steering_arc");
+  run.run();
+  check_sound(run);
+  const TipTrack track = track_of(run, 0.06);
+  const double start = track.at(0.01), offset = track.at(0.094) - start;
+  MESSAGE("offset at 94 mm: ", 1e3 * offset, " mm, radius ", 1e3 * radius(track, 0.05, 0.094), " mm");
+  CHECK(offset == doctest::Approx(11.2e-3).epsilon(1.5 / 11.2));
+
+  const std::filesystem::path file = kData / "bevel_steering" / "summary.csv";
+  if (!std::filesystem::exists(file)) {
+    MESSAGE("skipped the measured profile: no ", file.string());
+    return;
+  }
+  const std::vector<double> measured = measured_offsets(file);
+  const double depths[] = {0.025, 0.05, 0.075, 0.094};
+  for (std::size_t k = 0; k < 4; ++k) {
+    MESSAGE("at ", 1e3 * depths[k], " mm: ", 1e3 * (track.at(depths[k]) - start), " mm, measured ", 1e3 * measured[k]);
+    CHECK(std::abs(track.at(depths[k]) - start - measured[k]) < 0.5e-3);
+  }
+}
+
+// A beam on a foundation bends within (4 EI/k)^¼ of its tip; a tip that moves at a fixed angle to its axis turns by about
+// that angle while it covers that length: R ~ (EI/k)^¼ / tan(angle).
+TEST_CASE("steering_arc: the radius grows with the fourth root of EI and with 1/tan of the bevel's angle") {
+  const double thin = foundation_radius(2.5e-4, 0.03), middle = foundation_radius(1e-3, 0.03),
+               thick = foundation_radius(4e-3, 0.03);
+  const double flat = foundation_radius(1e-3, 0.015), steep = foundation_radius(1e-3, 0.06);
+  const double by_stiffness = std::log(thick / thin) / std::log(16.0), by_angle = std::log(flat / steep) / std::log(4.0);
+  MESSAGE("radii (mm) over EI: ", 1e3 * thin, ", ", 1e3 * middle, ", ", 1e3 * thick, "; exponent ", by_stiffness);
+  MESSAGE("radii (mm) over tan: ", 1e3 * flat, ", ", 1e3 * middle, ", ", 1e3 * steep, "; exponent ", -by_angle);
+  CHECK(by_stiffness == doctest::Approx(0.25).epsilon(0.15));
+  CHECK(std::log(middle / thin) / std::log(4.0) == doctest::Approx(0.25).epsilon(0.15));
+  CHECK(by_angle == doctest::Approx(1).epsilon(0.15));
+  CHECK(std::log(flat / middle) / std::log(2.0) == doctest::Approx(1).epsilon(0.15));
+}
+
+// Depths of the measurement: the surface was at 11.5 mm, here the tip touches it at 10 mm of travel.
+struct LiverFigures {
+  double peak = 0, drop = 0, plateau = 0;                 // N
+  double before_hold = 0, after_0_7 = 0, after_7_6 = 0;   // N
+  double retraction = 0;                                  // N, the most negative force
+};
+
+LiverFigures liver_figures(const SceneRun& run) {
+  LiverFigures f;
+  const double h = 1 / run.scene().rate, start = run.scene().needles[0].base.position.z();
+  const auto travel = [&](std::size_t i) { return start - run.needle(i).base.position.z(); };
+  const double deepest = travel(static_cast<std::size_t>(20 / h));
+  std::size_t puncture = 0, stop = 0;
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < run.ticks().size(); ++i) {
+    const double force = run.resistance(i);
+    if (puncture == 0) f.peak = std::max(f.peak, force);
+    if (puncture == 0 && run.needle(i).phase == Phase::inside) puncture = i;
+    if (stop == 0 && travel(i) > 0.0355 && travel(i) < 0.0465) sum += force, ++count;
+    if (stop == 0 && travel(i) > deepest - 1e-5) stop = i;
+    f.retraction = std::min(f.retraction, force);
+  }
+  f.plateau = sum / count;
+  // The measurement's rows are 0.1 s apart: what lasts less is not in it.
+  const auto after = [&](double from, double to) {
+    double mean = 0;
+    for (auto i = static_cast<std::size_t>(from / h); i < static_cast<std::size_t>(to / h); ++i)
+      mean += run.resistance(puncture + i);
+    return mean / ((to - from) / h);
+  };
+  f.drop = kInfinity;
+  for (double t = 0; t < 2; t += 0.1) f.drop = std::min(f.drop, after(t, t + 0.1));
+  f.before_hold = run.resistance(stop - static_cast<std::size_t>(0.2 / h));
+  f.after_0_7 = run.resistance(stop + static_cast<std::size_t>(0.7 / h));
+  f.after_7_6 = run.resistance(stop + static_cast<std::size_t>(7.6 / h));
+  return f;
+}
+
+TEST_CASE("liver_insertion: peak, drop, plateau, relaxation and retraction as measured") {
+  SceneRun run("liver_insertion");
+  run.run();
+  check_sound(run);
+  const LiverFigures f = liver_figures(run);
+  MESSAGE("peak ", f.peak, " N, drop to ", f.drop, " N, plateau ", f.plateau, " N; hold ", f.before_hold, " -> ",
+          f.after_0_7, " -> ", f.after_7_6, " N; retraction ", f.retraction, " N");
+  CHECK(f.peak == doctest::Approx(1.41).epsilon(0.1));
+  CHECK(f.drop > 0.24);
+  CHECK(f.drop < 0.42);
+  CHECK(f.plateau == doctest::Approx(1.50).epsilon(0.1));
+  // Measured 0.497 -> 0.319 -> 0.254 N, and -0.147 N: a third to a half is lost in the hold, most of it in the first
+  // 0.7 s, and the force turns negative by the same order.
+  CHECK(f.after_0_7 < 0.85 * f.before_hold);
+  CHECK(f.after_0_7 > 0.4 * f.before_hold);
+  CHECK(f.after_7_6 < f.after_0_7);
+  CHECK(f.after_7_6 > 0.3 * f.before_hold);
+  CHECK(f.before_hold - f.after_0_7 > 0.5 * (f.before_hold - f.after_7_6));
+  CHECK(f.retraction < -0.1 * f.before_hold);
+  CHECK(f.retraction > -1.5 * f.before_hold);
+  CHECK(run.find(EventKind::exit) != nullptr);
+  CHECK(run.find(EventKind::withdrawal) != nullptr);
+
+  const std::filesystem::path file = kData / "axial_force_liver" / "depth_force.csv";
+  if (!std::filesystem::exists(file)) {
+    MESSAGE("skipped the measured curve: no ", file.string());
+    return;
+  }
+  double peak = 0, plateau = 0;
+  int count = 0;
+  for (const auto& [depth, force] : read_pairs(file)) {
+    if (depth < 20) peak = std::max(peak, force);
+    if (depth > 37 && depth < 48) plateau += force, ++count;
+  }
+  REQUIRE(count > 0);
+  MESSAGE("measured: peak ", peak, " N, plateau ", plateau / count, " N");
+  CHECK(f.peak == doctest::Approx(peak).epsilon(0.1));
+  CHECK(f.plateau == doctest::Approx(plateau / count).epsilon(0.1));
+}
+
+}  // namespace
+}  // namespace acus::test
