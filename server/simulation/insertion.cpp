@@ -25,8 +25,6 @@ constexpr double kBorderClearance = 0.1;
 constexpr double kSoftest = 1e6;
 // A point holds as if it stood for at least this length of shaft (in spacings).
 constexpr double kLeastOwned = 0.1;
-// Borders that a tip crosses in a tick; more wait for the next.
-constexpr int kMaxCrossings = 64;
 
 // Which of two paths a new one may take the place of: empty ones first, then the one left longest ago.
 bool forgotten_before(const Path& a, const Path& b) {

@@ -49,6 +49,9 @@ namespace acus {
 
 class Insertion {
  public:
+  // Borders that a tip crosses in a tick; more wait for the next.
+  static constexpr int kMaxCrossings = 64;
+
   // Path points that the shaft can hold at once.
   static int max_points(const Needle& parameters);
   static int max_rows(const Needle& parameters) {

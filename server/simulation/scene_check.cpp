@@ -192,7 +192,7 @@ class Checker {
   void check_rules(const Scene& scene, const std::string& path) const {
     NameSet names;
     check_distinct(scene.needles, child_path(path, "needles"), names, "needle");
-    check_guides(scene.guides, names, child_path(path, "guides"));
+    check_guides(scene, names, child_path(path, "guides"));
     check_distinct(scene.guides, child_path(path, "guides"), names, "needle or guide");
   }
 
@@ -215,9 +215,15 @@ class Checker {
     }
   }
 
-  void check_guides(const std::vector<Guide>& guides, const NameSet& needles, const std::string& path) const {
-    for (std::size_t i = 0; i < guides.size(); ++i) {
-      check_known(guides[i].needle, needles, "needle", child_path(child_path(path, i), "needle"));
+  void check_guides(const Scene& scene, const NameSet& needles, const std::string& path) const {
+    for (std::size_t i = 0; i < scene.guides.size(); ++i) {
+      const std::string field = child_path(child_path(path, i), "needle");
+      check_known(scene.guides[i].needle, needles, "needle", field);
+      for (const Needle& needle : scene.needles) {
+        if (needle.name != scene.guides[i].needle || needle.rung != NeedleRung::rigid) continue;
+        fail(field, "expected a flexible needle, found \"" + needle.name +
+                        "\", which is rigid and goes where its base does; leave the guide out" + origin(field));
+      }
     }
   }
 

@@ -17,7 +17,7 @@ namespace acus {
 namespace {
 
 constexpr int kMaxPaths = 64;
-constexpr int kMaxEvents = 64;  // of one tick
+constexpr int kOtherEvents = 8;  // of one needle in one tick, besides the borders that it crosses
 
 // The scene itself, if its values are in range: one built in code has not been through the reader.
 const Scene& checked(const Scene& scene) {
@@ -191,7 +191,7 @@ Simulation::World::World(const Scene& s)
   paths.resize(kMaxPaths);
   for (Path& path : paths) path.vertices.reserve(static_cast<std::size_t>(vertices));
   report.needles.resize(scene.needles.size());
-  report.events.reserve(kMaxEvents);
+  report.events.reserve((Insertion::kMaxCrossings + kOtherEvents) * scene.needles.size());
   reset();
 }
 

@@ -267,6 +267,7 @@ TEST_CASE("guides hold a needle that exists and have names of their own") {
         "scene.yaml:2:19: guides[0].needle: expected the name of a needle (\"needle\"), found \"probe\"");
   CHECK(error_of("needles: [{name: a}]\nguides: [{}]") ==
         "scene.yaml:3:10: guides[0].needle: expected the name of a needle (\"a\"), found \"needle\" (the default)");
+  CHECK(error_of("needles: [{rung: rigid}]\nguides: [{}]").find("expected a flexible needle") != std::string::npos);
   CHECK(error_of("guides: [{name: needle}]") ==
         "scene.yaml:2:17: guides[0].name: expected a name that no other needle or guide has, found \"needle\"");
   CHECK(error_of("guides: [{name: a}, {name: a}]") ==
