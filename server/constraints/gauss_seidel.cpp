@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/constraints/contact_block.h"
+
 namespace acus {
 
 namespace {
@@ -26,6 +28,19 @@ double row_step(const MatrixX& W, std::span<const Law> laws, int i, std::span<co
   return law_force(laws[i], W(i, i), delta[i] - W(i, i) * lambda[i]);
 }
 
+// A normal row with its two rows of friction right behind it.
+bool is_contact(std::span<const Law> laws, std::size_t i) {
+  return i + 2 < laws.size() && laws[i + 1].kind == LawKind::disk_first &&
+         laws[i + 1].normal_row == static_cast<int>(i);
+}
+
+Vector3 contact_step(const MatrixX& W, std::span<const Law> laws, int i, std::span<const double> lambda,
+                     std::span<const double> delta) {
+  const Matrix3 block = W.block<3, 3>(i, i);
+  const Vector3 now(lambda[i], lambda[i + 1], lambda[i + 2]), at(delta[i], delta[i + 1], delta[i + 2]);
+  return contact_force({laws[i].limit, laws[i + 1].limit, laws[i + 1].cohesion}, block, at - block * now);
+}
+
 // delta <- W lambda + delta_free
 void evaluate(const MatrixX& W, std::span<const double> delta_free, std::span<const double> lambda,
               std::span<double> delta) {
@@ -45,7 +60,11 @@ void sweep(const MatrixX& W, std::span<const Law> laws, std::span<double> lambda
   };
   for (int i = 0; i < n; ++i) {
     if (laws[i].kind == LawKind::disk_second) continue;
-    if (laws[i].kind == LawKind::disk_first) {
+    if (is_contact(laws, static_cast<std::size_t>(i))) {
+      const Vector3 force = contact_step(W, laws, i, lambda, delta);
+      for (int k = 0; k < 3; ++k) move(i + k, force[k]);
+      i += 2;
+    } else if (laws[i].kind == LawKind::disk_first) {
       const Vector2 force = disk_step(W, laws, i, lambda, delta);
       move(i, force[0]);
       move(i + 1, force[1]);

@@ -12,6 +12,8 @@
 // sweeps and more with every point; the remaining rows are few and nearly independent. To stay factorisable when points
 // are closer than mesh and beams can tell apart, W_BB gets kRegularization of its mean diagonal added.
 //
+// A contact and its two rows of friction, which stand right behind it, move together (contact_block.h).
+//
 // Points that stick within one element are nearly dependent, and sweeps alone converge slowly there. So every
 // kSubspaceInterval sweeps the rows that stand on a straight piece of their graph (sticking, sliding with viscosity, or
 // held at a distance of zero) are solved for exactly and together, the others held; the result is clipped to the laws
