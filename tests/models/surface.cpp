@@ -221,5 +221,104 @@ TEST_CASE("near is a box around the tissue as it stands") {
   CHECK(surface.near(away, {1, 0, 0}, 0));
 }
 
+// Per tetrahedron, 1 for those whose middle lies in the box's part around the origin, 0 for the others.
+std::vector<int> core_and_shell(const TetrahedralMesh& mesh) {
+  std::vector<int> regions;
+  for (const auto& nodes : mesh.tetrahedra) {
+    Vector3 middle = Vector3::Zero();
+    for (const int node : nodes) middle += mesh.nodes.col(node) / 4;
+    regions.push_back((middle.array().abs() < Vector3(0.03, 0.02, 0.04).array()).all() ? 1 : 0);
+  }
+  return regions;
+}
+
+TEST_CASE("the surface of a region is where it meets the others, seen from outside of it") {
+  const TetrahedralMesh mesh = box();
+  const std::vector<int> regions = core_and_shell(mesh);
+  const Surface surface(mesh, regions, 1);
+  // The core is a box of 3 x 2 x 4 cells: two triangles for each face of a cell.
+  CHECK(surface.triangle_count() == 2 * 2 * (3 * 2 + 2 * 4 + 4 * 3));
+  const Vector3 half(0.03, 0.02, 0.04);
+  Random random(9);
+  for (int repeat = 0; repeat < 200; ++repeat) {
+    const Vector3 p = random.vector(0.04);
+    const bool inside = (p.array().abs() < half.array()).all();
+    const SurfacePoint at = surface.closest(mesh.nodes, p);
+    const Vector3 clamped = p.cwiseMax(-half).cwiseMin(half);
+    const double expected = inside ? (half - p.cwiseAbs()).minCoeff() : (p - clamped).norm();
+    CHECK((at.position - p).norm() == doctest::Approx(expected).epsilon(1e-9));
+    CHECK((at.distance > 0) == !inside);
+    CHECK(regions[static_cast<std::size_t>(surface.material(at).tetrahedron)] == 0);
+    CHECK((material_position(mesh, mesh.nodes, surface.material(at)) - at.position).norm() < 1e-14);
+    REQUIRE(surface.beyond(at) >= 0);
+    CHECK(regions[static_cast<std::size_t>(surface.beyond(at))] == 1);
+    CHECK(barycentric(mesh, mesh.nodes, surface.beyond(at), at.position).minCoeff() > -1e-9);
+  }
+}
+
+TEST_CASE("seen from the other region, the same faces look the other way") {
+  const TetrahedralMesh mesh = box();
+  const std::vector<int> regions = core_and_shell(mesh);
+  const Surface core(mesh, regions, 1), shell(mesh, regions, 0);
+  CHECK(core.triangle_count() == shell.triangle_count());  // the mesh's own boundary is not part of it
+  const Vector3 p(0.003, 0.002, 0.045);
+  const SurfacePoint of_core = core.closest(mesh.nodes, p), of_shell = shell.closest(mesh.nodes, p);
+  CHECK((of_core.normal - Vector3::UnitZ()).norm() < 1e-12);
+  CHECK((of_shell.normal + Vector3::UnitZ()).norm() < 1e-12);
+  CHECK(of_core.distance == doctest::Approx(0.005));
+  CHECK(of_shell.distance == doctest::Approx(-0.005));
+}
+
+TEST_CASE("without regions a surface inside is empty, and nothing lies beyond the mesh's own") {
+  const TetrahedralMesh mesh = box();
+  const Surface none(mesh, {}, 1), boundary(mesh);
+  CHECK(none.empty());
+  CHECK_FALSE(none.near(mesh.nodes, Vector3::Zero(), 1));
+  CHECK_FALSE(none.entry(mesh.nodes, {0.003, 0.002, 0.1}, {0.003, 0.002, 0}));
+  CHECK(boundary.beyond(boundary.closest(mesh.nodes, {0.003, 0.002, 0.09})) == -1);
+}
+
+TEST_CASE("a trace stops where the region changes, and goes on from there to the next border") {
+  const TetrahedralMesh mesh = box();
+  const std::vector<int> regions = core_and_shell(mesh);
+  const Matrix3X x = deformed(mesh);
+  const auto world = [&](const Vector3& p) {
+    const int t = tetrahedra_at(mesh, p).front();
+    return material_position(mesh, x, {t, barycentric(mesh, mesh.nodes, t, p)});
+  };
+  Random random(10);
+  for (int repeat = 0; repeat < 100; ++repeat) {
+    const Vector3 aside(random.uniform(-0.017, 0.017), random.uniform(-0.015, 0.015), 0);
+    const Vector3 from = aside + Vector3(0, 0, 0.055), to = aside - Vector3(0, 0, 0.055);
+    int start = tetrahedra_at(mesh, from).front(), came_from = -1;
+    Vector3 at = from;
+    // Down through the shell, the core, and the shell again.
+    for (const double border : {0.04, -0.04}) {
+      const Trace trace = trace_segment(mesh, x, start, world(at), world(to), regions, came_from);
+      CHECK_FALSE(trace.left);
+      REQUIRE(trace.next >= 0);
+      at = material_position(mesh, mesh.nodes, trace.end);
+      CHECK((at - aside - Vector3(0, 0, border)).norm() < 1e-9);
+      CHECK(regions[static_cast<std::size_t>(trace.end.tetrahedron)] == (border > 0 ? 0 : 1));
+      CHECK(regions[static_cast<std::size_t>(trace.next)] == (border > 0 ? 1 : 0));
+      came_from = trace.end.tetrahedron;
+      start = trace.next;
+    }
+    const Trace last = trace_segment(mesh, x, start, world(at), world(to), regions, came_from);
+    CHECK(last.next == -1);
+    CHECK_FALSE(last.left);
+    CHECK((material_position(mesh, mesh.nodes, last.end) - to).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("a trace within one region pays no heed to regions") {
+  const TetrahedralMesh mesh = box();
+  const std::vector<int> regions = core_and_shell(mesh);
+  const Vector3 from(-0.045, 0.033, 0.051), to(0.045, 0.033, -0.05);
+  const Trace trace = trace_segment(mesh, mesh.nodes, tetrahedra_at(mesh, from).front(), from, to, regions);
+  CHECK(trace.next == -1);
+  CHECK((material_position(mesh, mesh.nodes, trace.end) - to).norm() < 1e-9);
+}
+
 }  // namespace
 }  // namespace acus

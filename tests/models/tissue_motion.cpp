@@ -4,6 +4,9 @@
 
 #include <doctest/doctest.h>
 
+#include <functional>
+
+#include "server/models/surface.h"
 #include "tests/models/bench_tissue.h"
 #include "tests/support/random.h"
 
@@ -267,6 +270,155 @@ TEST_CASE("free displacement and compliance say what the correction will do") {
       CHECK(std::abs(bench.directions[r].dot(moved) - expected[static_cast<int>(r)]) < 1e-11 * expected.norm());
     }
   }
+}
+
+TEST_CASE("shape gradients are those of the barycentric weights") {
+  const RowBench bench;
+  const Matrix3X x = bench.bent().x;
+  constexpr double kProbe = 1e-6;  // m
+  for (int t = 0; t < bench.mesh.tetrahedron_count(); t += 5) {
+    const auto gradients = shape_gradients(bench.mesh, x, t);
+    CHECK(gradients.rowwise().sum().norm() < 1e-12 * gradients.norm());
+    const Vector3 middle = material_position(bench.mesh, x, {t, Eigen::Vector4d::Constant(0.25)});
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3 probe = kProbe * Vector3::Unit(axis);
+      const Eigen::Vector4d slope =
+          (barycentric(bench.mesh, x, t, middle + probe) - barycentric(bench.mesh, x, t, middle - probe)) /
+          (2 * kProbe);
+      CHECK((gradients.row(axis).transpose() - slope).norm() < 1e-8 * gradients.norm());
+    }
+  }
+}
+
+TEST_CASE("a flat tetrahedron has no gradients, and does not turn") {
+  const RowBench bench;
+  const Matrix3X flat = Vector3(1, 1, 0).asDiagonal() * bench.mesh.nodes;
+  CHECK(shape_gradients(bench.mesh, flat, 3).isZero(0));
+  CHECK(material_rotation(bench.mesh, bench.mesh.nodes, flat, 3).isZero(0));
+}
+
+TEST_CASE("the rotation of the material is that of a small turn; strain and shift add nothing") {
+  const RowBench bench;
+  const Matrix3X from = bench.bent().x;
+  Random random(6);
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    const int t = random.index(bench.mesh.tetrahedron_count());
+    const Vector3 turn = random.vector(1e-7);
+    Matrix3 strain = random.matrix(3, 3, 1e-7);
+    strain += strain.transpose().eval();
+    const Matrix3X x = ((rotation_exp(turn).toRotationMatrix() + strain) * from).colwise() + random.vector(1e-3);
+    CHECK((material_rotation(bench.mesh, from, x, t) - turn).norm() < 1e-5 * turn.norm());
+  }
+}
+
+TEST_CASE("the rotation of the material is half the curl of its displacement") {
+  const RowBench bench;
+  const Matrix3X from = bench.bent().x;
+  Matrix3X x = from + MatrixX(Random(7).matrix(3, bench.model.nodes(), 1e-5));
+  constexpr double kProbe = 1e-6;  // m
+  for (int t = 0; t < bench.mesh.tetrahedron_count(); t += 7) {
+    // Displacement at a place of x, from the weights that the place has in x.
+    const auto displacement = [&](const Vector3& p) {
+      const MaterialPoint point{t, barycentric(bench.mesh, x, t, p)};
+      return Vector3(p - material_position(bench.mesh, from, point));
+    };
+    const Vector3 middle = material_position(bench.mesh, x, {t, Eigen::Vector4d::Constant(0.25)});
+    Vector3 curl = Vector3::Zero();
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3 probe = kProbe * Vector3::Unit(axis);
+      curl += Vector3::Unit(axis).cross(displacement(middle + probe) - displacement(middle - probe)) / (2 * kProbe);
+    }
+    CHECK((material_rotation(bench.mesh, from, x, t) - curl / 2).norm() < 1e-6 * curl.norm());
+  }
+}
+
+// What one newton on the only row of a tick changes, against the same tick without force.
+Matrix3X moved_by(TissueMotion& motion, const TissueState& state, const std::function<int()>& add_row) {
+  Matrix3X end[2];
+  for (int with = 0; with < 2; ++with) {
+    motion.begin(state);
+    motion.linearize(state);
+    motion.clear_rows();
+    REQUIRE(add_row() == 0);
+    const double lambda = with;
+    motion.correct({&lambda, 1});
+    end[with] = motion.x();
+  }
+  return end[1] - end[0];
+}
+
+TEST_CASE("a couple does the work of the rotation that its row reports") {
+  // Virtual work: what the row calls its displacement, W lambda, is the torque times the rotation of the material.
+  const RowBench bench;
+  for (const TissueMatrix matrix : kMatrices) {
+    const TissueState state = bench.bent();
+    Random random(8);
+    for (int repeat = 0; repeat < 10; ++repeat) {
+      const int t = random.index(bench.mesh.tetrahedron_count());
+      const Vector3 torque = 1e-4 * random.direction();  // m: N m for a newton
+      TissueMotion motion(bench.model, kStep, matrix, 1, 12);
+      const Matrix3X moved = moved_by(motion, state, [&] { return motion.add_couple(t, torque); });
+      const double reported = motion.compliance(0, 0);
+      // The gradients are those of the configuration in which the couple was added, state.x.
+      const auto gradients = shape_gradients(bench.mesh, state.x, t);
+      Vector3 rotation = Vector3::Zero();
+      for (int k = 0; k < 4; ++k) {
+        const int node = bench.mesh.tetrahedra[static_cast<std::size_t>(t)][static_cast<std::size_t>(k)];
+        rotation += gradients.col(k).cross(moved.col(node)) / 2;
+      }
+      CHECK(reported > 0);
+      CHECK(torque.dot(rotation) == doctest::Approx(reported).epsilon(1e-9));
+    }
+  }
+}
+
+TEST_CASE("a couple and a force do equal work on each other") {
+  const RowBench bench;
+  const TissueState state = bench.bent();
+  const Vector3 torque(2e-4, -1e-4, 3e-4);
+  for (const TissueMatrix matrix : kMatrices) {
+    TissueMotion motion(bench.model, kStep, matrix, 2, 40);
+    motion.begin(state);
+    motion.linearize(state);
+    motion.clear_rows();
+    REQUIRE(motion.add_couple(20, torque) == 0);
+    REQUIRE(motion.add_row(bench.points[0], bench.directions[0]) == 1);
+    const double coupled = motion.compliance(0, 1);
+    CHECK(motion.compliance(1, 0) == coupled);
+    const Matrix3X moved = moved_by(motion, state, [&] { return motion.add_couple(20, torque); });
+    const double at_point = bench.directions[0].dot(tissue_position(bench.mesh, state.x + moved, bench.points[0]) -
+                                                    tissue_position(bench.mesh, state.x, bench.points[0]));
+    CHECK(at_point == doctest::Approx(coupled).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("a couple is balanced: it has no resultant, and its moment is the torque") {
+  // On free tissue the change of momentum and of angular momentum in a tick is the resultant's, times h.
+  const TetrahedralMesh mesh = column();
+  const TissueModel model = bench_tissue(mesh, undamped_material());
+  const TissueState state = make_tissue_state(model);
+  const Vector3 torque(2e-4, -1e-4, 3e-4);
+  for (const TissueMatrix matrix : kMatrices) {
+    TissueMotion motion(model, kStep, matrix, 1, 12);
+    const Matrix3X moved = moved_by(motion, state, [&] { return motion.add_couple(20, torque); });
+    Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
+    for (int i = 0; i < model.nodes(); ++i) {
+      const Vector3 share = model.mass[i] * moved.col(i) / (kStep * kStep);
+      force += share;
+      moment += Vector3(mesh.nodes.col(i)).cross(share);
+    }
+    CHECK(force.norm() < 1e-9 * torque.norm() / kHeight);
+    CHECK((moment - torque).norm() < 1e-6 * torque.norm());
+  }
+}
+
+TEST_CASE("a row that does not act on the tissue has no compliance and moves nothing") {
+  const RowBench bench;
+  TissueMotion motion(bench.model, kStep, TissueMatrix::fixed, 2, 12);
+  const Matrix3X moved = moved_by(motion, bench.bent(), [&] { return motion.add_empty_row(); });
+  CHECK(moved.cwiseAbs().maxCoeff() < 1e-15);  // rounding of two runs
+  CHECK(motion.compliance(0, 0) == 0);
+  CHECK(motion.free_displacement(0) == 0);
 }
 
 TEST_CASE("a corridor that is too small says so and harms no other row") {
