@@ -51,6 +51,8 @@ class Insertion {
  public:
   // Borders that a tip crosses in a tick; more wait for the next.
   static constexpr int kMaxCrossings = 64;
+  // A surface is looked for within this distance beyond what the tip moves in a tick.
+  static constexpr double kContactMargin = 1e-3;  // m
 
   // Path points that the shaft can hold at once.
   static int max_points(const Needle& parameters);

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Stage 5 of an insertion: its rows, and what their forces mean after the solve.
+#include <algorithm>
+#include <numbers>
+
+#include "server/math/rotation.h"
+#include "server/simulation/insertion.h"
+
+namespace acus {
+
+namespace {
+
+// A force counts as at its cap from this fraction on.
+constexpr double kAtCap = 1 - 1e-9;
+// A tip that a tick took past a border comes back to it no faster than this.
+constexpr double kRecoverySpeed = 0.1;  // m/s
+// A point holds as if it stood for at least this length of shaft (in spacings).
+constexpr double kLeastOwned = 0.1;
+
+}  // namespace
+
+bool Insertion::build_rows(const NeedleView& needle, const TissueView& tissue, std::span<const Path> paths,
+                           Rows& rows) {
+  if (path_ < 0) return !obstacle_ || add_surface(needle, tissue, rows);
+  const Path& path = paths[path_];
+  bool all = !left_out_;
+  if (obstacle_ && obstacle_->under) {
+    all = add_border(needle, tissue, path, rows) && all;
+  } else if (phase_ != Phase::through) {
+    all = add_tip(needle, tissue, path, rows) && all;
+  }
+  for (const ShaftPoint& point : shaft_) all = add_shaft(needle, tissue, path, point, rows) && all;
+  return all;
+}
+
+// The tip against the obstacle, along its normal.
+bool Insertion::add_contact(const NeedleView& needle, double puncture_force, double gap, Rows& rows) const {
+  Row row{needle_, RowRole::contact, -1, needle.tip(), {obstacle_->material, {}, 0}, obstacle_->at.normal, gap};
+  return rows.add(row, {LawKind::unilateral, puncture_force}, tip_.contact);
+}
+
+// And along its surface.
+bool Insertion::add_contact_friction(const NeedleView& needle, const TissueView& tissue, double friction,
+                                     double cohesion, int normal_row, Rows& rows) const {
+  if (friction == 0 && cohesion == 0) return true;
+  Row row{needle_, RowRole::contact_friction, -1, needle.tip(), {obstacle_->material, {}, 0}, Vector3::Zero(), 0};
+  const Vector3 moved = (row.on_needle.position - tissue.position(obstacle_->material)) -
+                        (needle.start_tip() - tissue.start_position(obstacle_->material));
+  Vector3 across[2];
+  perpendicular_basis(obstacle_->at.normal, across[0], across[1]);
+  bool all = true;
+  for (int k = 0; k < 2; ++k) {
+    row.n = across[k];
+    row.gap = row.n.dot(moved);
+    const Law law{.kind = k == 0 ? LawKind::disk_first : LawKind::disk_second,
+                  .limit = friction,
+                  .normal_row = normal_row,
+                  .cohesion = cohesion};
+    all = rows.add(row, law, tip_.lateral.dot(row.n)) && all;
+  }
+  return all;
+}
+
+bool Insertion::add_surface(const NeedleView& needle, const TissueView& tissue, Rows& rows) const {
+  const Interaction& law = tissue.interaction(obstacle_->material);
+  const double apart = obstacle_->at.normal.dot(needle.tip().position - tissue.position(obstacle_->material));
+  // A tip that starts the tick below the surface, torn out of its path sideways, is held where it is, not thrown out.
+  const double gap = apart - std::min(0.0, obstacle_->at.distance);
+  const int normal_row = rows.count();
+  return add_contact(needle, law.puncture_force, gap, rows) &&
+         add_contact_friction(needle, tissue, law.friction_contact, 0, normal_row, rows);
+}
+
+// A tip that rests against a border inside.
+bool Insertion::add_border(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const {
+  const Border& border = tissue.borders.at(tissue.region(obstacle_->material), obstacle_->region);
+  const double apart = obstacle_->at.normal.dot(needle.tip().position - tissue.position(obstacle_->material));
+  const int normal_row = rows.count();
+  return add_contact(needle, border.puncture_force, std::max(apart, -kRecoverySpeed * needle.h), rows) &&
+         add_contact_friction(needle, tissue, border.friction_contact, tissue.interaction(path.end).cutting_force,
+                              normal_row, rows);
+}
+
+bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const {
+  const CurvePoint tip = needle.tip();
+  bool all = true;
+  if (!path.exited) {
+    Row row{needle_, RowRole::cutting, -1, tip, {path.end, {}, 0}, -cutting_direction(needle), 0};
+    row.gap = row.n.dot(tip.position - tissue.position(path.end));
+    all = rows.add(row, {LawKind::unilateral, tissue.interaction(path.end).cutting_force}, tip_.cutting);
+  }
+  if (obstacle_) {
+    const Border& border = tissue.borders.at(tissue.region(obstacle_->material), obstacle_->region);
+    const double apart = obstacle_->at.normal.dot(tip.position - tissue.position(obstacle_->material));
+    all = add_contact(needle, border.puncture_force, std::max(apart, -kRecoverySpeed * needle.h), rows) && all;
+  }
+  Vector3 across[2];
+  perpendicular_basis(tip_tangent_, across[0], across[1]);
+  Vector3 apart = tip.position - tissue.position(tip_point_);
+  double compliance = 0;
+  if (at_end_) {
+    apart -= needle.start_tip() - tissue.start_position(tip_point_.a);
+  } else {
+    compliance = tissue.lateral_compliance(tip_point_.a, needle.model.diameter) / path.spacing;
+    apart -= tip_offset_ * compliance * end_force_;
+  }
+  for (const Vector3& n : across) {
+    const Row row{needle_, RowRole::tip_lateral, -1, tip, tip_point_, n, n.dot(apart), tip_softness_};
+    all = rows.add(row, {.compliance = compliance}, tip_.lateral.dot(n)) && all;
+  }
+  if (at_end_) return all;
+  return add_support(tissue, {needle_, RowRole::tip_lateral, -1, tip, {tip_point_.a, {}, 0}, Vector3::Zero(), 0}, rows) &&
+         all;
+}
+
+bool Insertion::add_shaft(const NeedleView& needle, const TissueView& tissue, const Path& path,
+                          const ShaftPoint& point, Rows& rows) const {
+  const MaterialPoint& material = path.vertices[point.vertex];
+  const CurvePoint on_needle = curve_point(needle.model, needle.shape, point.s);
+  const Vector3 apart = on_needle.position - tissue.position(material);
+  Row row{needle_, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0, point.softness};
+  const double owned = std::max(point.owned, kLeastOwned * path.spacing);
+  const double compliance = tissue.lateral_compliance(material, needle.model.diameter) / owned;
+  Vector3 across[2];
+  perpendicular_basis(point.tangent, across[0], across[1]);
+  bool all = true;
+  for (const Vector3& n : across) {
+    row.n = n;
+    row.gap = n.dot(apart);
+    all = rows.add(row, {.compliance = compliance}, memory_[point.vertex].lateral.dot(n)) && all;
+  }
+  row.softness = 0;
+  all = add_support(tissue, row, rows) && all;
+  row.n = point.tangent;
+  return add_friction(needle, tissue, point, row, rows) && all;
+}
+
+// A border that the path lies on keeps the needle out of the region behind it, however soft the tissue on this side is.
+bool Insertion::add_support(const TissueView& tissue, Row row, Rows& rows) const {
+  const auto normal = tissue.border_normal(row.in_tissue.a);
+  if (!normal) return true;
+  row.n = *normal;
+  row.gap = row.n.dot(row.on_needle.position - tissue.position(row.in_tissue.a));
+  return rows.add(row, {LawKind::unilateral, kInfinity}, 0);
+}
+
+bool Insertion::add_friction(const NeedleView& needle, const TissueView& tissue, const ShaftPoint& point, Row& row,
+                             Rows& rows) const {
+  const MaterialPoint& material = row.in_tissue.a;
+  const Interaction& law = tissue.interaction(material);
+  const Memory& memory = memory_[point.vertex];
+  const double normal = point.owned * std::numbers::pi * needle.model.diameter * *law.pressure;
+  const auto threshold = [&](bool slips) { return normal * (slips ? law.friction_dynamic : law.friction_static); };
+  const double viscosity = point.owned * law.friction_viscous / needle.h;
+  bool all = true;
+  if (threshold(false) > 0 || viscosity > 0) {
+    const Vector3 before = needle.start_position(point.s) - tissue.start_position(material);
+    row.role = RowRole::friction;
+    row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before);
+    all = rows.add(row, {LawKind::friction, threshold(memory.sliding), viscosity}, memory.friction);
+  }
+  const double share = parameters_.torsional_friction;
+  if (share * threshold(false) == 0) return all;
+  row.role = RowRole::torsion;
+  row.radius = needle.model.diameter / 2;
+  row.gap = row.radius * row.n.dot(needle.turned(row.on_needle) -
+                                   material_rotation(tissue.mesh, tissue.x_start, tissue.x, material.tetrahedron));
+  return rows.add(row, {LawKind::friction, share * threshold(memory.turning)}, memory.torsion) && all;
+}
+
+void Insertion::read_forces(const Rows& rows, NeedleReport& report) {
+  puncturing_ = cutting_ = false;
+  tip_ = TipMemory{};
+  report.tip_force.setZero();
+  report.cutting_force.setZero();
+  report.friction_force.setZero();
+  report.lateral_force.setZero();
+  for (const ShaftPoint& p : shaft_) memory_[p.vertex].lateral.setZero();
+
+  for (int i = 0; i < rows.count(); ++i) {
+    const Row& row = rows.row(i);
+    if (row.needle != needle_) continue;
+    const double lambda = rows.lambda()[i];
+    const Vector3 force = rows.force(i);
+    switch (row.role) {
+      case RowRole::contact:
+        tip_.contact = lambda;
+        puncturing_ = lambda >= kAtCap * rows.law(i).limit && rows.delta()[i] < 0;
+        report.cutting_force += force;
+        break;
+      case RowRole::contact_friction:
+        tip_.lateral += force;
+        report.cutting_force += force;
+        break;
+      case RowRole::cutting:
+        tip_.cutting = lambda;
+        cutting_ = lambda >= kAtCap * rows.law(i).limit;
+        report.cutting_force += force;
+        break;
+      case RowRole::tip_lateral:
+        tip_.lateral += force;
+        report.lateral_force += force;
+        break;
+      case RowRole::lateral:
+        memory_[row.index].lateral += force;
+        report.lateral_force += force;
+        break;
+      case RowRole::friction:
+        memory_[row.index].friction = lambda;
+        memory_[row.index].sliding = std::abs(lambda) >= kAtCap * rows.law(i).limit;
+        report.friction_force += force;
+        break;
+      case RowRole::torsion:
+        memory_[row.index].torsion = lambda;
+        memory_[row.index].turning = std::abs(lambda) >= kAtCap * rows.law(i).limit;
+        break;
+      case RowRole::guide:
+      case RowRole::guide_friction:
+        continue;
+    }
+    if (row.index < 0) report.tip_force += force;
+  }
+  if (at_end_) end_force_ = tip_.lateral;
+}
+
+}  // namespace acus
