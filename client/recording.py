@@ -9,8 +9,11 @@ import os
 import sys
 
 import numpy as np
+from PIL import Image
 
 MM = 1e3  # per m
+DOTS_PER_INCH = 130  # of pixel pictures
+COLOURS = 128  # of a .png: nobody sees a difference, and the file is a fifth as large
 REPETITION = 0.005  # of the run's duration: events of a kind that follow each other faster are drawn once
 
 # Okabe and Ito's colours, which people with any kind of colour vision tell apart.
@@ -167,6 +170,10 @@ def draw_grid(axes):
 
 def save(figure, path):
     try:
-        figure.savefig(path, dpi=130)
+        figure.savefig(path, dpi=DOTS_PER_INCH)
+        if path.lower().endswith(".png"):
+            with Image.open(path) as image:
+                small = image.convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+            small.save(path, optimize=True)
     except (OSError, ValueError) as error:
         sys.exit(f"{path}: {error}")

@@ -61,6 +61,7 @@ class Recording:
             begin = unpacker.tell()
 
     def _read_mesh(self):
+        self.rest = unpack(self.describe, "positions", "<f4", 3).astype(float)  # m, nodes x 3
         self.tetrahedra = unpack(self.describe, "tetrahedra", "<i4", 4)
         self.region_of = unpack(self.describe, "tetrahedron_regions", "<i4", 1)[:, 0]
         self.regions = self.describe["regions"]
@@ -73,6 +74,21 @@ class Recording:
         """The first tissue state at or after a simulation time, else the last, with the needles at its time."""
         after = int(np.searchsorted([t for t, _ in self.tissue], time))
         return Frame(self, *self.tissue[min(after, len(self.tissue) - 1)])
+
+    def displacements(self):
+        """The largest Displacement of each region's centroid over the run.
+
+        A centroid is the mean over the region's tetrahedra, each weighted with its volume at rest.
+        """
+        shares = node_shares(self.rest, self.tetrahedra, self.region_of, len(self.regions))
+        at_rest = shares @ self.rest
+        moved = np.zeros((len(self.tissue), len(self.regions)))
+        for row, (_, place) in zip(moved, self.tissue):
+            nodes = unpack(self.message_at(place), "positions", "<f4", 3)
+            row[:] = np.linalg.norm(shares @ nodes - at_rest, axis=1)
+        furthest = np.argmax(moved, axis=0)
+        return [Displacement(name, moved[state, region], self.tissue[state][0])
+                for region, (name, state) in enumerate(zip(self.regions, furthest))]
 
     def needle_at(self, name, time):
         """Nodes and orientations of a needle, straight between the two states around a time."""
@@ -106,6 +122,25 @@ class Frame:
         self.paths = np.split(points, np.cumsum(sizes)[:-1]) if sizes.size else []  # m, points x 3 each
         self.needles = {name: recording.needle_at(name, time) for name in recording.needles}
         self.guides = recording.guides_at(place)
+
+
+class Displacement:
+    """How far a region was from its place at rest, and when."""
+
+    def __init__(self, region, distance, time):
+        self.region = region
+        self.distance = distance  # m
+        self.time = time  # s, simulation time
+
+
+def node_shares(nodes, tetrahedra, region_of, regions):
+    """How much each node counts in the centroid of each region: regions x nodes, each row adds up to 1."""
+    edges = nodes[tetrahedra[:, 1:]] - nodes[tetrahedra[:, :1]]
+    volumes = np.abs(np.linalg.det(edges)) / 6
+    shares = np.zeros((regions, len(nodes)))
+    for corners in tetrahedra.T:
+        np.add.at(shares, (region_of, corners), volumes)
+    return shares / shares.sum(axis=1, keepdims=True)
 
 
 def unpack(message, field, kind, columns):

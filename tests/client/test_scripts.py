@@ -225,6 +225,14 @@ class Cut(unittest.TestCase):
             self.assertGreater(shares.min(), 0)
 
 
+class Centroids(unittest.TestCase):
+    def test_tetrahedra_count_with_their_volume(self):
+        nodes, tetrahedra = block(4, 1.0)
+        nodes = nodes**2  # small cells at the origin, large ones away from it
+        regions = np.zeros(len(tetrahedra), dtype=int)
+        np.testing.assert_allclose(shapes.node_shares(nodes, tetrahedra, regions, 1) @ nodes, [[0.5, 0.5, 0.5]])
+
+
 class Picture(RecordedRun):
     """The run's needle enters a cube of two regions at x = 0, where its path begins; another one stands aside."""
 
@@ -237,13 +245,16 @@ class Picture(RecordedRun):
         messages = [
             {"type": "hello_reply", "scene": "made up", "guides": [guide],
              "needles": [{"name": "needle", **needle}, {"name": "other", **needle}]},
-            {"type": "describe_reply", "regions": ["near", "far"], "tetrahedra": packed(tetrahedra, "<i4"),
+            {"type": "describe_reply", "positions": packed(nodes, "<f4"), "regions": ["near", "far"],
+             "tetrahedra": packed(tetrahedra, "<i4"),
              "tetrahedron_regions": packed(nodes[tetrahedra].mean(axis=1)[:, 0] > 0.05, "<i4")}]
         for i in range(0, 300, 5):
             depth, state = self.depth_at(i), {"time": 0.01 * i}
             messages.append({**guide, "type": "pose", "needle": "collar", "position": [-0.02, 1e-5 * i, 0]})
-            messages.append({"type": "tissue", "positions": packed(nodes, "<f4"), "path_sizes": packed([2, 1], "<i4"),
-                             "path_points": packed([0, 0, 0, depth, 0, 0, 0.01, 0.02, 0], "<f4"), **state})
+            stretched = nodes * [1 + 0.25 * depth, 1, 1]  # by 1 % when the needle is 40 mm in
+            messages.append({"type": "tissue", "positions": packed(stretched, "<f4"),
+                             "path_sizes": packed([2, 1], "<i4"), **state,
+                             "path_points": packed([0, 0, 0, depth, 0, 0, 0.01, 0.02, 0], "<f4")})
             for name, y in (("needle", 0.0), ("other", 0.03)):
                 points = [[depth - 0.01 * k, y, 0] for k in reversed(range(11))]
                 messages.append({"type": "needle", "needle": name, "positions": packed(points, "<f8"),
@@ -277,6 +288,21 @@ class Picture(RecordedRun):
                               ("c.png", ["--normal=-1,0,0", "--title", "seen along x"])):
             self.assert_success(self.draw("--out", self.path(name), "--needle", "needle", *options))
             self.assertGreater(os.path.getsize(self.path(name)), 10_000)
+
+    def test_how_far_each_region_moved_is_printed(self):
+        self.write_all()
+        result = self.draw()
+        self.assert_success(result)
+        rows = [line.split() for line in result.stdout.splitlines()]
+        self.assertEqual(rows[0], ["region", "moved", "at", "most", "(mm)", "at", "(s)"])
+        self.assertEqual(rows[1:], [["near", "0.250", "1.00"], ["far", "0.750", "1.00"]])  # 1 % of 25 and 75 mm
+
+    def test_regions_that_moved_are_named_in_the_picture(self):
+        self.write_all()
+        out = self.path("run.svg")
+        self.assert_success(run("client/picture", self.path("run.csv"), "--out", out))
+        with open(out, encoding="utf-8") as file:
+            self.assertIn("Centroids moved at most: far 0.75 mm at 1.00 s, near 0.25 mm at 1.00 s", file.read())
 
     def test_shapes_read_back_at_any_time(self):
         self.write_all()
