@@ -118,10 +118,12 @@ int SceneRun::count(EventKind kind, int needle) const {
   return static_cast<int>(std::count_if(all.begin(), all.end(), [&](const Event& e) { return e.kind == kind; }));
 }
 
-std::vector<std::string> names(const std::vector<Event>& events, const Scene& scene) {
-  std::vector<std::string> all;
-  for (const Event& e : events)
-    all.push_back(name_of(e.kind) + (" " + scene.tissue.regions[static_cast<std::size_t>(e.region)].name));
+std::string names(const std::vector<Event>& events, const Scene& scene) {
+  std::string all;
+  for (const Event& e : events) {
+    if (!all.empty()) all += ", ";
+    all += name_of(e.kind) + (" " + scene.tissue.regions[static_cast<std::size_t>(e.region)].name);
+  }
   return all;
 }
 

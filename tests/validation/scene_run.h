@@ -52,8 +52,8 @@ class SceneRun {
   std::vector<TickReport> ticks_;
 };
 
-// Per event "contact muscle", "puncture skin", ...: the order is easy to compare and to read.
-std::vector<std::string> names(const std::vector<Event>& events, const Scene& scene);
+// "contact skin, puncture skin, ...": the order of events is easy to compare and to read.
+std::string names(const std::vector<Event>& events, const Scene& scene);
 
 // Where material that is at p (m, world) was at rest; for a p outside the tissue, continued from the nearest one.
 Vector3 rest_position(const Simulation& simulation, const Vector3& p);

@@ -9,8 +9,6 @@
 namespace acus::test {
 namespace {
 
-using Names = std::vector<std::string>;
-
 std::size_t tick_at(const SceneRun& run, double time) {
   return static_cast<std::size_t>(std::lround(time * run.scene().rate)) - 1;
 }
@@ -85,7 +83,7 @@ TEST_CASE("insertion_pullback_layers: each layer has its own plateau") {
   run.run();
   check_sound(run);
   CHECK(names(run.events(), run.scene()) ==
-        Names{"contact upper", "puncture upper", "contact lower", "crossing lower", "withdrawal upper"});
+        "contact upper, puncture upper, contact lower, crossing lower, withdrawal upper");
   CHECK(run.find(EventKind::puncture)->force == doctest::Approx(upper.interaction.puncture_force).epsilon(1e-6));
   CHECK(run.find(EventKind::crossing)->force == doctest::Approx(1.2).epsilon(1e-6));
   CHECK(largest_displacement(run.simulation()) < 1e-6);
@@ -95,8 +93,8 @@ TEST_CASE("layers: one event and one drop of the force at each layer") {
   SceneRun run("layers");
   run.run();
   check_sound(run);
-  CHECK(names(run.events(), run.scene()) == Names{"contact skin", "puncture skin", "contact fat", "crossing fat",
-                                                  "contact muscle", "crossing muscle", "withdrawal skin"});
+  CHECK(names(run.events(), run.scene()) ==
+        "contact skin, puncture skin, contact fat, crossing fat, contact muscle, crossing muscle, withdrawal skin");
   int checked = 0;
   for (const Event& event : run.events()) {
     if (event.kind != EventKind::puncture && event.kind != EventKind::crossing) continue;
@@ -115,8 +113,7 @@ TEST_CASE("through: out on the far side, back in, and the tissue at rest") {
   SceneRun run("through");
   run.run();
   check_sound(run);
-  CHECK(names(run.events(), run.scene()) ==
-        Names{"contact slab", "puncture slab", "exit slab", "reentry slab", "withdrawal slab"});
+  CHECK(names(run.events(), run.scene()) == "contact slab, puncture slab, exit slab, reentry slab, withdrawal slab");
   const Event* exit = run.find(EventKind::exit);
   REQUIRE(exit != nullptr);
   CHECK(exit->force == doctest::Approx(run.scene().tissue.regions[0].interaction.cutting_force).epsilon(1e-6));
@@ -131,8 +128,7 @@ TEST_CASE("biopsy: at 100 mm/s the force jumps at the puncture, the contact and 
   SceneRun run("biopsy");
   run.run();
   check_sound(run);
-  CHECK(names(run.events(), run.scene()) ==
-        Names{"contact breast", "puncture breast", "crossing lesion", "withdrawal breast"});
+  CHECK(names(run.events(), run.scene()) == "contact breast, puncture breast, crossing lesion, withdrawal breast");
   CHECK(run.find(EventKind::puncture)->force == doctest::Approx(2).epsilon(1e-6));
   CHECK(run.find(EventKind::crossing)->force == doctest::Approx(1).epsilon(1e-6));
   // Ticks shortly after those events, in which the step of the law reaches the base, are left out. What is left is the

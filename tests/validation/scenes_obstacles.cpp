@@ -8,8 +8,6 @@
 namespace acus::test {
 namespace {
 
-using Names = std::vector<std::string>;
-
 constexpr double kInclusionRadius = 14e-3;  // m, of the ball around the origin in scenes/meshes/inclusion.geo
 
 // Whether all fields of two parameter structs are the same, however deep they stand.
@@ -54,8 +52,7 @@ TEST_CASE("inclusion_soft_needle: the needle touches the inclusion, slides along
   SceneRun run("inclusion_soft_needle");
   run.run();
   check_sound(run);
-  CHECK(names(run.events(), run.scene()) ==
-        Names{"contact tissue", "puncture tissue", "contact inclusion", "release inclusion"});
+  CHECK(names(run.events(), run.scene()) == "contact tissue, puncture tissue, contact inclusion, release inclusion");
   const Matrix3X path = path_at_rest(run.simulation(), needle_path(run));
   CHECK(closest_approach(path) > kInclusionRadius - 0.5e-3);  // flat elements cut the corners of the ball
   const Vector3 end = path.rightCols<1>();
@@ -68,8 +65,7 @@ TEST_CASE("inclusion_stiff_needle: a stiffer needle enters") {
   SceneRun run("inclusion_stiff_needle");
   run.run();
   check_sound(run);
-  CHECK(names(run.events(), run.scene()) ==
-        Names{"contact tissue", "puncture tissue", "contact inclusion", "crossing inclusion"});
+  CHECK(names(run.events(), run.scene()) == "contact tissue, puncture tissue, contact inclusion, crossing inclusion");
   CHECK(run.find(EventKind::crossing)->force == doctest::Approx(0.9).epsilon(1e-6));
   CHECK(path_at_rest(run.simulation(), needle_path(run)).rightCols<1>().norm() < kInclusionRadius);
 }
@@ -89,7 +85,7 @@ TEST_CASE("inclusion_supported: between supporting needles the soft needle enter
   CHECK(run.find(EventKind::crossing)->force == doctest::Approx(0.9).epsilon(1e-6));
   CHECK(closest_approach(path_at_rest(run.simulation(), needle_path(run))) < kInclusionRadius - 1e-3);
   for (int support = 1; support < 4; ++support) {
-    CHECK(names(run.events(support), run.scene()) == Names{"contact tissue", "puncture tissue"});
+    CHECK(names(run.events(support), run.scene()) == "contact tissue, puncture tissue");
   }
 }
 
@@ -98,8 +94,7 @@ TEST_CASE("bone: the tip slides along it and never enters, at ten times the forc
   run.run();
   check_sound(run);
   const Scene& scene = run.scene();
-  CHECK(names(run.events(), scene) ==
-        Names{"contact muscle", "puncture muscle", "contact bone", "release bone", "withdrawal muscle"});
+  CHECK(names(run.events(), scene) == "contact muscle, puncture muscle, contact bone, release bone, withdrawal muscle");
   const Event* touched = nullptr;
   for (const TickReport& tick : run.ticks())
     for (const Event& e : tick.events)
