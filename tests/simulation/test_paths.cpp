@@ -68,6 +68,15 @@ TEST_CASE("a mouth where a needle came out lets another in, without puncture and
   bench.push(1, -0.07, kSpeed);
   bench.wait(0.5);
   CHECK(bench.events(EventKind::withdrawal, 1).size() == 1);
+
+  // And from above again, the path turned round once more.
+  bench.push(0, 0.05, kSpeed);
+  CHECK(bench.events(EventKind::puncture, 0).size() == 1);
+  CHECK(bench.events(EventKind::exit, 0).size() == 2);
+  CHECK(bench.needle(0).phase == Phase::through);
+  bench.push(0, -0.05, kSpeed);
+  bench.wait(0.5);
+  CHECK(bench.events(EventKind::withdrawal, 0).size() == 2);
   CHECK(path_count(bench) == 1);
   CHECK(bench.tissue_displacement() < 1e-6);
   CHECK(bench.finite());
