@@ -30,7 +30,7 @@ void Insertion::reset() {
   phase_ = Phase::free;
   path_ = -1;
   depth_ = 0;
-  reentered_ = puncturing_ = cutting_ = at_end_ = false;
+  reentered_ = puncturing_ = cutting_ = in_tail_ = at_end_ = false;
   held_ = -1;
   obstacle_.reset();
   std::fill(memory_.begin(), memory_.end(), Memory{});
@@ -95,11 +95,11 @@ void Insertion::place_mouth(const CurvePoint& tip, const TissueView& tissue) {
 
 // The path's end after a tick inside: the border that holds it, growth, exit.
 std::uint32_t Insertion::advance_end(const Transition& now, Path& path) {
-  if (held_ >= 0 && !obstacle_) {
+  if (obstacle_ && (obstacle_->under || tip_.contact > 0)) return meet_border(now, path);
+  if (held_ >= 0) {
     report(now, EventKind::release, held_, 0);
     held_ = -1;
   }
-  if (obstacle_ && (obstacle_->under || tip_.contact > 0)) return meet_border(now, path);
 
   const CurvePoint tip = now.needle.tip();
   const bool beyond = tip.tangent.dot(tip.position - now.tissue.position(path.end)) > 0;
@@ -122,15 +122,19 @@ std::uint32_t Insertion::meet_border(const Transition& now, Path& path) {
   const int start = path.end.tetrahedron;
   const Vector3 from = tissue.position(path.end);
   if (puncturing_) {
+    if (held_ < 0) report(now, EventKind::contact, obstacle_->region, tip_.contact);
     report(now, EventKind::crossing, obstacle_->region, tip_.contact);
     held_ = -1;
     const std::uint32_t flags = lay_vertices(now, path, start, from, tissue.position(obstacle_->material));
     path.end = obstacle_->material;
     return flags | grow(now, path, surface.beyond(obstacle_->at), path.end.tetrahedron);
   }
+  // Along the plane of contact: a tip behind a thin layer is nearer to the layer's other side.
+  const Vector3& n = obstacle_->at.normal;
   const Vector3 tip = now.needle.tip().position;
-  const SurfacePoint under = surface.closest(tissue.x, tip);
-  const bool beside = (tip - under.position - under.distance * under.normal).norm() > kContactMargin;  // past its rim
+  const Vector3 on_plane = tip - n.dot(tip - tissue.position(obstacle_->material)) * n;
+  const SurfacePoint under = surface.closest(tissue.x, on_plane);
+  const bool beside = (on_plane - under.position - under.distance * under.normal).norm() > kContactMargin;  // past its rim
   if (tip_.contact > 0 && !beside) {
     if (held_ < 0) report(now, EventKind::contact, obstacle_->region, tip_.contact);
     held_ = obstacle_->region;

@@ -135,6 +135,7 @@ class Insertion {
   int holding_vertices(const Path& path) const;
   Vector3 cutting_direction(const NeedleView& needle) const;
 
+  double obstacle_gap(const NeedleView& needle, const TissueView& tissue, double recovery) const;
   bool add_contact(const NeedleView& needle, double puncture_force, double gap, Rows& rows) const;
   bool add_contact_friction(const NeedleView& needle, const TissueView& tissue, double friction, double cohesion,
                             int normal_row, Rows& rows) const;
@@ -173,6 +174,7 @@ class Insertion {
   std::vector<Memory> memory_;     // per path vertex
   std::vector<ShaftPoint> shaft_;  // of this tick
   TipMemory tip_;
+  bool in_tail_ = false;           // the tip is between the last vertex and the end of a path that has one
   bool at_end_ = false;            // the tip is at the end of its path, not back inside it
   double end_s_ = 0;               // m, where the path's end stands along the needle, or ahead of it
   TissuePoint tip_point_;          // the point of the path that the tip is held to

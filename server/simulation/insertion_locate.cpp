@@ -155,7 +155,8 @@ void Insertion::place_tip(const NeedleView& needle, const TissueView& tissue, co
   const bool tail = next == count;  // between the last vertex and the end
   const double next_s = tail ? end_s_ : memory_[next].s;
   const double clearance = held_ >= 0 ? kBorderClearance * path.spacing : 0;
-  at_end_ = tail && next_s <= length + clearance && !path.exited;
+  in_tail_ = tail && !path.exited;
+  at_end_ = in_tail_ && next_s <= length + clearance;
   tip_offset_ = 0;
   double u = 1;  // of the way from the last vertex alongside to the next, or to the end
   if (at_end_ || next == 0) {
@@ -172,7 +173,7 @@ void Insertion::place_tip(const NeedleView& needle, const TissueView& tissue, co
     const Vector3 to = tail ? end_tangent(tissue, path, tip_tangent) : path_tangent(tissue, path, next, tip_tangent);
     tip_tangent_ = ((1 - u) * from + u * to).normalized();
   }
-  if (!tail || shaft_.empty() || path.exited) return;
+  if (!in_tail_ || shaft_.empty()) return;
   // The last vertex fades in as the cut leaves it behind; a tip pulled back to it is held by it alone.
   const double tail_spacings = path.tail / path.spacing + static_cast<double>(path.vertices.size()) - count;
   if (tail_spacings >= 1) return;
@@ -180,9 +181,10 @@ void Insertion::place_tip(const NeedleView& needle, const TissueView& tissue, co
   shaft_.back().softness = std::min(kSoftest, u * soft * soft);
 }
 
-// The border of a region that a tip at the end of its path rests against, or may reach in this tick.
+// The border of a region that a tip at the end of its path rests against, or may reach in this tick. A tip that is not
+// quite at the end may be back there, and beyond, by the end of the tick.
 void Insertion::find_border(const NeedleView& needle, const TissueView& tissue, const Path& path) {
-  if (!at_end_ || !tissue.borders.any()) return;
+  if (!in_tail_ || !tissue.borders.any()) return;
   const Vector3 before = needle.start_tip();
   const double reach = kContactMargin + 2 * (needle.tip().position - before).norm();
   const auto closest_on = [&](int region, const Vector3& p) {
@@ -190,12 +192,12 @@ void Insertion::find_border(const NeedleView& needle, const TissueView& tissue, 
     const SurfacePoint at = surface.closest(tissue.x, p);
     return Obstacle{region, at, surface.material(at)};
   };
-  if (held_ >= 0) {
-    obstacle_ = closest_on(held_, before);
+  if (held_ >= 0 && at_end_) {
+    obstacle_ = closest_on(held_, tissue.position(path.end));
     return;
   }
   Vector3 from = tissue.position(path.end);
-  const Vector3 to = from + reach * tip_tangent_;
+  const Vector3 to = from + reach * cutting_direction(needle);
   int start = path.end.tetrahedron, came_from = -1;
   for (int i = 0; i < kMaxCrossings; ++i) {
     const Trace trace = trace_segment(tissue.mesh, tissue.x, start, from, to, tissue.regions, came_from);
@@ -204,7 +206,7 @@ void Insertion::find_border(const NeedleView& needle, const TissueView& tissue, 
     const int region = tissue.regions[trace.next];
     if (tissue.borders.at(tissue.region(trace.end), region).holds) {
       obstacle_ = closest_on(region, from);
-      obstacle_->under = obstacle_->at.normal.dot(needle.tip().position - obstacle_->at.position) < 0;
+      obstacle_->under = at_end_ && obstacle_->at.normal.dot(needle.tip().position - obstacle_->at.position) < 0;
       return;
     }
     came_from = trace.end.tetrahedron;

@@ -33,6 +33,15 @@ bool Insertion::build_rows(const NeedleView& needle, const TissueView& tissue, s
   return all;
 }
 
+// Distance of the tip from the obstacle along its normal (m). What the tip was behind it at the start of the tick, torn
+// out of its path sideways or carried over a border by the tick before, is made good at `recovery` (m/s), not at once.
+double Insertion::obstacle_gap(const NeedleView& needle, const TissueView& tissue, double recovery) const {
+  const Vector3& n = obstacle_->at.normal;
+  const double start = n.dot(needle.start_tip() - tissue.start_position(obstacle_->material));
+  const double apart = n.dot(needle.tip().position - tissue.position(obstacle_->material));
+  return apart - std::min(0.0, start + recovery * needle.h);
+}
+
 // The tip against the obstacle, along its normal.
 bool Insertion::add_contact(const NeedleView& needle, double puncture_force, double gap, Rows& rows) const {
   Row row{needle_, RowRole::contact, -1, needle.tip(), {obstacle_->material, {}, 0}, obstacle_->at.normal, gap};
@@ -63,20 +72,16 @@ bool Insertion::add_contact_friction(const NeedleView& needle, const TissueView&
 
 bool Insertion::add_surface(const NeedleView& needle, const TissueView& tissue, Rows& rows) const {
   const Interaction& law = tissue.interaction(obstacle_->material);
-  const double apart = obstacle_->at.normal.dot(needle.tip().position - tissue.position(obstacle_->material));
-  // A tip that starts the tick below the surface, torn out of its path sideways, is held where it is, not thrown out.
-  const double gap = apart - std::min(0.0, obstacle_->at.distance);
   const int normal_row = rows.count();
-  return add_contact(needle, law.puncture_force, gap, rows) &&
+  return add_contact(needle, law.puncture_force, obstacle_gap(needle, tissue, 0), rows) &&
          add_contact_friction(needle, tissue, law.friction_contact, 0, normal_row, rows);
 }
 
 // A tip that rests against a border inside.
 bool Insertion::add_border(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const {
   const Border& border = tissue.borders.at(tissue.region(obstacle_->material), obstacle_->region);
-  const double apart = obstacle_->at.normal.dot(needle.tip().position - tissue.position(obstacle_->material));
   const int normal_row = rows.count();
-  return add_contact(needle, border.puncture_force, std::max(apart, -kRecoverySpeed * needle.h), rows) &&
+  return add_contact(needle, border.puncture_force, obstacle_gap(needle, tissue, kRecoverySpeed), rows) &&
          add_contact_friction(needle, tissue, border.friction_contact, tissue.interaction(path.end).cutting_force,
                               normal_row, rows);
 }
@@ -91,8 +96,7 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
   }
   if (obstacle_) {
     const Border& border = tissue.borders.at(tissue.region(obstacle_->material), obstacle_->region);
-    const double apart = obstacle_->at.normal.dot(tip.position - tissue.position(obstacle_->material));
-    all = add_contact(needle, border.puncture_force, std::max(apart, -kRecoverySpeed * needle.h), rows) && all;
+    all = add_contact(needle, border.puncture_force, obstacle_gap(needle, tissue, kRecoverySpeed), rows) && all;
   }
   Vector3 across[2];
   perpendicular_basis(tip_tangent_, across[0], across[1]);
@@ -109,8 +113,9 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
     all = rows.add(row, {.compliance = compliance}, tip_.lateral.dot(n)) && all;
   }
   if (at_end_) return all;
-  return add_support(tissue, {needle_, RowRole::tip_lateral, -1, tip, {tip_point_.a, {}, 0}, Vector3::Zero(), 0}, rows) &&
-         all;
+  const MaterialPoint& nearest = tip_point_.u < 0.5 ? tip_point_.a : tip_point_.b;
+  const Row support{needle_, RowRole::tip_lateral, -1, tip, {nearest, {}, 0}, Vector3::Zero(), 0};
+  return add_support(tissue, support, rows) && all;
 }
 
 bool Insertion::add_shaft(const NeedleView& needle, const TissueView& tissue, const Path& path,
@@ -130,7 +135,9 @@ bool Insertion::add_shaft(const NeedleView& needle, const TissueView& tissue, co
     all = rows.add(row, {.compliance = compliance}, memory_[point.vertex].lateral.dot(n)) && all;
   }
   row.softness = 0;
-  all = add_support(tissue, row, rows) && all;
+  // A tip this close to the vertex behind it has that one's support itself.
+  const bool at_tip = !at_end_ && &point == &shaft_.back() && tip_point_.u < 0.5;
+  if (!at_tip) all = add_support(tissue, row, rows) && all;
   row.n = point.tangent;
   return add_friction(needle, tissue, point, row, rows) && all;
 }
