@@ -11,6 +11,8 @@ namespace {
 
 // A last vertex this close to the end of its path (in spacings) holds nothing yet: two points at one place.
 constexpr double kEndClearance = 0.1;
+// A tip this close to the end of its path is there: one at rest must not come and go by rounding.
+constexpr double kAtEnd = 1e-6;  // m
 // A tip pulled back by more than this (in spacings) from a border does not rest against it any more.
 constexpr double kBorderClearance = 0.1;
 // Softer than this (in W of the rows) a vertex holds nothing.
@@ -154,7 +156,7 @@ void Insertion::place_tip(const NeedleView& needle, const TissueView& tissue, co
   while (next < count && memory_[next].s <= length) ++next;
   const bool tail = next == count;  // between the last vertex and the end
   const double next_s = tail ? end_s_ : memory_[next].s;
-  const double clearance = held_ >= 0 ? kBorderClearance * path.spacing : 0;
+  const double clearance = held_ >= 0 ? kBorderClearance * path.spacing : kAtEnd;
   in_tail_ = tail && !path.exited;
   at_end_ = in_tail_ && next_s <= length + clearance;
   tip_offset_ = 0;
