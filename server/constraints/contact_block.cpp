@@ -27,7 +27,8 @@ double bisect(double low, double high, Function f) {
 template <class Excess>
 double find_rim(double scale, Excess excess) {
   const auto multiplier = [&](double s) { return scale * s / (1 - s); };
-  return multiplier(bisect(0, 1, [&](double s) { return excess(multiplier(s)); }));
+  constexpr double kAlmostOne = 1 - 1e-15;  // keeps the multiplier finite
+  return multiplier(bisect(0, kAlmostOne, [&](double s) { return excess(multiplier(s)); }));
 }
 
 // t for a given n: the rim's radius is known.

@@ -108,6 +108,7 @@ GaussSeidel::GaussSeidel(int capacity) {
   straight_.reserve(n);
   subspace_.setZero(capacity, capacity);
   subspace_rhs_.setZero(capacity);
+  pieces_.resize(n);
   trial_lambda_.resize(n);
   trial_delta_.resize(n);
 }
@@ -173,57 +174,75 @@ void GaussSeidel::eliminate(const MatrixX& W, std::span<const Law> laws, std::sp
   free_others_.head(n).noalias() -= coupling.transpose() * free_bilateral;
 }
 
-// Rows on a straight piece of their graph obey a linear equation: S lambda + delta_bar = 0 when sticking, and
-// S lambda + lambda/c = -delta_bar -+ T/c when sliding with viscosity c.
-void GaussSeidel::subspace_step(std::span<double> lambda, std::span<double> delta) {
+// The piece of its graph that a row's law picks at (lambda, delta): a straight one, where a linear equation holds, or a
+// bound, where the force is known. By the law's own step, which is at rest on the right piece.
+GaussSeidel::Piece GaussSeidel::piece_of(int i, double lambda, double delta) const {
+  const Law& law = laws_[i];
+  const double step = lambda - delta / schur_(i, i);
+  if (law.kind == LawKind::unilateral) {
+    if (step <= 0) return {false, 0};
+    return step >= law.limit ? Piece{false, law.limit} : Piece{true, 0};
+  }
+  if (law.kind != LawKind::friction) return {false, lambda};
+  if (std::abs(step) <= law.limit) return {true, 0};
+  return {law.viscosity > 0, std::copysign(law.limit, step)};
+}
+
+// Solves S lambda + delta_bar = 0 on the rows that stick, S lambda + delta_bar = (T - lambda)/c on those that slide with
+// viscosity c, T their threshold with its sign, with the others at their bounds.
+bool GaussSeidel::solve_straight(std::span<double> lambda) {
   straight_.clear();
-  const auto n = static_cast<int>(laws_.size());
-  for (int i = 0; i < n; ++i) {
-    const Law& law = laws_[i];
-    const bool between = law.kind == LawKind::unilateral ? lambda[i] > 0 && lambda[i] < law.limit
-                                                         : std::abs(lambda[i]) < law.limit;
-    const bool sliding = law.kind == LawKind::friction && !between && law.viscosity > 0;
-    if ((law.kind == LawKind::unilateral || law.kind == LawKind::friction) && (between || sliding))
-      straight_.push_back(i);
+  for (int i = 0; i < static_cast<int>(laws_.size()); ++i) {
+    if (pieces_[i].straight) straight_.push_back(i);
+    else lambda[i] = pieces_[i].force;
   }
   const auto m = static_cast<Eigen::Index>(straight_.size());
-  if (m < 2) return;
-
+  if (m == 0) return true;
   auto system = subspace_.topLeftCorner(m, m);
   auto rhs = subspace_rhs_.head(m);
   for (Eigen::Index a = 0; a < m; ++a) {
     const int i = straight_[a];
-    rhs[a] = -delta[i];
-    for (Eigen::Index b = 0; b < m; ++b) {
-      system(a, b) = schur_(i, straight_[b]);
-      rhs[a] += system(a, b) * lambda[straight_[b]];
-    }
-    const Law& law = laws_[i];
-    if (law.kind == LawKind::friction && std::abs(lambda[i]) >= law.limit) {
-      system(a, a) += 1 / law.viscosity;
-      rhs[a] += std::copysign(law.limit, lambda[i]) / law.viscosity;
-    }
+    rhs[a] = -free_others_[i];
+    for (int j = 0; j < static_cast<int>(laws_.size()); ++j)
+      if (!pieces_[j].straight) rhs[a] -= schur_(i, j) * lambda[j];
+    for (Eigen::Index b = 0; b < m; ++b) system(a, b) = schur_(i, straight_[b]);
+    if (pieces_[i].force == 0) continue;
+    system(a, a) += 1 / laws_[i].viscosity;
+    rhs[a] += pieces_[i].force / laws_[i].viscosity;
   }
   system.diagonal().array() += 1e-12 * system.diagonal().mean();
   Eigen::Ref<MatrixX> in_place(system);
   const Eigen::LLT<Eigen::Ref<MatrixX>> cholesky(in_place);
-  if (cholesky.info() != Eigen::Success) return;
+  if (cholesky.info() != Eigen::Success) return false;
   system.triangularView<Eigen::Lower>().solveInPlace(rhs);
   system.triangularView<Eigen::Lower>().transpose().solveInPlace(rhs);
+  for (Eigen::Index a = 0; a < m; ++a) lambda[straight_[a]] = rhs[a];
+  return true;
+}
 
-  const std::span<double> trial(trial_lambda_.data(), lambda.size()), trial_delta(trial_delta_.data(), lambda.size());
+// Newton on the pieces: solve, let every row pick its piece anew, and again, until the picks repeat. Keeps the best.
+void GaussSeidel::subspace_step(std::span<double> lambda, std::span<double> delta) {
+  const std::size_t n = lambda.size();
+  const std::span<double> trial(trial_lambda_.data(), n), trial_delta(trial_delta_.data(), n);
+  const std::span<const double> free_others(free_others_.data(), n);
   std::copy(lambda.begin(), lambda.end(), trial.begin());
-  for (Eigen::Index a = 0; a < m; ++a) {
-    const Law& law = laws_[straight_[a]];
-    const double low = law.kind == LawKind::unilateral ? 0 : -law.limit;
-    const bool sliding = law.kind == LawKind::friction && std::abs(lambda[straight_[a]]) >= law.limit;
-    trial[straight_[a]] = sliding ? rhs[a] : std::clamp(rhs[a], low, law.limit);
+  std::copy(delta.begin(), delta.end(), trial_delta.begin());
+  double best = law_residual(schur_, laws_, lambda, delta);
+  for (int k = 0; k < kMaxPicks; ++k) {
+    bool repeated = k > 0;
+    for (int i = 0; i < static_cast<int>(n); ++i) {
+      const Piece piece = piece_of(i, trial[i], trial_delta[i]);
+      repeated = repeated && piece == pieces_[i];
+      pieces_[i] = piece;
+    }
+    if (repeated || !solve_straight(trial)) return;
+    evaluate(schur_, free_others, trial, trial_delta);
+    const double residual = law_residual(schur_, laws_, trial, trial_delta);
+    if (!(residual < best)) continue;
+    best = residual;
+    std::copy(trial.begin(), trial.end(), lambda.begin());
+    std::copy(trial_delta.begin(), trial_delta.end(), delta.begin());
   }
-  const std::span<const double> free_others(free_others_.data(), lambda.size());
-  evaluate(schur_, free_others, trial, trial_delta);
-  if (law_residual(schur_, laws_, trial, trial_delta) >= law_residual(schur_, laws_, lambda, delta)) return;
-  std::copy(trial.begin(), trial.end(), lambda.begin());
-  std::copy(trial_delta.begin(), trial_delta.end(), delta.begin());
 }
 
 // lambda_B from the others, with one step of refinement for what the regularisation left over.

@@ -16,9 +16,9 @@
 //
 // Points that stick within one element are nearly dependent, and sweeps alone converge slowly there. So every
 // kSubspaceInterval sweeps the rows that stand on a straight piece of their graph (sticking, sliding with viscosity, or
-// held at a distance of zero) are solved for exactly and together, the others held; the result is clipped to the laws
-// and kept only if it violates them less [Silcowitz, Niebe, Erleben 2010, "Projected Gauss-Seidel subspace
-// minimization"].
+// held at a distance of zero) are solved for exactly and together, the others at their bounds [Silcowitz, Niebe, Erleben
+// 2010, "Projected Gauss-Seidel subspace minimization"]; then every row picks its piece anew, and again, at most
+// kMaxPicks times: Newton's method on the pieces. The answer that violates the laws least is kept.
 //
 // The violation of a row is the force by which it would still move, |lambda - law_force(...)| (N), on the full W: it
 // measures the laws themselves, not the progress of the iteration. Starts from the lambda it is given.
@@ -46,6 +46,7 @@ class GaussSeidel {
  public:
   static constexpr double kRegularization = 1e-9;
   static constexpr int kSubspaceInterval = 8;
+  static constexpr int kMaxPicks = 16;
 
   explicit GaussSeidel(int capacity);
 
@@ -61,6 +62,14 @@ class GaussSeidel {
 
   void solve_bilateral(std::span<const double> lambda_others, const MatrixX& W, std::span<const double> delta_free,
                        std::span<double> lambda, std::span<double> delta);
+  // A piece of a graph: straight, or a bound with its force (N); sliding with viscosity is straight with the threshold.
+  struct Piece {
+    bool straight = false;
+    double force = 0;
+    bool operator==(const Piece&) const = default;
+  };
+  Piece piece_of(int i, double lambda, double delta) const;
+  bool solve_straight(std::span<double> lambda);
   void subspace_step(std::span<double> lambda, std::span<double> delta);
 
   std::vector<int> bilateral_, others_;  // rows of W
@@ -74,6 +83,7 @@ class GaussSeidel {
   VectorX softening_;                    // m/N, of the soft bilateral rows
   VectorX diagonal_;                     // of W_BB, softening included
   VectorX free_others_;                  // delta_bar
+  std::vector<Piece> pieces_;            // of the others
   std::vector<int> straight_;            // of the others: rows of a subspace step
   MatrixX subspace_;
   VectorX subspace_rhs_;

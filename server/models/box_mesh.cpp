@@ -11,8 +11,9 @@ namespace {
 // Far above what runs in real time, far below what overflows an index.
 constexpr std::int64_t kMaxCells = 2'000'000;
 
-// Kuhn's six tetrahedra of a cell: each walks from the cell's lowest corner to its highest along the three axes in
-// one order; even orders give positive volumes.
+// Kuhn's six tetrahedra of a cell: each walks from one corner of the cell to the opposite one along the three axes in
+// one order; even orders give positive volumes. Every cell is the mirror image of its neighbours, so that diagonals run
+// both ways: all in one direction, they make the material stiffer along it, and a needle drifts off by millimetres.
 struct Walk {
   std::array<int, 3> axes;
   bool even;
@@ -51,13 +52,21 @@ struct Grid {
   }
 };
 
-std::array<int, 4> walk_tetrahedron(const Grid& grid, std::array<int, 3> at, const Walk& walk) {
+std::array<int, 4> walk_tetrahedron(const Grid& grid, const std::array<int, 3>& cell, const Walk& walk) {
+  std::array<int, 3> at = cell, direction{1, 1, 1};
+  bool positive = walk.even;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (cell[axis] % 2 == 0) continue;  // from the high end down
+    ++at[axis];
+    direction[axis] = -1;
+    positive = !positive;
+  }
   std::array<int, 4> corners{grid.node(at), 0, 0, 0};
   for (int step = 0; step < 3; ++step) {
-    ++at[walk.axes[step]];
+    at[walk.axes[step]] += direction[walk.axes[step]];
     corners[step + 1] = grid.node(at);
   }
-  if (!walk.even) std::swap(corners[1], corners[2]);
+  if (!positive) std::swap(corners[1], corners[2]);
   return corners;
 }
 

@@ -40,8 +40,9 @@ double rest_volume(const TetrahedralMesh& mesh, int t);
 // a node that no tetrahedron uses, or a mesh of several parts that do not touch in a face.
 void build_topology(TetrahedralMesh& mesh);
 
-// A box centred on the origin, `cells` along each axis, every cell cut into six tetrahedra around one diagonal
-// (Kuhn), so that faces of neighbouring cells match. Topology included.
+// A box centred on the origin, `cells` along each axis, every cell cut into six tetrahedra around one diagonal (Kuhn)
+// and the mirror image of its neighbours, so that their faces match. Symmetric about the middle planes across axes with
+// an even number of cells. Topology included.
 TetrahedralMesh make_box_mesh(const Vector3& size_m, const std::array<int, 3>& cells);
 
 // Reads the mesh formats of Gmsh (.msh of every version, .vtk, .unv, .mesh, .bdf, .nas) and keeps their linear

@@ -7,7 +7,8 @@
 //   with friction  one friction row along a, stick-slip at mu N, N the force across that the guide bore in the last tick
 //
 // The guide holds the needle from outside: no row of it acts on the tissue. It bears no moment, and a needle that has
-// not reached it, or has left it, is free.
+// not reached it, or has left it, is free; one that comes to it beside its axis is taken onto it within a tick. With play
+// the one row pushes against where the needle is at the start of the tick.
 #pragma once
 
 #include <cstdint>
@@ -32,6 +33,8 @@ class GuideHold {
 
   // Stage 1.
   void advance(std::uint64_t tick);
+  // The tick is not taken over: the needle stays where it was, and so does the hole.
+  void hold() { center_ = before_; }
   // Stage 4.
   void locate(const NeedleView& needle);
   // Stage 5; false if some rows did not fit.

@@ -48,6 +48,7 @@ std::uint32_t Insertion::transitions(const NeedleView& needle, const TissueView&
   Path& path = paths[path_];
   const int mouth_region = tissue.region(path.vertices[0]);
   if (reentered_) report(now, EventKind::reentry, mouth_region, 0);
+  reentered_ = false;
 
   const CurvePoint tip = needle.tip();
   const Vector3 mouth_tangent = path_tangent(tissue, path, 0, tip.tangent);
@@ -138,11 +139,30 @@ std::uint32_t Insertion::meet_border(const Transition& now, Path& path) {
   if (tip_.contact > 0 && !beside) {
     if (held_ < 0) report(now, EventKind::contact, obstacle_->region, tip_.contact);
     held_ = obstacle_->region;
-    const std::uint32_t flags = lay_vertices(now, path, start, from, under.position);
-    path.end = surface.material(under);
-    return flags;
+    return slide(now, path, surface.material(under));
   }
-  return grow(now, path, start, -1);
+  if (beside || cutting_direction(now.needle).dot(tip - from) > 0) return grow(now, path, start, -1);
+  if (held_ >= 0) report(now, EventKind::release, held_, 0);
+  held_ = -1;
+  return 0;
+}
+
+// Moves the path's end along the border that holds it. Vertices that it comes back over are dropped: a tip that is
+// dragged to and fro leaves one path, not one for every way.
+std::uint32_t Insertion::slide(const Transition& now, Path& path, const MaterialPoint& end) {
+  const auto last = [&](std::size_t k) { return now.tissue.position(path.vertices[path.vertices.size() - k]); };
+  const Vector3 place = now.tissue.position(end);
+  path.end = end;
+  while (path.vertices.size() > 1 && (place - last(1)).dot(last(1) - last(2)) < 0 &&
+         now.tissue.border_normal(path.vertices.back()))
+    path.vertices.pop_back();
+  path.tail = (place - last(1)).norm();
+  if (path.tail < path.spacing) return 0;
+  if (path.vertices.size() == memory_.size()) return kPathFull;
+  memory_[path.vertices.size()] = Memory{.s = now.needle.model.length};
+  path.vertices.push_back(end);
+  path.tail = 0;
+  return 0;
 }
 
 // Moves the path's end to the tip, through every border that does not hold it, to the first one that does. The end lies
@@ -180,7 +200,7 @@ std::uint32_t Insertion::lay_vertices(const Transition& now, Path& path, int sta
   std::uint32_t flags = 0;
   double next = path.spacing - path.tail;  // along the piece
   while (cut > 0 && next <= cut) {
-    if (path.vertices.size() == path.vertices.capacity()) {
+    if (path.vertices.size() == memory_.size()) {
       flags |= kPathFull;
       break;
     }

@@ -22,7 +22,7 @@
 //
 // The shaft lies off its path by the lateral force times the compliance of the tissue beside it that the mesh does not
 // resolve (foundation_compliance()), shared out over the lengths that the vertices own; the tip behind the end of its
-// path by the same law. At the end the tip is held where it is: its rows there are on displacements of the tick. What it
+// path by the same law, with the length of a spacing. At the end the tip is held where it is: its rows there are on displacements of the tick. What it
 // bore when it left the end is the offset to which it is held on the way back, so that neither way makes a jump.
 //
 // A border of a region that holds the tip (borders.h) is a surface inside. Ahead of a cutting tip it adds a contact row,
@@ -124,7 +124,11 @@ class Insertion {
   };
 
   void locate_outside(const NeedleView& needle, const TissueView& tissue, std::vector<Path>& paths);
-  int find_mouth(const Vector3& place, const TissueView& tissue, std::vector<Path>& paths) const;
+  struct Mouth {
+    int path = -1;         // -1: none
+    bool far_end = false;  // the one where the path left the tissue
+  };
+  Mouth find_mouth(const Vector3& place, const TissueView& tissue, std::span<const Path> paths) const;
   void locate_inside(const NeedleView& needle, const TissueView& tissue, const Path& path);
   void share_length(double end);
   Vector3 path_tangent(const TissueView& tissue, const Path& path, int vertex, const Vector3& needle_tangent) const;
@@ -153,6 +157,7 @@ class Insertion {
   void place_mouth(const CurvePoint& tip, const TissueView& tissue);
   std::uint32_t advance_end(const Transition& now, Path& path);
   std::uint32_t meet_border(const Transition& now, Path& path);
+  std::uint32_t slide(const Transition& now, Path& path, const MaterialPoint& end);
   std::uint32_t grow(const Transition& now, Path& path, int start, int came_from);
   std::uint32_t lay_vertices(const Transition& now, Path& path, int start, const Vector3& from, const Vector3& to);
   void report(const Transition& now, EventKind kind, int region, double force) const;

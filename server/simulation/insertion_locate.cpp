@@ -21,7 +21,7 @@ constexpr double kSoftest = 1e6;
 }  // namespace
 
 void Insertion::locate(const NeedleView& needle, const TissueView& tissue, std::vector<Path>& paths) {
-  reentered_ = left_out_ = false;
+  left_out_ = false;
   obstacle_.reset();
   shaft_.clear();
   if (path_ < 0) locate_outside(needle, tissue, paths);
@@ -43,11 +43,15 @@ void Insertion::locate_outside(const NeedleView& needle, const TissueView& tissu
   if (std::abs(at.distance) > margin && phase_ != Phase::contact) return;
 
   // An open mouth under the tip: no surface to push against.
-  const int mouth = find_mouth(at.position, tissue, paths);
-  if (mouth >= 0) {
-    const Vector3 past = tip.position - tissue.position(paths[mouth].vertices[0]);
-    if (at.normal.dot(past) >= 0 || path_tangent(tissue, paths[mouth], 0, tip.tangent).dot(past) <= 0) return;
-    enter(mouth, paths);
+  const Mouth mouth = find_mouth(at.position, tissue, paths);
+  if (mouth.path >= 0) {
+    Path& path = paths[mouth.path];
+    const Vector3 past = tip.position - tissue.position(mouth.far_end ? path.end : path.vertices[0]);
+    const Vector3 inwards = mouth.far_end ? Vector3(-end_tangent(tissue, path, -tip.tangent))
+                                          : path_tangent(tissue, path, 0, tip.tangent);
+    if (at.normal.dot(past) >= 0 || inwards.dot(past) <= 0) return;
+    if (mouth.far_end) path.turn_round();
+    enter(mouth.path, paths);
     reentered_ = true;
     return;
   }
@@ -55,21 +59,24 @@ void Insertion::locate_outside(const NeedleView& needle, const TissueView& tissu
   obstacle_ = {tissue.region(material), at, material};
 }
 
-// The path whose mouth is at a place of the surface, or -1. A path with a mouth at either end is turned round if it is
-// its far end.
-int Insertion::find_mouth(const Vector3& place, const TissueView& tissue, std::vector<Path>& paths) const {
-  const auto near = [&](const MaterialPoint& p) {
-    return (tissue.position(p) - place).norm() <= parameters_.outer_diameter;
+// The nearest mouth within a needle's diameter of a place on the surface.
+Insertion::Mouth Insertion::find_mouth(const Vector3& place, const TissueView& tissue,
+                                       std::span<const Path> paths) const {
+  Mouth nearest;
+  double distance = parameters_.outer_diameter;
+  const auto consider = [&](int path, bool far_end, const MaterialPoint& mouth) {
+    const double apart = (tissue.position(mouth) - place).norm();
+    if (apart > distance) return;
+    distance = apart;
+    nearest = {path, far_end};
   };
   for (int i = 0; i < static_cast<int>(paths.size()); ++i) {
-    Path& path = paths[i];
+    const Path& path = paths[i];
     if (path.empty() || path.needle >= 0) continue;
-    if (near(path.vertices[0])) return i;
-    if (!path.exited || !near(path.end)) continue;
-    path.turn_round();
-    return i;
+    consider(i, false, path.vertices[0]);
+    if (path.exited) consider(i, true, path.end);
   }
-  return -1;
+  return nearest;
 }
 
 void Insertion::enter(int path, std::vector<Path>& paths) {
@@ -154,9 +161,12 @@ void Insertion::place_tip(const NeedleView& needle, const TissueView& tissue, co
   const int count = holding_vertices(path);
   int next = 0;
   while (next < count && memory_[next].s <= length) ++next;
+  if (held_ >= 0) next = count;     // what slides on a border is at the end, wherever it came from
   const bool tail = next == count;  // between the last vertex and the end
   const double next_s = tail ? end_s_ : memory_[next].s;
-  const double clearance = held_ >= 0 ? kBorderClearance * path.spacing : kAtEnd;
+  // Where the base takes the tip is not yet where it goes: a needle bent against a border follows it a long way.
+  const double moved = (needle.tip().position - needle.start_tip()).norm();
+  const double clearance = held_ >= 0 ? kBorderClearance * path.spacing + moved : kAtEnd;
   in_tail_ = tail && !path.exited;
   at_end_ = in_tail_ && next_s <= length + clearance;
   tip_offset_ = 0;

@@ -34,7 +34,8 @@ bool Insertion::build_rows(const NeedleView& needle, const TissueView& tissue, s
 }
 
 // Distance of the tip from the obstacle along its normal (m). What the tip was behind it at the start of the tick, torn
-// out of its path sideways or carried over a border by the tick before, is made good at `recovery` (m/s), not at once.
+// out of its path sideways or carried over a border by the tick before, is made good at `recovery` (m/s), not at once; a
+// recovery of 0 leaves it where it is.
 double Insertion::obstacle_gap(const NeedleView& needle, const TissueView& tissue, double recovery) const {
   const Vector3& n = obstacle_->at.normal;
   const double start = n.dot(needle.start_tip() - tissue.start_position(obstacle_->material));
@@ -227,7 +228,7 @@ void Insertion::read_forces(const Rows& rows, NeedleReport& report) {
     }
     if (row.index < 0) report.tip_force += force;
   }
-  if (at_end_) end_force_ = tip_.lateral;
+  if (at_end_ && !(obstacle_ && obstacle_->under)) end_force_ = tip_.lateral;
 }
 
 }  // namespace acus

@@ -18,7 +18,8 @@ struct Path {
   std::vector<MaterialPoint> vertices;  // capacity reserved at load
   MaterialPoint end;
   double spacing = 0;    // m, between vertices: that of the needle which cut it first
-  double tail = 0;       // m, length of the cut from the last vertex to the end, as it was when it was cut
+  double head = 0;       // m, length of the cut from the mouth to the next vertex
+  double tail = 0;       // m, from the last vertex to the end, as it was when it was cut
   bool exited = false;   // the end is a second mouth
   int needle = -1;       // the needle that is in it, -1 if none
   std::uint64_t left = 0;  // tick in which the last needle left it
@@ -32,7 +33,7 @@ struct Path {
     vertices.clear();
     vertices.push_back(mouth);
     end = mouth;
-    spacing = vertex_spacing;
+    spacing = head = vertex_spacing;
     tail = 0;
     exited = false;
   }
@@ -42,7 +43,7 @@ struct Path {
     std::reverse(vertices.begin(), vertices.end());  // the mouth is last
     std::swap(vertices.back(), end);                 // and becomes the end; the old end stands in its place
     std::rotate(vertices.begin(), vertices.end() - 1, vertices.end());
-    if (vertices.size() > 1) tail = spacing;
+    if (vertices.size() > 1) std::swap(head, tail);
   }
 };
 

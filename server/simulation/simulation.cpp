@@ -318,6 +318,7 @@ void Simulation::World::commit() {
 void Simulation::World::hold() {
   for (int i = 0; i < needles(); ++i)
     motions[i].begin(needle_states[i], {needle_states[i].x.col(0), needle_states[i].q[0]});
+  for (GuideHold& guide : guides) guide.hold();
   tissue_motion.reset();
   needle_balance.setZero();
   report.events.clear();
