@@ -2,6 +2,7 @@
 #include "server/constraints/gauss_seidel.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "server/constraints/contact_block.h"
@@ -109,6 +110,7 @@ GaussSeidel::GaussSeidel(int capacity) {
   subspace_.setZero(capacity, capacity);
   subspace_rhs_.setZero(capacity);
   pieces_.resize(n);
+  picked_.resize(n);
   trial_lambda_.resize(n);
   trial_delta_.resize(n);
 }
@@ -200,17 +202,19 @@ bool GaussSeidel::solve_straight(std::span<double> lambda) {
   if (m == 0) return true;
   auto system = subspace_.topLeftCorner(m, m);
   auto rhs = subspace_rhs_.head(m);
+  double mean = 0;  // of S
+  for (const int i : straight_) mean += schur_(i, i) / static_cast<double>(m);
   for (Eigen::Index a = 0; a < m; ++a) {
     const int i = straight_[a];
     rhs[a] = -free_others_[i];
     for (int j = 0; j < static_cast<int>(laws_.size()); ++j)
       if (!pieces_[j].straight) rhs[a] -= schur_(i, j) * lambda[j];
     for (Eigen::Index b = 0; b < m; ++b) system(a, b) = schur_(i, straight_[b]);
+    system(a, a) += kSubspaceRegularization * mean;
     if (pieces_[i].force == 0) continue;
     system(a, a) += 1 / laws_[i].viscosity;
     rhs[a] += pieces_[i].force / laws_[i].viscosity;
   }
-  system.diagonal().array() += 1e-12 * system.diagonal().mean();
   Eigen::Ref<MatrixX> in_place(system);
   const Eigen::LLT<Eigen::Ref<MatrixX>> cholesky(in_place);
   if (cholesky.info() != Eigen::Success) return false;
@@ -220,7 +224,32 @@ bool GaussSeidel::solve_straight(std::span<double> lambda) {
   return true;
 }
 
-// Newton on the pieces: solve, let every row pick its piece anew, and again, until the picks repeat. Keeps the best.
+// Every row picks its piece anew at (lambda, delta). While that makes the picks that change fewer all of them are taken
+// over; when it has not done so for a while, only the last one, which cannot go round in circles.
+bool GaussSeidel::pick_pieces(std::span<const double> lambda, std::span<const double> delta, Picks& picks) {
+  int changed = 0, last = -1;
+  for (int i = 0; i < static_cast<int>(laws_.size()); ++i) {
+    picked_[i] = piece_of(i, lambda[i], delta[i]);
+    if (picked_[i] == pieces_[i]) continue;
+    ++changed;
+    last = i;
+  }
+  if (changed == 0) return false;
+  if (changed < picks.fewest) {
+    picks = {changed, kPatience};
+  } else if (picks.patience > 0) {
+    --picks.patience;
+  } else {
+    // From one bound to the other by way of what lies between.
+    const bool between = !pieces_[last].straight && !picked_[last].straight;
+    pieces_[last] = between ? Piece{true, 0} : picked_[last];
+    return true;
+  }
+  std::copy(picked_.begin(), picked_.begin() + static_cast<std::ptrdiff_t>(laws_.size()), pieces_.begin());
+  return true;
+}
+
+// Newton on the pieces: solve, let the rows pick, and again, until the picks repeat. Keeps the best.
 void GaussSeidel::subspace_step(std::span<double> lambda, std::span<double> delta) {
   const std::size_t n = lambda.size();
   const std::span<double> trial(trial_lambda_.data(), n), trial_delta(trial_delta_.data(), n);
@@ -228,14 +257,11 @@ void GaussSeidel::subspace_step(std::span<double> lambda, std::span<double> delt
   std::copy(lambda.begin(), lambda.end(), trial.begin());
   std::copy(delta.begin(), delta.end(), trial_delta.begin());
   double best = law_residual(schur_, laws_, lambda, delta);
+  Picks picks{static_cast<int>(n) + 1, kPatience};
+  for (std::size_t i = 0; i < n; ++i) pieces_[i] = piece_of(static_cast<int>(i), lambda[i], delta[i]);
   for (int k = 0; k < kMaxPicks; ++k) {
-    bool repeated = k > 0;
-    for (int i = 0; i < static_cast<int>(n); ++i) {
-      const Piece piece = piece_of(i, trial[i], trial_delta[i]);
-      repeated = repeated && piece == pieces_[i];
-      pieces_[i] = piece;
-    }
-    if (repeated || !solve_straight(trial)) return;
+    if (k > 0 && !pick_pieces(trial, trial_delta, picks)) return;
+    if (!solve_straight(trial)) return;
     evaluate(schur_, free_others, trial, trial_delta);
     const double residual = law_residual(schur_, laws_, trial, trial_delta);
     if (!(residual < best)) continue;
@@ -282,7 +308,7 @@ SolverResult GaussSeidel::solve(const MatrixX& W, std::span<const Law> laws, std
   while (result.sweeps < max_sweeps && law_residual(schur_, laws_, lambda_others, delta_others) > tolerance / 2) {
     sweep(schur_, laws_, lambda_others, delta_others);
     if (++result.sweeps % kSubspaceInterval != 0) continue;
-    subspace_step(lambda_others, delta_others);
+    if (std::has_single_bit(static_cast<unsigned>(result.sweeps))) subspace_step(lambda_others, delta_others);
     evaluate(schur_, free_others, lambda_others, delta_others);  // rounding errors of the sweeps' running sums
   }
   for (std::size_t i = 0; i < n; ++i) lambda[others_[i]] = lambda_others[i];

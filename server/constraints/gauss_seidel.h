@@ -14,11 +14,13 @@
 //
 // A contact and its two rows of friction, which stand right behind it, move together (contact_block.h).
 //
-// Points that stick within one element are nearly dependent, and sweeps alone converge slowly there. So every
-// kSubspaceInterval sweeps the rows that stand on a straight piece of their graph (sticking, sliding with viscosity, or
+// Points that stick within one element are nearly dependent, and sweeps alone converge slowly there. So after
+// kSubspaceInterval sweeps, and twice and four times as many and so on, the rows that stand on a straight piece of their graph (sticking, sliding with viscosity, or
 // held at a distance of zero) are solved for exactly and together, the others at their bounds [Silcowitz, Niebe, Erleben
 // 2010, "Projected Gauss-Seidel subspace minimization"]; then every row picks its piece anew, and again, at most
-// kMaxPicks times: Newton's method on the pieces. The answer that violates the laws least is kept.
+// kMaxPicks times: Newton's method on the pieces, or block principal pivoting [Judice, Pires 1994, "A block principal
+// pivoting algorithm for large-scale strictly monotone linear complementarity problems"], whose rule keeps the picks from
+// going round in circles. The answer that violates the laws least is kept.
 //
 // The violation of a row is the force by which it would still move, |lambda - law_force(...)| (N), on the full W: it
 // measures the laws themselves, not the progress of the iteration. Starts from the lambda it is given.
@@ -45,8 +47,10 @@ double law_residual(const MatrixX& W, std::span<const Law> laws, std::span<const
 class GaussSeidel {
  public:
   static constexpr double kRegularization = 1e-9;
+  static constexpr double kSubspaceRegularization = 1e-10;
   static constexpr int kSubspaceInterval = 8;
-  static constexpr int kMaxPicks = 16;
+  static constexpr int kMaxPicks = 400;
+  static constexpr int kPatience = 3;
 
   explicit GaussSeidel(int capacity);
 
@@ -68,7 +72,13 @@ class GaussSeidel {
     double force = 0;
     bool operator==(const Piece&) const = default;
   };
+  // How the picks have gone so far: the fewest that changed at once, and how often that may not get less.
+  struct Picks {
+    int fewest;
+    int patience;
+  };
   Piece piece_of(int i, double lambda, double delta) const;
+  bool pick_pieces(std::span<const double> lambda, std::span<const double> delta, Picks& picks);
   bool solve_straight(std::span<double> lambda);
   void subspace_step(std::span<double> lambda, std::span<double> delta);
 
@@ -83,7 +93,7 @@ class GaussSeidel {
   VectorX softening_;                    // m/N, of the soft bilateral rows
   VectorX diagonal_;                     // of W_BB, softening included
   VectorX free_others_;                  // delta_bar
-  std::vector<Piece> pieces_;            // of the others
+  std::vector<Piece> pieces_, picked_;   // of the others
   std::vector<int> straight_;            // of the others: rows of a subspace step
   MatrixX subspace_;
   VectorX subspace_rhs_;
