@@ -15,12 +15,12 @@
 // A contact and its two rows of friction, which stand right behind it, move together (contact_block.h).
 //
 // Points that stick within one element are nearly dependent, and sweeps alone converge slowly there. So after
-// kSubspaceInterval sweeps, and twice and four times as many and so on, the rows that stand on a straight piece of their graph (sticking, sliding with viscosity, or
-// held at a distance of zero) are solved for exactly and together, the others at their bounds [Silcowitz, Niebe, Erleben
-// 2010, "Projected Gauss-Seidel subspace minimization"]; then every row picks its piece anew, and again, at most
-// kMaxPicks times: Newton's method on the pieces, or block principal pivoting [Judice, Pires 1994, "A block principal
-// pivoting algorithm for large-scale strictly monotone linear complementarity problems"], whose rule keeps the picks from
-// going round in circles. The answer that violates the laws least is kept.
+// kSubspaceInterval sweeps, and twice as many, four times and so on, the rows that stand on a straight piece of their
+// graph (sticking, sliding with viscosity, or held at a distance of zero) are solved for exactly and together, the others
+// at their bounds [Silcowitz, Niebe, Erleben 2010, "Projected Gauss-Seidel subspace minimization"]; then every row picks
+// its piece anew, and again, at most kMaxPicks times: Newton's method on the pieces, or block principal pivoting [Judice,
+// Pires 1994, "A block principal pivoting algorithm for large-scale strictly monotone linear complementarity problems"],
+// whose rule keeps the picks from going round in circles. The answer that violates the laws least is kept.
 //
 // The violation of a row is the force by which it would still move, |lambda - law_force(...)| (N), on the full W: it
 // measures the laws themselves, not the progress of the iteration. Starts from the lambda it is given.

@@ -18,7 +18,9 @@ bool forgotten_before(const Path& a, const Path& b) {
 
 }  // namespace
 
-int Insertion::max_points(const Needle& p) { return 2 * static_cast<int>(std::ceil(p.length / p.constraint_spacing)) + 4; }
+int Insertion::max_points(const Needle& p) {
+  return 2 * static_cast<int>(std::ceil(p.length / p.constraint_spacing)) + 4;
+}
 
 Insertion::Insertion(int needle, const Needle& parameters, int path_capacity)
     : needle_(needle), parameters_(parameters), cutting_direction_(parameters.cutting_direction.normalized()) {
@@ -135,7 +137,8 @@ std::uint32_t Insertion::meet_border(const Transition& now, Path& path) {
   const Vector3 tip = now.needle.tip().position;
   const Vector3 on_plane = tip - n.dot(tip - tissue.position(obstacle_->material)) * n;
   const SurfacePoint under = surface.closest(tissue.x, on_plane);
-  const bool beside = (on_plane - under.position - under.distance * under.normal).norm() > kContactMargin;  // past its rim
+  const Vector3 off_rim = on_plane - under.position - under.distance * under.normal;
+  const bool beside = off_rim.norm() > kContactMargin;
   if (tip_.contact > 0 && !beside) {
     if (held_ < 0) report(now, EventKind::contact, obstacle_->region, tip_.contact);
     held_ = obstacle_->region;

@@ -152,6 +152,32 @@ TEST_CASE("bone inside is not entered at any speed, straight or tilted") {
   }
 }
 
+int path_points(const Bench& bench) {
+  Matrix3X points(3, bench.simulation().path_capacity());
+  return bench.simulation().path_positions(0, points);
+}
+
+TEST_CASE("a tip that works on bone for long keeps to one path") {
+  Bench bench(bone_below(30));
+  bench.push(0, way_to_bone(30) + 0.004, 0.05);
+  bench.wait(0.1);
+  const int points = path_points(bench);
+  for (int i = 0; i < 50; ++i) {  // a hand that presses and gives way
+    bench.push(0, -0.002, 0.05);
+    bench.push(0, 0.002, 0.05);
+  }
+  CHECK(std::abs(path_points(bench) - points) <= 1);
+  const std::size_t contacts = bench.events(EventKind::contact).size();
+  for (int i = 0; i < 5; ++i) {  // and wipes
+    bench.move(0, {0, 5e-3, 0}, 0.02);
+    bench.move(0, {0, -5e-3, 0}, 0.02);
+  }
+  CHECK(std::abs(path_points(bench) - points) <= 2);
+  CHECK(bench.events(EventKind::contact).size() <= contacts + 2);
+  CHECK(bench.events(EventKind::crossing).empty());
+  CHECK(bench.finite());
+}
+
 TEST_CASE("bone inside is not entered by trying again, nor from the side") {
   for (const double degrees : {0.0, 30.0}) {
     CAPTURE(degrees);

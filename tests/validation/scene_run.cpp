@@ -153,7 +153,7 @@ void check_sound(const SceneRun& run) {
   for (const TickReport& tick : run.ticks()) {
     if ((tick.flags & ~kTangentProjected) != 0) ++flagged;
     if ((tick.flags & kTangentProjected) != 0) ++projected;
-    if ((tick.flags & kNotFinite) != 0) ++held;
+    if ((tick.flags & (kNotFinite | kRowsDropped | kPathFull)) != 0) ++held;
     if (!std::all_of(tick.needles.begin(), tick.needles.end(), finite)) ++broken;
   }
   CHECK(held == 0);

@@ -61,8 +61,8 @@ Vector3 rest_position(const Simulation& simulation, const Vector3& p);
 // Points of a path at rest (m, world), the mouth first.
 Matrix3X path_at_rest(const Simulation& simulation, int path);
 
-// What every run must keep to: finite numbers in every report, no tick held, fewer than 1 % of the ticks
-// flagged, or 5 % for a needle near buckling.
+// What every run must keep to: finite numbers in every report, no tick held, no row or vertex left out, fewer
+// than 1 % of the ticks flagged otherwise, or 5 % for a needle near buckling.
 void check_sound(const SceneRun& run);
 
 }  // namespace acus::test
