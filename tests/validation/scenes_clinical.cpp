@@ -171,10 +171,8 @@ TEST_CASE("deep_brain: the same electrode through the layers of a head") {
     const auto& of_tick = simulation.report().events;
     events.insert(events.end(), of_tick.begin(), of_tick.end());
   }
-  std::string order;
-  for (const std::string& name : names(events, scene)) order += name + ", ";
   const NeedleReport& end = simulation.report().needles[0];
-  MESSAGE(order, "force ", end.base_force.norm(), " N, ", flagged, " ticks flagged");
+  MESSAGE(names(events, scene), "; force ", end.base_force.norm(), " N, ", flagged, " ticks flagged");
   std::vector<int> first_seen;  // grey and white matter interlock: the axis may meet them more than once
   for (const Event& event : events)
     if (std::find(first_seen.begin(), first_seen.end(), event.region) == first_seen.end())
