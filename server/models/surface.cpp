@@ -208,7 +208,7 @@ Trace trace_segment(const TetrahedralMesh& mesh, const Matrix3X& x, int start, c
       const double s = fall > 0 ? at_start[k] / fall : 0;
       if (s < soonest) soonest = s, face = k;
     }
-    if (face < 0) return trace;
+    if (face < 0) break;
     const int next = mesh.neighbours[t][face];
     const bool changes = next >= 0 && !regions.empty() && regions[next] != regions[t];
     if (next < 0 || changes) {
@@ -221,6 +221,9 @@ Trace trace_segment(const TetrahedralMesh& mesh, const Matrix3X& x, int start, c
     previous = t;
     trace.end = {next, barycentric(mesh, x, next, to)};
   }
+  // Lost among flat tetrahedra, or farther than any needle goes in a tick: it stays where it got to.
+  trace.end.weights = trace.end.weights.cwiseMax(0.0);
+  trace.end.weights /= trace.end.weights.sum();
   return trace;
 }
 
