@@ -348,7 +348,7 @@ TEST_CASE("the default scene is what the documents promise") {
 
   const Needle& needle = scene.needles.at(0);
   const Vector3 tip = needle.base * Vector3(needle.length, 0, 0);
-  CHECK((tip - Vector3(0.003, 0.002, 0.06)).norm() < 1e-9);
+  CHECK((tip - Vector3(-0.003, -0.002, 0.06)).norm() < 1e-9);
 
   const Region& region = scene.tissue.regions.at(0);
   const Interaction& interaction = region.interaction;
