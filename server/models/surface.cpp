@@ -64,6 +64,7 @@ Surface::Surface(const TetrahedralMesh& mesh, std::span<const int> regions, int 
 }
 
 void Surface::index_nodes() {
+  if (empty()) return;
   node_triangles_.resize(static_cast<std::size_t>(mesh_.node_count()));
   for (int t = 0; t < triangle_count(); ++t)
     for (int node : triangles_[t]) node_triangles_[node].push_back(t);

@@ -99,10 +99,7 @@ void Insertion::place_mouth(const CurvePoint& tip, const TissueView& tissue) {
 // The path's end after a tick inside: the border that holds it, growth, exit.
 std::uint32_t Insertion::advance_end(const Transition& now, Path& path) {
   if (obstacle_ && (obstacle_->under || tip_.contact > 0)) return meet_border(now, path);
-  if (held_ >= 0) {
-    report(now, EventKind::release, held_, 0);
-    held_ = -1;
-  }
+  leave_border(now);
 
   const CurvePoint tip = now.needle.tip();
   const bool beyond = tip.tangent.dot(tip.position - now.tissue.position(path.end)) > 0;
@@ -145,9 +142,13 @@ std::uint32_t Insertion::meet_border(const Transition& now, Path& path) {
     return slide(now, path, surface.material(under));
   }
   if (beside || cutting_direction(now.needle).dot(tip - from) > 0) return grow(now, path, start, -1);
+  leave_border(now);
+  return 0;
+}
+
+void Insertion::leave_border(const Transition& now) {
   if (held_ >= 0) report(now, EventKind::release, held_, 0);
   held_ = -1;
-  return 0;
 }
 
 // Moves the path's end along the border that holds it. Vertices that it comes back over are dropped: a tip that is
@@ -182,7 +183,7 @@ std::uint32_t Insertion::grow(const Transition& now, Path& path, int start, int 
     path.exited = trace.left && trace.end.weights.minCoeff() > -1e-6;
     if (trace.next < 0) break;
     const int region = tissue.regions[trace.next];
-    if (tissue.borders.at(tissue.region(trace.end), region).holds) {
+    if (tissue.border(trace.end, region).holds) {
       if (held_ != region) report(now, EventKind::contact, region, tip_.contact);
       held_ = region;
       return flags;
@@ -191,8 +192,7 @@ std::uint32_t Insertion::grow(const Transition& now, Path& path, int start, int 
     came_from = trace.end.tetrahedron;
     start = trace.next;
   }
-  if (held_ >= 0) report(now, EventKind::release, held_, 0);
-  held_ = -1;
+  leave_border(now);
   return flags;
 }
 

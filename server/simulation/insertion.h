@@ -22,8 +22,9 @@
 //
 // The shaft lies off its path by the lateral force times the compliance of the tissue beside it that the mesh does not
 // resolve (foundation_compliance()), shared out over the lengths that the vertices own; the tip behind the end of its
-// path by the same law, with the length of a spacing. At the end the tip is held where it is: its rows there are on displacements of the tick. What it
-// bore when it left the end is the offset to which it is held on the way back, so that neither way makes a jump.
+// path by the same law, with the length of a spacing. At the end the tip is held where it is: its rows there are on
+// displacements of the tick. What it bore when it left the end is the offset to which it is held on the way back, so that
+// neither way makes a jump.
 //
 // A border of a region that holds the tip (borders.h) is a surface inside. Ahead of a cutting tip it adds a contact row,
 // capped by f_p. A tip that rests against it, or that the base's motion takes there in this tick, has two rows of
@@ -144,6 +145,7 @@ class Insertion {
   bool add_contact_friction(const NeedleView& needle, const TissueView& tissue, double friction, double cohesion,
                             int normal_row, Rows& rows) const;
   bool add_surface(const NeedleView& needle, const TissueView& tissue, Rows& rows) const;
+  bool add_border_contact(const NeedleView& needle, const TissueView& tissue, Rows& rows) const;
   bool add_border(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const;
   bool add_tip(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const;
   bool add_shaft(const NeedleView& needle, const TissueView& tissue, const Path& path, const ShaftPoint& point,
@@ -157,6 +159,7 @@ class Insertion {
   void place_mouth(const CurvePoint& tip, const TissueView& tissue);
   std::uint32_t advance_end(const Transition& now, Path& path);
   std::uint32_t meet_border(const Transition& now, Path& path);
+  void leave_border(const Transition& now);
   std::uint32_t slide(const Transition& now, Path& path, const MaterialPoint& end);
   std::uint32_t grow(const Transition& now, Path& path, int start, int came_from);
   std::uint32_t lay_vertices(const Transition& now, Path& path, int start, const Vector3& from, const Vector3& to);

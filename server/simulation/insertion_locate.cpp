@@ -216,7 +216,7 @@ void Insertion::find_border(const NeedleView& needle, const TissueView& tissue, 
     if (trace.next < 0) return;
     from = tissue.position(trace.end);
     const int region = tissue.regions[trace.next];
-    if (tissue.borders.at(tissue.region(trace.end), region).holds) {
+    if (tissue.border(trace.end, region).holds) {
       obstacle_ = closest_on(region, from);
       obstacle_->under = at_end_ && obstacle_->at.normal.dot(needle.tip().position - obstacle_->at.position) < 0;
       return;

@@ -78,13 +78,18 @@ bool Insertion::add_surface(const NeedleView& needle, const TissueView& tissue, 
          add_contact_friction(needle, tissue, law.friction_contact, 0, normal_row, rows);
 }
 
+bool Insertion::add_border_contact(const NeedleView& needle, const TissueView& tissue, Rows& rows) const {
+  const Border& border = tissue.border(obstacle_->material, obstacle_->region);
+  return add_contact(needle, border.puncture_force, obstacle_gap(needle, tissue, kRecoverySpeed), rows);
+}
+
 // A tip that rests against a border inside.
 bool Insertion::add_border(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const {
-  const Border& border = tissue.borders.at(tissue.region(obstacle_->material), obstacle_->region);
+  const double friction = tissue.border(obstacle_->material, obstacle_->region).friction_contact;
+  const double cohesion = tissue.interaction(path.end).cutting_force;
   const int normal_row = rows.count();
-  return add_contact(needle, border.puncture_force, obstacle_gap(needle, tissue, kRecoverySpeed), rows) &&
-         add_contact_friction(needle, tissue, border.friction_contact, tissue.interaction(path.end).cutting_force,
-                              normal_row, rows);
+  return add_border_contact(needle, tissue, rows) &&
+         add_contact_friction(needle, tissue, friction, cohesion, normal_row, rows);
 }
 
 bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const {
@@ -95,10 +100,7 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
     row.gap = row.n.dot(tip.position - tissue.position(path.end));
     all = rows.add(row, {LawKind::unilateral, tissue.interaction(path.end).cutting_force}, tip_.cutting);
   }
-  if (obstacle_) {
-    const Border& border = tissue.borders.at(tissue.region(obstacle_->material), obstacle_->region);
-    all = add_contact(needle, border.puncture_force, obstacle_gap(needle, tissue, kRecoverySpeed), rows) && all;
-  }
+  if (obstacle_) all = add_border_contact(needle, tissue, rows) && all;
   Vector3 across[2];
   perpendicular_basis(tip_tangent_, across[0], across[1]);
   Vector3 apart = tip.position - tissue.position(tip_point_);

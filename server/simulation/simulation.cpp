@@ -55,9 +55,9 @@ int sum_over_needles(const Scene& scene, Value value) {
   return sum;
 }
 
-int max_rows(const Scene& scene) {
-  return sum_over_needles(scene, Insertion::max_rows) + GuideHold::kMaxRows * static_cast<int>(scene.guides.size());
-}
+int max_guide_rows(const Scene& scene) { return GuideHold::kMaxRows * static_cast<int>(scene.guides.size()); }
+
+int max_rows(const Scene& scene) { return sum_over_needles(scene, Insertion::max_rows) + max_guide_rows(scene); }
 
 int find_needle(const Scene& scene, const std::string& name) {
   const auto same = [&](const Needle& needle) { return needle.name == name; };
@@ -116,7 +116,8 @@ struct Simulation::World {
 
   NeedleView needle_view(int i) const { return {needle_models[i], start_shapes[i], motions[i].shape(), h}; }
   TissueView tissue_view() const {
-    return {mesh, surface, borders, scene.tissue.regions, interactions, element_sizes, regions, tissue.x, tissue_motion.x()};
+    return {mesh, surface, borders, scene.tissue.regions, interactions,
+            element_sizes, regions, tissue.x, tissue_motion.x()};
   }
   int needles() const { return static_cast<int>(scene.needles.size()); }
   bool finite() const;
@@ -179,8 +180,7 @@ Simulation::World::World(const Scene& s)
     needle_models.push_back(make_needle_model(needle, scene.gravity, needle.rung == NeedleRung::rigid));
     bases.emplace_back(needle, h);
     insertions.emplace_back(i, needle, vertices);
-    motions.emplace_back(needle_models[i], h,
-                         Insertion::max_rows(needle) + GuideHold::kMaxRows * static_cast<int>(scene.guides.size()));
+    motions.emplace_back(needle_models[i], h, Insertion::max_rows(needle) + max_guide_rows(scene));
     start_shapes.push_back(motions[i].shape());
     needle_states.push_back(make_needle_state(needle_models[i], needle.base));
     base_poses.push_back(needle.base);

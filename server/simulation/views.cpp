@@ -13,7 +13,7 @@ std::optional<Vector3> TissueView::border_normal(const MaterialPoint& p) const {
   if (!borders.any()) return std::nullopt;
   for (int k = 0; k < 4; ++k) {
     const int beyond = p.weights[k] < kOnFace ? mesh.neighbours[p.tetrahedron][k] : -1;
-    if (beyond < 0 || regions[beyond] == region(p) || !borders.at(region(p), regions[beyond]).holds) continue;
+    if (beyond < 0 || regions[beyond] == region(p) || !border(p, regions[beyond]).holds) continue;
     return shape_gradients(mesh, x, p.tetrahedron).col(k).stableNormalized();
   }
   return std::nullopt;

@@ -25,6 +25,8 @@ struct TissueView {
 
   int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
   const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
+  // What a tip at a point meets at the border into another region.
+  const Border& border(const MaterialPoint& from, int into) const { return borders.at(region(from), into); }
   // The normal, towards the point's own region, of a face that the point lies on and behind which a region begins that
   // holds tips.
   std::optional<Vector3> border_normal(const MaterialPoint& p) const;

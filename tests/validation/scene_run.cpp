@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "server/convert.h"
 #include "server/models/surface.h"
 
 namespace acus::test {
@@ -33,26 +34,6 @@ Command command_of(const client::BasePose& pose, std::uint64_t seq) {
   const auto& q = pose.orientation;
   return {
       .seq = seq, .pose = Pose{Vector3(pose.position.data()), Quaternion(q[0], q[1], q[2], q[3])}, .spin = pose.spin};
-}
-
-const char* name_of(EventKind kind) {
-  switch (kind) {
-    case EventKind::contact:
-      return "contact";
-    case EventKind::release:
-      return "release";
-    case EventKind::puncture:
-      return "puncture";
-    case EventKind::crossing:
-      return "crossing";
-    case EventKind::reentry:
-      return "reentry";
-    case EventKind::exit:
-      return "exit";
-    case EventKind::withdrawal:
-      return "withdrawal";
-  }
-  return "";
 }
 
 bool finite(const NeedleReport& n) {
@@ -122,7 +103,7 @@ std::string names(const std::vector<Event>& events, const Scene& scene) {
   std::string all;
   for (const Event& e : events) {
     if (!all.empty()) all += ", ";
-    all += name_of(e.kind) + (" " + scene.tissue.regions[static_cast<std::size_t>(e.region)].name);
+    all += protocol::name_of(to_wire(e.kind)) + (" " + scene.tissue.regions[static_cast<std::size_t>(e.region)].name);
   }
   return all;
 }
@@ -146,6 +127,24 @@ Matrix3X path_at_rest(const Simulation& simulation, int path) {
   points.conservativeResize(3, simulation.path_positions(path, points));
   for (int i = 0; i < points.cols(); ++i) points.col(i) = rest_position(simulation, points.col(i));
   return points;
+}
+
+double curvature(const std::vector<double>& depth, const std::vector<double>& offset, double from, double to,
+                 Eigen::Index least) {
+  std::vector<double> d, y;
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    if (depth[i] < from || depth[i] > to) continue;
+    d.push_back(depth[i]);
+    y.push_back(offset[i]);
+  }
+  const auto n = static_cast<Eigen::Index>(d.size());
+  REQUIRE(n >= least);
+  const Eigen::Map<const Eigen::ArrayXd> depths(d.data(), n);
+  MatrixX powers(n, 3);
+  powers << VectorX::Ones(n), depths.matrix(), depths.square().matrix();
+  const VectorX fit = powers.colPivHouseholderQr().solve(Eigen::Map<const VectorX>(y.data(), n));
+  const double slope = fit[1] + fit[2] * (from + to);
+  return 2 * fit[2] / std::pow(1 + slope * slope, 1.5);
 }
 
 void check_sound(const SceneRun& run) {

@@ -39,22 +39,9 @@ TipTrack track_of(const SceneRun& run, double top) {
   return track;
 }
 
-// Radius of the tip's way (m), by a parabola through it between two depths; 1 % off for slopes below 0.08.
+// Radius of the tip's way (m) between two depths.
 double radius(const TipTrack& track, double from, double to) {
-  std::vector<double> rows, values;
-  for (std::size_t i = 0; i < track.depth.size(); ++i) {
-    if (track.depth[i] < from || track.depth[i] > to) continue;
-    rows.push_back(track.depth[i]);
-    values.push_back(track.offset[i]);
-  }
-  const auto n = static_cast<Eigen::Index>(rows.size());
-  REQUIRE(n > 10);
-  const Eigen::ArrayXd d = Eigen::Map<const Eigen::ArrayXd>(rows.data(), n);
-  MatrixX powers(n, 3);
-  powers << VectorX::Ones(n), d.matrix(), d.square().matrix();
-  const VectorX fit = powers.colPivHouseholderQr().solve(Eigen::Map<const VectorX>(values.data(), n));
-  const double slope = fit[1] + fit[2] * (from + to);
-  return std::pow(1 + slope * slope, 1.5) / (2 * fit[2]);
+  return 1 / curvature(track.depth, track.offset, from, to, 11);
 }
 
 // A foundation of its own, so much softer than the mesh that it alone counts: EI and tan(angle) of the tip are free.

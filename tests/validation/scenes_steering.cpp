@@ -27,26 +27,15 @@ void turn_about_axis(Scene& scene, client::Trajectory& trajectory, double angle)
   }
 }
 
-// Curvature (1/m) of a path towards `side` between two depths (m below the top face, at rest), of a fitted parabola.
-double curvature(const Matrix3X& path, const Vector3& side, double from, double to) {
+// Curvature (1/m) of a path towards `side` between two depths (m below the top face, at rest).
+double path_curvature(const Matrix3X& path, const Vector3& side, double from, double to) {
   constexpr double kTop = 0.06;
   std::vector<double> depth, offset;
   for (int i = 0; i < path.cols(); ++i) {
-    const double d = kTop - path(2, i);
-    if (d < from || d > to) continue;
-    depth.push_back(d);
+    depth.push_back(kTop - path(2, i));
     offset.push_back(side.dot(path.col(i)));
   }
-  const auto n = static_cast<Eigen::Index>(depth.size());
-  REQUIRE(n >= 5);
-  MatrixX powers(n, 3);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double d = depth[static_cast<std::size_t>(i)];
-    powers.row(i) << 1, d, d * d;
-  }
-  const VectorX fit = powers.colPivHouseholderQr().solve(Eigen::Map<const VectorX>(offset.data(), n));
-  const double slope = fit[1] + fit[2] * (from + to);
-  return 2 * fit[2] / std::pow(1 + slope * slope, 1.5);
+  return curvature(depth, offset, from, to, 5);
 }
 
 Matrix3X steered_path(const SceneRun::Change& change) {
@@ -63,8 +52,8 @@ constexpr double kSpunAt = 0.045, kEnd = 0.09;
 
 TEST_CASE("steering: spun half way, the path is an S") {
   const Matrix3X path = steered_path({});
-  const double first = curvature(path, Vector3::UnitY(), 0.004, kSpunAt);
-  const double second = curvature(path, Vector3::UnitY(), kSpunAt + 0.004, kEnd + 0.01);
+  const double first = path_curvature(path, Vector3::UnitY(), 0.004, kSpunAt);
+  const double second = path_curvature(path, Vector3::UnitY(), kSpunAt + 0.004, kEnd + 0.01);
   MESSAGE("curvature " << first << " then " << second << " 1/m");
   CHECK(first > 1);
   CHECK(second < -1);
@@ -72,8 +61,8 @@ TEST_CASE("steering: spun half way, the path is an S") {
 
 TEST_CASE("steering: without the spin the path is a one-sided arc") {
   const Matrix3X path = steered_path([](Scene&, client::Trajectory& trajectory) { leave_out_spin(trajectory); });
-  const double first = curvature(path, Vector3::UnitY(), 0.004, kSpunAt);
-  const double second = curvature(path, Vector3::UnitY(), kSpunAt + 0.004, kEnd);
+  const double first = path_curvature(path, Vector3::UnitY(), 0.004, kSpunAt);
+  const double second = path_curvature(path, Vector3::UnitY(), kSpunAt + 0.004, kEnd);
   MESSAGE("curvature " << first << " then " << second << " 1/m");
   CHECK(first > 1);
   CHECK(second > 1);
