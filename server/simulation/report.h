@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/math/types.h"
+#include "server/simulation/scene.h"
 
 namespace acus {
 
@@ -25,7 +26,11 @@ enum Flag : std::uint32_t {
   kTangentProjected = 1u << 2,   // an indefinite tangent was replaced by its positive part
   kRowsDropped = 1u << 3,        // more constraint points than the capacity fixed at load
   kPathFull = 1u << 4,           // a path reached its capacity and stopped recording
-  kNotFinite = 1u << 5           // a number stopped being finite; the state was held at the last good tick
+  kNotFinite = 1u << 5,          // a number stopped being finite; the state was held at the last good tick
+  kSolverFellBack = 1u << 6,     // laws.solver direct found no answer; Gauss-Seidel gave this one
+  kSweepsCapped = 1u << 7,       // overrun.max_sweeps took effect
+  kIterationsCapped = 1u << 8,   // overrun.max_iterations took effect
+  kPublishingReduced = 1u << 9   // overrun.publish_every is in effect
 };
 
 struct NeedleReport {
@@ -66,7 +71,8 @@ struct TickReport {
   double time = 0;            // s, tick * h
   std::uint32_t flags = 0;
   int rows = 0;               // scalar rows of the laws
-  int sweeps = 0;             // of the laws' solver, last Newton iteration
+  LawMethod solver = LawMethod::gauss_seidel;  // which one answered, last Newton iteration
+  int sweeps = 0;             // of Gauss-Seidel, likewise
   int newton_iterations = 0;
   double residual = 0;        // N, largest violation of a law
   double imbalance = 0;       // N, sum of all forces on needle and tissue incl. inertia; zero in exact arithmetic

@@ -121,7 +121,7 @@ struct GmshMesh {
 };
 
 // How the tissue is solved; see section "rungs" of MODEL.md.
-enum class TissueRung { warped, exact };
+enum class TissueRung { none, linear, warped, refined, exact };
 
 struct Tissue {
   TissueRung rung = TissueRung::warped;
@@ -163,13 +163,25 @@ struct Guide {
 };
 
 struct Newton {
-  int max_iterations = 20;   // 1 to 1000, rung `exact` only
+  int max_iterations = 20;   // 1 to 1000, rungs `refined` and `exact`
   double tolerance = 1e-12;  // m, > 0: largest change of a node's position in the last iteration
 };
 
+// How the laws are solved; both end at the same forces, within the tolerance.
+enum class LawMethod { gauss_seidel, direct };
+
 struct LawSolver {
+  LawMethod solver = LawMethod::gauss_seidel;
   int max_sweeps = 1000;    // 1 to 100000
   double tolerance = 1e-6;  // N, > 0: largest violation of a law, as the force that would mend it
+};
+
+// What gives way when ticks come late, until none has been late for a while. Physics goes on at every tick.
+struct Overrun {
+  int max_sweeps = 16;          // 1 to 100000, where laws.max_sweeps is more
+  int max_iterations = 1;       // 1 to 1000, where newton.max_iterations is more
+  int publish_every = 4;        // 1 to 1000: one of so many needle and tissue states goes out
+  double recovery = 0.5;        // s, > 0, without a late tick, after which all is as before
 };
 
 struct Publishing {
@@ -193,6 +205,7 @@ struct Scene {
   std::vector<Guide> guides;              // distinct names, none that of a needle
   Newton newton;
   LawSolver laws;
+  Overrun overrun;
   Publishing publish;
   std::map<std::string, Place> places;  // of every field that the file gives, by its path, "tissue.regions[0].box"
 };

@@ -21,7 +21,7 @@ inline constexpr double kUnitTolerance = 1e-3;
 
 template <>
 struct NamesOf<TissueRung> {
-  static constexpr std::array names{"warped", "exact"};
+  static constexpr std::array names{"none", "linear", "warped", "refined", "exact"};
 };
 
 template <>
@@ -172,7 +172,8 @@ struct FieldsOf<Tissue> {
   static constexpr const char* title = "tissue";
   static constexpr std::tuple list{
       Field{"rung", &Tissue::rung, "", any(),
-            "how the tissue is solved: warped (fixed factor, real time) or exact (refactorised, the reference)"},
+            "how the tissue is solved: none (no tissue), linear (no rotations, fastest), warped (fixed factor, real time), "
+            "refined (warped, iterated) or exact (refactorised, the reference)"},
       choice("mesh", "the tetrahedra, from one of two sources",
              Field{"box", &Tissue::box, "", any(), "a box that is cut into tetrahedra"},
              Field{"gmsh", &Tissue::gmsh, "", any(), "a mesh file"}),
@@ -244,19 +245,41 @@ template <>
 struct FieldsOf<Newton> {
   static constexpr const char* title = "newton";
   static constexpr std::tuple list{
-      Field{"max_iterations", &Newton::max_iterations, "-", between(1, 1000), "limit per tick, rung exact only"},
+      Field{"max_iterations", &Newton::max_iterations, "-", between(1, 1000),
+            "limit per tick, rungs refined and exact"},
       Field{"tolerance", &Newton::tolerance, "m", above(0),
             "largest change of a node's position in the last iteration"},
   };
 };
 
 template <>
+struct NamesOf<LawMethod> {
+  static constexpr std::array names{"gauss_seidel", "direct"};
+};
+
+template <>
 struct FieldsOf<LawSolver> {
   static constexpr const char* title = "laws";
   static constexpr std::tuple list{
+      Field{"solver", &LawSolver::solver, "", any(),
+            "gauss_seidel (sweeps over the laws) or direct (pieces of their graphs, solved exactly)"},
       Field{"max_sweeps", &LawSolver::max_sweeps, "-", between(1, 100000), "limit of Gauss-Seidel sweeps per tick"},
       Field{"tolerance", &LawSolver::tolerance, "N", above(0),
             "largest violation of a law, as the force that would mend it"},
+  };
+};
+
+template <>
+struct FieldsOf<Overrun> {
+  static constexpr const char* title = "overrun";
+  static constexpr std::tuple list{
+      Field{"max_sweeps", &Overrun::max_sweeps, "-", between(1, 100000),
+            "limit of Gauss-Seidel sweeps while ticks come late, where laws.max_sweeps is more"},
+      Field{"max_iterations", &Overrun::max_iterations, "-", between(1, 1000),
+            "limit of the tissue's iterations while ticks come late, where newton.max_iterations is more"},
+      Field{"publish_every", &Overrun::publish_every, "-", between(1, 1000),
+            "one of so many needle and tissue states goes out while ticks come late; forces go out every tick"},
+      Field{"recovery", &Overrun::recovery, "s", above(0), "without a late tick, after which all is as before"},
   };
 };
 
@@ -281,6 +304,7 @@ struct FieldsOf<Scene> {
       Field{"guides", &Scene::guides, "", between(0, 64), "one entry per guide; they take commands like needles"},
       Field{"newton", &Scene::newton, "", any(), "iterations of the tissue"},
       Field{"laws", &Scene::laws, "", any(), "solver of contact, cutting and friction"},
+      Field{"overrun", &Scene::overrun, "", any(), "what gives way when ticks come late"},
       Field{"publish", &Scene::publish, "", any(), "how often states go out; forces go out every tick"},
   };
 };

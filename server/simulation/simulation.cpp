@@ -155,6 +155,7 @@ struct Simulation::World {
   Vector3 needle_balance = Vector3::Zero();  // last tick: base forces + weight - inertia of all needles (N)
   double needle_largest_force = 0;
   bool timing = false;
+  bool economizing = false;
   TickReport report;
 };
 
@@ -416,6 +417,7 @@ void Simulation::command(int body, const Command& command) {
   (body < w.needles() ? w.bases[body] : w.guides[body - w.needles()].motion()).command(command);
 }
 void Simulation::reset() { world_->reset(); }
+void Simulation::economize(bool on) { world_->economizing = on; }
 void Simulation::time_stages(bool on) { world_->timing = on; }
 
 const TickReport& Simulation::report() const { return world_->report; }

@@ -42,6 +42,9 @@ class Simulation {
   // One tick of length h = 1/rate: the ten stages. Never throws; trouble is a flag in the report.
   void step();
 
+  // What the scene's `overrun` allows to give way gives way, from the next tick on.
+  void economize(bool on);
+
   // Back to the state after loading, tick 0.
   void reset();
 

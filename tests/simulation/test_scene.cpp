@@ -120,7 +120,7 @@ TEST_CASE("unknown fields, with the nearest known name") {
   CHECK(error_of("rates: 2") == "scene.yaml:2:1: rates: unknown field; did you mean \"rate\"?");
   CHECK(error_of("tissue:\n  regions:\n    - material:\n        poison_ratio: 0.4") ==
         "scene.yaml:5:9: tissue.regions[0].material.poison_ratio: unknown field; did you mean \"poisson_ratio\"?");
-  CHECK(error_of("laws: {xyzzy: 1}") == "scene.yaml:2:8: laws.xyzzy: unknown field; known here: max_sweeps, tolerance");
+  CHECK(error_of("laws: {xyzzy: 1}") == "scene.yaml:2:8: laws.xyzzy: unknown field; known here: solver, max_sweeps, tolerance");
   CHECK(error_of("needles: [{acus_scene: 1}]").starts_with("scene.yaml:2:12: needles[0].acus_scene: unknown field"));
   CHECK(error_of("tissue: {fixed: [{min: [0, 0, 0]}]}") ==
         "scene.yaml:2:19: tissue.fixed[0].min: unknown field; known here: box, sphere, half_space, cylinder");
@@ -152,8 +152,8 @@ TEST_CASE("wrong types") {
   CHECK(error_of("needles: [{beams: 1e12}]").starts_with("scene.yaml:2:19: needles[0].beams: expected a whole"));
   CHECK(error_of("gravity: [0, 0]") == "scene.yaml:2:10: gravity: expected 3 numbers [x, y, z], found a list of 2");
   CHECK(error_of("gravity: [0, 0, down]") == "scene.yaml:2:17: gravity[2]: expected a number, found \"down\"");
-  CHECK(error_of("tissue: {rung: linear}") ==
-        "scene.yaml:2:16: tissue.rung: expected warped or exact, found \"linear\"");
+  CHECK(error_of("tissue: {rung: fast}") ==
+        "scene.yaml:2:16: tissue.rung: expected none, linear, warped, refined or exact, found \"fast\"");
   CHECK(error_of("tissue: {pose: {orientation: [1, 0, 0]}}") ==
         "scene.yaml:2:30: tissue.pose.orientation: expected 4 numbers [w, x, y, z], found a list of 3");
   CHECK(error_of("tissue: {regions: [{physical_group: []}]}") ==
