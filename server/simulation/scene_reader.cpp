@@ -183,7 +183,7 @@ class Reader {
         value = static_cast<Enum>(i);
         return;
       }
-      all += (all.empty() ? "" : " or ") + std::string(names[i]);
+      all += (i == 0 ? "" : i + 1 < names.size() ? ", " : " or ") + std::string(names[i]);
     }
     fail(path, "expected " + all + ", " + describe_found(node));
   }
