@@ -122,6 +122,9 @@ struct Simulation::World {
   int needles() const { return static_cast<int>(scene.needles.size()); }
   bool finite() const;
   void reset();
+  int max_sweeps() const { return economized(scene.laws.max_sweeps, scene.overrun.max_sweeps); }
+  int max_iterations() const { return economized(scene.newton.max_iterations, scene.overrun.max_iterations); }
+  int economized(int limit, int lower) const { return economizing ? std::min(limit, lower) : limit; }
   void balance_of_forces();
   void refuse_tip_inside(int needle) const;
 
@@ -280,7 +283,7 @@ bool Simulation::World::build_rows() {
 void Simulation::World::compute_compliance() { rows.assemble(motions, tissue_motion); }
 
 // 7. lambda.
-SolverResult Simulation::World::solve_laws() { return rows.solve(scene.laws.max_sweeps, scene.laws.tolerance); }
+SolverResult Simulation::World::solve_laws() { return rows.solve(max_sweeps(), scene.laws.tolerance); }
 
 // 8. One backward substitution each; returns the largest change of a position (m).
 double Simulation::World::correct() {
@@ -383,7 +386,7 @@ void Simulation::step() {
 
   w.take_commands(), timer.lap(1);
   const bool exact = w.scene.tissue.rung == TissueRung::exact;
-  const int limit = exact ? w.scene.newton.max_iterations : 1;
+  const int limit = exact ? w.max_iterations() : 1;
   int iteration = 0;
   for (double change = kInfinity; iteration < limit && change > w.scene.newton.tolerance; ++iteration) {
     if (!w.needle_free_motion()) flags |= kTangentProjected;
@@ -400,6 +403,8 @@ void Simulation::step() {
     if (exact && iteration + 1 == limit && change > w.scene.newton.tolerance) flags |= kNewtonNotConverged;
   }
   if (!laws.converged) flags |= kLawsNotConverged;
+  if (flags & kNewtonNotConverged && limit < w.scene.newton.max_iterations) flags |= kIterationsCapped;
+  if (!laws.converged && laws.sweeps == w.max_sweeps() && laws.sweeps < w.scene.laws.max_sweeps) flags |= kSweepsCapped;
 
   if (w.finite()) {
     w.commit();
