@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/bench/bench_report.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "client/latency.h"
+#include "server/simulation/json_text.h"
+#include "server/simulation/scene_fields.h"
+#include "server/simulation/text_table.h"
+
+namespace acus {
+
+namespace {
+
+using client::Distribution;
+using client::distribution_of;
+
+// By the bits of TickReport::flags.
+constexpr std::array kFlagNames{"laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",
+                                "path_full",          "not_finite",           "solver_fell_back",  "sweeps_capped",
+                                "iterations_capped",  "publishing_reduced"};
+static_assert(kPublishingReduced == 1u << (kFlagNames.size() - 1));
+
+std::string formatted(const char* format, double value) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), format, value);
+  return buffer.data();
+}
+
+const char* rung_name(const Simulation& simulation) {
+  return NamesOf<TissueRung>::names[static_cast<std::size_t>(simulation.scene().tissue.rung)];
+}
+const char* solver_name(const Simulation& simulation) {
+  return NamesOf<LawMethod>::names[static_cast<std::size_t>(simulation.scene().laws.solver)];
+}
+
+double median(const std::vector<double>& values) { return distribution_of(values).p50; }
+
+// What the goals speak of; not a number without tissue.
+struct Ratios {
+  double tick_to_calibration, tick_to_least_fill, tick_p99_to_p50, laws_to_dense;
+
+  explicit Ratios(const Measurement& m) {
+    const Distribution tick = distribution_of(m.times.whole);
+    tick_to_calibration = ratio(tick.p50, median(m.standard_solves));
+    tick_to_least_fill = ratio(tick.p50, median(m.least_fill_solves));
+    tick_p99_to_p50 = ratio(tick.p99, tick.p50);
+    laws_to_dense = ratio(median(m.times.laws), median(m.dense_factorisations));
+  }
+  static double ratio(double a, double b) { return b > 0 ? a / b : std::nan(""); }
+};
+
+// --------------------------------------------------------------------------------------------------------- table
+
+std::string milliseconds(double seconds) { return formatted("%10.4f", 1e3 * seconds); }
+
+std::string opening(const BenchRun& run, const Simulation& simulation) {
+  const Measurement& m = run.measured;
+  const Costs costs = simulation.costs();
+  TextTable table;
+  table.add({"scene", simulation.scene().name + ", " + run.scene_file});
+  table.add({"motion", run.trajectory_file});
+  table.add({"rung", std::string(rung_name(simulation)) + ", solver " + solver_name(simulation)});
+  table.add({"mesh", std::to_string(simulation.mesh().node_count()) + " nodes (" + std::to_string(costs.free_nodes) +
+                         " free), " + std::to_string(simulation.mesh().tetrahedron_count()) +
+                         " tetrahedra, factor of " + std::to_string(costs.factor_entries) + " entries"});
+  table.add({"load",
+             formatted("%.2f s, ", run.load_seconds) + formatted("%.0f MiB at its peak", run.peak_memory / (1 << 20))});
+  table.add({"core", std::to_string(run.core)});
+  table.add({"ticks", std::to_string(m.ticks) + ", of which " + std::to_string(m.times.whole.size()) +
+                          " count for times, rows and sweeps"});
+  return table.text();
+}
+
+void add_times(TextTable& table, const std::string& name, const std::vector<double>& seconds) {
+  const Distribution d = distribution_of(seconds);
+  table.add({name, milliseconds(d.p50), milliseconds(d.p99), milliseconds(d.max)});
+}
+
+std::string times(const TickTimes& times) {
+  TextTable table;
+  table.add({"time (ms)", "       p50", "       p99", "       max"});
+  for (std::size_t i = 0; i < times.stages.size(); ++i)
+    add_times(table, std::string("  ") + kStageNames[i], times.stages[i]);
+  add_times(table, "tick", times.whole);
+  add_times(table, "compliance + solve", times.laws);
+  return table.text();
+}
+
+std::string fill(const CholmodSolve& solve) {
+  return std::string(solve.ordering_name()) + ", " + std::to_string(solve.factor_entries()) + " entries";
+}
+
+std::string calibrations(const Measurement& m, const Calibration& calibration) {
+  TextTable table;
+  table.add({"calibration (ms), median", "", ""});
+  if (calibration.standard)
+    table.add({"  CHOLMOD forward + backward", milliseconds(median(m.standard_solves)), fill(*calibration.standard)});
+  if (calibration.least_fill)
+    table.add({"  the same, least fill", milliseconds(median(m.least_fill_solves)), fill(*calibration.least_fill)});
+  table.add({"  dense Cholesky", milliseconds(median(m.dense_factorisations)),
+             std::to_string(DenseCholesky::kRows) + " rows"});
+  return table.text();
+}
+
+std::string ratios(const Measurement& m) {
+  const Ratios r(m);
+  TextTable table;
+  table.add({"ratios"});
+  table.add({"  tick p50 / calibration", formatted("%8.3f", r.tick_to_calibration)});
+  table.add({"  tick p50 / least fill", formatted("%8.3f", r.tick_to_least_fill)});
+  table.add({"  tick p99 / p50", formatted("%8.3f", r.tick_p99_to_p50)});
+  table.add({"  compliance + solve p50 / dense", formatted("%8.3f", r.laws_to_dense)});
+  return table.text();
+}
+
+std::string raised(const FlagCounts& counts) {
+  std::string text;
+  for (std::size_t bit = 0; bit < kFlagNames.size(); ++bit) {
+    if (counts[bit] == 0) continue;
+    if (!text.empty()) text += ", ";
+    text += std::string(kFlagNames[bit]) + " in " + std::to_string(counts[bit]) + " ticks";
+  }
+  return text.empty() ? "none" : text;
+}
+
+std::string soundness(const Measurement& m) {
+  const Distribution rows = distribution_of(m.rows), sweeps = distribution_of(m.sweeps);
+  TextTable table;
+  table.add({"rows", formatted("median %.0f, ", rows.p50) + formatted("most %.0f", rows.max)});
+  table.add({"sweeps", formatted("median %.0f, ", sweeps.p50) + formatted("most %.0f", sweeps.max)});
+  table.add({"heap allocations in ticks", std::to_string(m.allocations)});
+  table.add({"largest residual of the laws", formatted("%.3g N", m.residual_max)});
+  table.add({"largest imbalance of forces", formatted("%.3g N", m.imbalance_max)});
+  table.add({"flags", raised(m.flags)});
+  return table.text();
+}
+
+// ---------------------------------------------------------------------------------------------------------- JSON
+
+std::string number(double value) { return std::isfinite(value) ? formatted("%.9g", value) : "null"; }
+std::string number(std::uint64_t value) { return std::to_string(value); }
+std::string number(int value) { return std::to_string(value); }
+
+std::string distribution(const std::vector<double>& seconds) {
+  const Distribution d = distribution_of(seconds);
+  return json_object(
+      {{"p50_ms", number(1e3 * d.p50)}, {"p99_ms", number(1e3 * d.p99)}, {"max_ms", number(1e3 * d.max)}});
+}
+
+std::string stages(const TickTimes& times) {
+  JsonMembers members;
+  for (std::size_t i = 0; i < times.stages.size(); ++i)
+    members.emplace_back(kStageNames[i], distribution(times.stages[i]));
+  return json_object(members);
+}
+
+std::string solve(const std::vector<double>& seconds, const CholmodSolve& solve) {
+  return json_object({{"median_ms", number(1e3 * median(seconds))},
+                      {"ordering", json_string(solve.ordering_name())},
+                      {"factor_entries", number(solve.factor_entries())}});
+}
+
+std::string calibration_json(const Measurement& m, const Calibration& calibration) {
+  JsonMembers members;
+  if (calibration.standard) members.emplace_back("standard", solve(m.standard_solves, *calibration.standard));
+  if (calibration.least_fill) members.emplace_back("least_fill", solve(m.least_fill_solves, *calibration.least_fill));
+  members.emplace_back("dense_cholesky", json_object({{"median_ms", number(1e3 * median(m.dense_factorisations))},
+                                                      {"rows", number(DenseCholesky::kRows)}}));
+  return json_object(members);
+}
+
+std::string ratios_json(const Measurement& m) {
+  const Ratios r(m);
+  return json_object({{"tick_p50_to_calibration", number(r.tick_to_calibration)},
+                      {"tick_p50_to_least_fill", number(r.tick_to_least_fill)},
+                      {"tick_p99_to_p50", number(r.tick_p99_to_p50)},
+                      {"laws_p50_to_dense_cholesky", number(r.laws_to_dense)}});
+}
+
+std::string flags_json(const FlagCounts& counts) {
+  JsonMembers members;
+  for (std::size_t bit = 0; bit < kFlagNames.size(); ++bit)
+    if (counts[bit] > 0) members.emplace_back(kFlagNames[bit], number(counts[bit]));
+  return json_object(members);
+}
+
+}  // namespace
+
+std::string bench_table(const BenchRun& run, const Simulation& simulation, const Calibration& calibration) {
+  const Measurement& m = run.measured;
+  return opening(run, simulation) + "\n" + times(m.times) + "\n" + calibrations(m, calibration) + "\n" + ratios(m) +
+         "\n" + soundness(m);
+}
+
+std::string bench_json(const BenchRun& run, const Simulation& simulation, const Calibration& calibration) {
+  const Measurement& m = run.measured;
+  const Distribution rows = distribution_of(m.rows), sweeps = distribution_of(m.sweeps);
+  const Costs costs = simulation.costs();
+  const double solve_seconds = m.standard_solves.empty() ? std::nan("") : median(m.standard_solves);
+  return indent_json(json_object({
+      {"scene", json_string(run.scene_file)},
+      {"trajectory", json_string(run.trajectory_file)},
+      {"rung", json_string(rung_name(simulation))},
+      {"solver", json_string(solver_name(simulation))},
+      {"nodes", number(simulation.mesh().node_count())},
+      {"tetrahedra", number(simulation.mesh().tetrahedron_count())},
+      {"unknowns", number(3 * costs.free_nodes)},
+      {"factor_entries", number(costs.factor_entries)},
+      {"rows", number(rows.max)},
+      {"rows_median", number(rows.p50)},
+      {"sweeps", number(sweeps.max)},
+      {"sweeps_median", number(sweeps.p50)},
+      {"ticks", number(m.ticks)},
+      {"ticks_counted", number(static_cast<std::uint64_t>(m.times.whole.size()))},
+      {"allocations", number(m.allocations)},
+      {"calibration_ms", number(1e3 * solve_seconds)},
+      {"tick", distribution(m.times.whole)},
+      {"stages", stages(m.times)},
+      {"compliance_and_solve", distribution(m.times.laws)},
+      {"calibration", calibration_json(m, calibration)},
+      {"ratios", ratios_json(m)},
+      {"residual_max", number(m.residual_max)},
+      {"imbalance_max", number(m.imbalance_max)},
+      {"flags", flags_json(m.flags)},
+      {"core", number(run.core)},
+      {"load_s", number(run.load_seconds)},
+      {"peak_memory_mib", number(run.peak_memory / (1 << 20))},
+  }));
+}
+
+}  // namespace acus

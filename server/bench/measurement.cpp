@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/bench/measurement.h"
+
+#include <algorithm>
+#include <chrono>
+#include <string_view>
+
+#include "server/bench/allocation_count.h"
+
+namespace acus {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Plan = MeasurementPlan;
+
+constexpr std::size_t kCompliance = 5, kSolve = 6;
+static_assert(kStageNames[kCompliance] == std::string_view("compliance"));
+static_assert(kStageNames[kSolve] == std::string_view("solve"));
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+template <class Work>
+void time_block(Work& work, std::vector<double>& seconds) {
+  for (int i = 0; i < Plan::kSolvesPerBlock; ++i) {
+    const Clock::time_point start = Clock::now();
+    work.run();
+    if (i >= Plan::kUncountedSolves) seconds.push_back(seconds_since(start));
+  }
+}
+
+void calibrate(Calibration& calibration, Measurement& result) {
+  if (calibration.standard) time_block(*calibration.standard, result.standard_solves);
+  if (calibration.least_fill) time_block(*calibration.least_fill, result.least_fill_solves);
+  time_block(calibration.dense, result.dense_factorisations);
+}
+
+void count_flags(std::uint32_t flags, FlagCounts& counts) {
+  for (std::size_t bit = 0; bit < counts.size(); ++bit) counts[bit] += flags >> bit & 1u;
+}
+
+// One tick; returns how long it took (s).
+double step(Simulation& simulation, Measurement& result) {
+  const AllocationCount allocations;
+  const Clock::time_point start = Clock::now();
+  simulation.step();
+  const double seconds = seconds_since(start);
+  result.allocations += static_cast<std::uint64_t>(allocations.value());
+  return seconds;
+}
+
+void note(const TickReport& report, Measurement& result) {
+  ++result.ticks;
+  count_flags(report.flags, result.flags);
+  result.residual_max = std::max(result.residual_max, report.residual);
+  result.imbalance_max = std::max(result.imbalance_max, report.imbalance);
+}
+
+}  // namespace
+
+void TickTimes::reserve(std::size_t ticks) {
+  whole.reserve(ticks);
+  laws.reserve(ticks);
+  for (std::vector<double>& stage : stages) stage.reserve(ticks);
+}
+
+void TickTimes::add(double seconds, const TickReport& report) {
+  whole.push_back(seconds);
+  for (std::size_t i = 0; i < stages.size(); ++i) stages[i].push_back(report.stage_seconds[i]);
+  laws.push_back(report.stage_seconds[kCompliance] + report.stage_seconds[kSolve]);
+}
+
+Calibration::Calibration(const Simulation& simulation) {
+  const SparseMatrix matrix = tick_matrix(simulation);
+  if (matrix.rows() == 0) return;
+  standard.emplace(matrix, Ordering::standard);
+  least_fill.emplace(matrix, Ordering::least_fill);
+}
+
+Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibration& calibration, const Plan& plan,
+                    const Progress& progress) {
+  const std::uint64_t ticks = std::min(driver.ticks(), plan.max_ticks);
+  const std::uint64_t all = ticks * static_cast<std::uint64_t>(plan.repeat);
+  const auto skipped = static_cast<std::uint64_t>(plan.skip * simulation.scene().rate);
+  Measurement result;
+  result.times.reserve(all);
+  simulation.time_stages(true);
+  for (int pass = 0; pass < plan.repeat; ++pass) {
+    simulation.reset();
+    for (std::uint64_t tick = 0; tick < ticks; ++tick) {
+      const std::uint64_t in_block = tick % Plan::kTicksPerBlock;
+      if (in_block == 0) {
+        progress(result.ticks, all);
+        calibrate(calibration, result);
+      }
+      driver.command();
+      const double seconds = step(simulation, result);
+      const TickReport& report = simulation.report();
+      note(report, result);
+      if (in_block < Plan::kUncountedTicks || tick < skipped || report.rows < plan.min_rows) continue;
+      result.times.add(seconds, report);
+      result.rows.push_back(report.rows);
+      result.sweeps.push_back(report.sweeps);
+    }
+  }
+  return result;
+}
+
+}  // namespace acus

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Runs a trajectory through a simulation as fast as it goes, with the clock beside it, and the calibration in between:
+// blocks of ticks and of calibration runs take turns, so that both see the same drift of the machine. Each block begins
+// with some that are not counted, since the block before has put its own data into the caches.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "server/bench/calibration.h"
+#include "server/bench/trajectory_driver.h"
+#include "server/simulation/report.h"
+
+namespace acus {
+
+struct MeasurementPlan {
+  static constexpr std::uint64_t kTicksPerBlock = 200;
+  static constexpr std::uint64_t kUncountedTicks = 5;
+  static constexpr int kSolvesPerBlock = 20;
+  static constexpr int kUncountedSolves = 4;
+
+  std::uint64_t max_ticks = std::numeric_limits<std::uint64_t>::max();  // of each time through the trajectory
+  int repeat = 1;                                                       // times through it, >= 1
+  double skip = 0;                                                      // s at its start that are not counted
+  int min_rows = 0;                                                     // ticks with less rows are not counted
+};
+
+// Times in seconds of the ticks that count, in their order.
+struct TickTimes {
+  std::vector<double> whole;
+  std::array<std::vector<double>, kStageCount> stages;
+  std::vector<double> laws;  // stages compliance and solve together
+
+  void reserve(std::size_t ticks);
+  void add(double seconds, const TickReport& report);
+};
+
+// Ticks that raised a flag, by its bit.
+using FlagCounts = std::array<std::uint64_t, 32>;
+
+struct Measurement {
+  std::uint64_t ticks = 0;  // of all that were run, as everything but the times, rows and sweeps
+  TickTimes times;
+  std::vector<double> rows;    // of the ticks that count
+  std::vector<double> sweeps;  // likewise
+  std::uint64_t allocations = 0;
+  FlagCounts flags{};
+  double residual_max = 0;   // N
+  double imbalance_max = 0;  // N
+  // Times of the calibration's runs that count (s); empty without tissue.
+  std::vector<double> standard_solves, least_fill_solves, dense_factorisations;
+};
+
+// What the ticks are compared with; without tissue there is nothing to solve.
+struct Calibration {
+  explicit Calibration(const Simulation& simulation);
+
+  std::optional<CholmodSolve> standard, least_fill;
+  DenseCholesky dense;
+};
+
+// `progress` is told how many ticks of how many are done, between blocks.
+using Progress = std::function<void(std::uint64_t done, std::uint64_t of)>;
+
+Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibration& calibration,
+                    const MeasurementPlan& plan, const Progress& progress);
+
+}  // namespace acus

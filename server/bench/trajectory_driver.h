@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Commands the bodies of a simulation along a trajectory as acus-replay does in lockstep: before every tick each needle
+// and guide gets the pose that it has at the tick's start. The caller steps.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "client/trajectory.h"
+#include "server/simulation/simulation.h"
+
+namespace acus {
+
+class TrajectoryDriver {
+ public:
+  // The simulation must outlive the driver. Throws std::runtime_error for a motion of something that the scene has not.
+  TrajectoryDriver(Simulation& simulation, client::Trajectory trajectory);
+
+  // How many ticks it takes to play the trajectory to one of its times (s), or to its end.
+  std::uint64_t ticks_until(double time) const;
+  std::uint64_t ticks() const { return ticks_until(trajectory_.end()); }
+
+  // For the tick that the simulation makes next.
+  void command();
+
+ private:
+  Simulation& simulation_;
+  client::Trajectory trajectory_;
+  std::vector<int> bodies_;  // per motion, as Simulation::command() numbers them
+};
+
+}  // namespace acus
