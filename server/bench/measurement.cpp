@@ -78,7 +78,7 @@ Calibration::Calibration(const Simulation& simulation) {
 }
 
 Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibration& calibration, const Plan& plan,
-                    const Progress& progress) {
+                    const BlockProgress& progress) {
   const std::uint64_t ticks = std::min(driver.ticks(), plan.max_ticks);
   const std::uint64_t all = ticks * static_cast<std::uint64_t>(plan.repeat);
   const auto skipped = static_cast<std::uint64_t>(plan.skip * simulation.scene().rate);

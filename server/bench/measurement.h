@@ -64,9 +64,9 @@ struct Calibration {
 };
 
 // `progress` is told how many ticks of how many are done, between blocks.
-using Progress = std::function<void(std::uint64_t done, std::uint64_t of)>;
+using BlockProgress = std::function<void(std::uint64_t done, std::uint64_t of)>;
 
 Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibration& calibration,
-                    const MeasurementPlan& plan, const Progress& progress);
+                    const MeasurementPlan& plan, const BlockProgress& progress);
 
 }  // namespace acus

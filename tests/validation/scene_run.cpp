@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "server/convert.h"
 #include "server/models/surface.h"
@@ -18,22 +17,6 @@ std::string scene_file(const std::string& name) { return std::string(ACUS_SOURCE
 
 std::string trajectory_file(const std::string& name) {
   return std::string(ACUS_SOURCE_DIR) + "/scenes/trajectories/" + name + ".csv";
-}
-
-// The number of a needle or guide for Simulation::command().
-int body_number(const Scene& scene, const std::string& name) {
-  const auto named = [&](const auto& body) { return body.name == name; };
-  const auto needle = std::find_if(scene.needles.begin(), scene.needles.end(), named);
-  if (needle != scene.needles.end()) return static_cast<int>(needle - scene.needles.begin());
-  const auto guide = std::find_if(scene.guides.begin(), scene.guides.end(), named);
-  if (guide == scene.guides.end()) throw std::runtime_error("no needle or guide is called '" + name + "'");
-  return static_cast<int>(scene.needles.size() + static_cast<std::size_t>(guide - scene.guides.begin()));
-}
-
-Command command_of(const client::BasePose& pose, std::uint64_t seq) {
-  const auto& q = pose.orientation;
-  return {
-      .seq = seq, .pose = Pose{Vector3(pose.position.data()), Quaternion(q[0], q[1], q[2], q[3])}, .spin = pose.spin};
 }
 
 bool finite(const NeedleReport& n) {
@@ -49,10 +32,7 @@ SceneRun::SceneRun(const std::string& scene, const std::string& trajectory, cons
     : SceneRun(read_experiment(scene, trajectory, change)) {}
 
 SceneRun::SceneRun(Experiment experiment)
-    : trajectory_(std::move(experiment.trajectory)), simulation_(experiment.scene) {
-  for (const client::Motion& motion : trajectory_.motions)
-    bodies_.push_back(body_number(simulation_.scene(), motion.needle));
-}
+    : simulation_(experiment.scene), driver_(simulation_, std::move(experiment.trajectory)) {}
 
 SceneRun::Experiment SceneRun::read_experiment(const std::string& scene, const std::string& trajectory,
                                                const Change& change) {
@@ -61,14 +41,13 @@ SceneRun::Experiment SceneRun::read_experiment(const std::string& scene, const s
   return experiment;
 }
 
-void SceneRun::run() { run_until(trajectory_.end()); }
+void SceneRun::run() { run_ticks(driver_.ticks()); }
 
-void SceneRun::run_until(double time) {
-  const auto last = static_cast<std::size_t>(std::ceil((time - trajectory_.begin()) * scene().rate));
-  while (ticks_.size() <= last) {
-    const double now = trajectory_.begin() + static_cast<double>(ticks_.size()) / scene().rate;
-    for (std::size_t i = 0; i < bodies_.size(); ++i)
-      simulation_.command(bodies_[i], command_of(trajectory_.motions[i].at(now), ticks_.size() + 1));
+void SceneRun::run_until(double time) { run_ticks(driver_.ticks_until(time)); }
+
+void SceneRun::run_ticks(std::size_t ticks) {
+  while (ticks_.size() < ticks) {
+    driver_.command();
     simulation_.step();
     ticks_.push_back(simulation_.report());
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/trajectory.h"
+#include "server/bench/trajectory_driver.h"
 #include "server/simulation/simulation.h"
 
 namespace acus::test {
@@ -46,9 +47,10 @@ class SceneRun {
   static Experiment read_experiment(const std::string& scene, const std::string& trajectory, const Change& change);
   explicit SceneRun(Experiment experiment);
 
-  client::Trajectory trajectory_;
+  void run_ticks(std::size_t ticks);
+
   Simulation simulation_;
-  std::vector<int> bodies_;  // per motion, as Simulation::command() numbers them
+  TrajectoryDriver driver_;
   std::vector<TickReport> ticks_;
 };
 

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs acus-bench (the only argument) on the scenes of scenes/benchmark that load quickly, and reads what it writes."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+BENCH = sys.argv.pop()
+SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scenes")
+TRAJECTORY = os.path.join(SCENES, "benchmark", "insertion_60mm.csv")
+DISTRIBUTION = {"p50_ms", "p99_ms", "max_ms"}
+STAGES = ["commands", "needle_free", "tissue_free", "locate", "rows"]
+STAGES += ["compliance", "solve", "correct", "transitions", "report"]
+
+
+def bench(*arguments):
+    return subprocess.run([BENCH, *arguments], capture_output=True, text=True, timeout=300, check=False)
+
+
+def scene(name):
+    return os.path.join(SCENES, "benchmark", name + ".yaml")
+
+
+class BenchProgram(unittest.TestCase):
+    def test_the_benchmark_scenes_are_measured(self):
+        for name, nodes in [("cube_1000", 1000), ("cube_3375", 3375), ("rows_200", 1000)]:
+            with self.subTest(name):
+                done = bench(scene(name), TRAJECTORY, "--ticks", "400", "--json", "-")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                result = json.loads(done.stdout)
+                self.assertEqual((result["nodes"], result["ticks"], result["allocations"]), (nodes, 400, 0))
+                self.assertEqual((result["rung"], result["solver"]), ("warped", "gauss_seidel"))
+                self.assertGreater(result["rows"], 0)
+                self.assertGreater(result["calibration_ms"], 0)
+                self.assertLess(result["residual_max"], 1e-3)
+                self.assertEqual(list(result["stages"]), STAGES)
+                for times in [result["tick"], *result["stages"].values()]:
+                    self.assertEqual(set(times), DISTRIBUTION)
+                    self.assertTrue(0 <= times["p50_ms"] <= times["p99_ms"] <= times["max_ms"])
+
+    def test_rung_and_solver_are_those_asked_for(self):
+        options = ["--ticks", "20", "--rung", "exact", "--solver", "direct", "--quiet"]
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "result.json")
+            done = bench(scene("cube_1000"), TRAJECTORY, *options, "--json", file)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+            with open(file, encoding="utf-8") as text:
+                result = json.load(text)
+        self.assertEqual((result["rung"], result["solver"]), ("exact", "direct"))
+
+    def test_the_table_is_for_eyes(self):
+        done = bench(scene("cube_1000"), TRAJECTORY, "--ticks", "50")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for line in STAGES + ["tick p50 / calibration", "compliance + solve", "heap allocations in ticks     0"]:
+            self.assertIn(line, done.stdout)
+
+    def test_help_teaches_by_examples(self):
+        done = bench("--help")
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("acus-bench scenes/benchmark/cube_1000.yaml", done.stdout)
+
+    def test_what_cannot_be_used_is_named(self):
+        for arguments, status, words in [
+            (["no.yaml", TRAJECTORY], 2, "no.yaml: expected a scene file"),
+            ([scene("cube_1000"), "no.csv"], 2, "no.csv"),
+            ([os.path.join(SCENES, "deep_brain.yaml"), TRAJECTORY], 2, "the trajectory moves 'needle'"),
+            ([scene("cube_1000"), TRAJECTORY, "--core", "1000000"], 3, "--core: processor 1000000"),
+            ([scene("cube_1000"), TRAJECTORY, "--rung", "wrapped"], 1, "wrapped"),
+            ([scene("cube_1000"), TRAJECTORY, "--ticks", "1", "--json", "/no/such/folder/x.json"], 3, "/no/such"),
+        ]:
+            with self.subTest(words):
+                done = bench(*arguments)
+                self.assertEqual(done.returncode, status, done.stderr)
+                self.assertIn(words, done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
