@@ -91,9 +91,14 @@ enum class EventKind : std::uint8_t {
 inline constexpr std::array<const char*, 7> kEventKindNames{"contact", "release", "puncture",  "crossing",
                                                             "reentry", "exit",    "withdrawal"};
 
+// What solved the laws of a tick; travels as the enumerator's name.
+enum class LawSolver : std::uint8_t { gauss_seidel, direct };
+inline constexpr std::array<const char*, 2> kLawSolverNames{"gauss_seidel", "direct"};
+
 constexpr const auto& names_of(ErrorCode) { return kErrorCodeNames; }
 constexpr const auto& names_of(Phase) { return kPhaseNames; }
 constexpr const auto& names_of(EventKind) { return kEventKindNames; }
+constexpr const auto& names_of(LawSolver) { return kLawSolverNames; }
 
 template <class Enum>
 constexpr const char* name_of(Enum value) {
@@ -103,12 +108,19 @@ constexpr const char* name_of(Enum value) {
 // Bits of `flags` in states: trouble that a client should know of.
 enum Flag : std::uint32_t {
   kLawsNotConverged = 1u << 0,    // the laws' residual is above the scene's tolerance
-  kNewtonNotConverged = 1u << 1,  // rung `exact`: the last change is above the scene's tolerance
+  kNewtonNotConverged = 1u << 1,  // the tissue's last change is above the scene's tolerance
   kTangentProjected = 1u << 2,    // an indefinite tangent was replaced by its positive part
   kRowsDropped = 1u << 3,         // more constraint points than the capacity fixed at load
   kPathFull = 1u << 4,            // a path reached its capacity and stopped recording
-  kNotFinite = 1u << 5            // a number stopped being finite; the state was held at the last good tick
+  kNotFinite = 1u << 5,           // a number stopped being finite; the state was held at the last good tick
+  kSolverFellBack = 1u << 6,      // the direct solver of the laws found no answer; Gauss-Seidel gave this one
+  kSweepsCapped = 1u << 7,        // ticks came late: the laws' sweeps stopped at the scene's overrun.max_sweeps
+  kIterationsCapped = 1u << 8,    // likewise, the tissue's iterations at overrun.max_iterations
+  kPublishingReduced = 1u << 9    // likewise, only one of overrun.publish_every shapes goes out
 };
+inline constexpr std::array<const char*, 10> kFlagNames{
+    "laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",      "path_full",
+    "not_finite",         "solver_fell_back",     "sweeps_capped",     "iterations_capped", "publishing_reduced"};
 
 // ---- Requests: client to server on the commands socket, each answered once ----
 
@@ -390,7 +402,8 @@ struct Force {
   Vector3 friction_force{};       // N, world, by the tissue on the needle: along the path, whole shaft
   Vector3 lateral_force{};        // N, world, by the tissue on the needle: across the path, shaft and tip
   Vector3 guide_force{};          // N, world, by the guides on the needle
-  std::uint32_t flags = 0;        // bits of Flag
+  LawSolver solver = LawSolver::gauss_seidel;  // that the laws' forces of this tick come from
+  std::uint32_t flags = 0;                     // bits of Flag
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -415,6 +428,7 @@ struct Force {
     visit("friction_force", self.friction_force);
     visit("lateral_force", self.lateral_force);
     visit("guide_force", self.guide_force);
+    visit("solver", self.solver);
     visit("flags", self.flags);
   }
 };
@@ -497,6 +511,13 @@ struct Stats {
   double tick_p50 = 0;                  // s of computing per tick, median
   double tick_p99 = 0;                  // s, 99th percentile
   double tick_max = 0;                  // s
+  std::uint64_t late = 0;               // ticks of the period that ended after the next one was due
+  double wake_p50 = 0;                  // s from when a tick was due to when it began, median
+  double wake_p99 = 0;                  // s
+  double wake_max = 0;                  // s
+  double end_p50 = 0;                   // s from when a tick was due to when all it had to say was handed on, median
+  double end_p99 = 0;                   // s
+  double end_max = 0;                   // s
   double residual = 0;                  // N, largest violation of a law
   std::uint32_t sweeps = 0;             // largest of the laws' solver
   std::uint32_t newton_iterations = 0;  // largest
@@ -520,6 +541,13 @@ struct Stats {
     visit("tick_p50", self.tick_p50);
     visit("tick_p99", self.tick_p99);
     visit("tick_max", self.tick_max);
+    visit("late", self.late);
+    visit("wake_p50", self.wake_p50);
+    visit("wake_p99", self.wake_p99);
+    visit("wake_max", self.wake_max);
+    visit("end_p50", self.end_p50);
+    visit("end_p99", self.end_p99);
+    visit("end_max", self.end_max);
     visit("residual", self.residual);
     visit("sweeps", self.sweeps);
     visit("newton_iterations", self.newton_iterations);

@@ -37,8 +37,15 @@ static_assert(static_cast<int>(kTangentProjected) == static_cast<int>(protocol::
 static_assert(static_cast<int>(kRowsDropped) == static_cast<int>(protocol::kRowsDropped));
 static_assert(static_cast<int>(kPathFull) == static_cast<int>(protocol::kPathFull));
 static_assert(static_cast<int>(kNotFinite) == static_cast<int>(protocol::kNotFinite));
+static_assert(static_cast<int>(kSolverFellBack) == static_cast<int>(protocol::kSolverFellBack));
+static_assert(static_cast<int>(kSweepsCapped) == static_cast<int>(protocol::kSweepsCapped));
+static_assert(static_cast<int>(kIterationsCapped) == static_cast<int>(protocol::kIterationsCapped));
+static_assert(static_cast<int>(kPublishingReduced) == static_cast<int>(protocol::kPublishingReduced));
+static_assert(static_cast<int>(LawMethod::gauss_seidel) == static_cast<int>(protocol::LawSolver::gauss_seidel));
+static_assert(static_cast<int>(LawMethod::direct) == static_cast<int>(protocol::LawSolver::direct));
 
 inline protocol::Phase to_wire(Phase phase) { return static_cast<protocol::Phase>(phase); }
+inline protocol::LawSolver to_wire(LawMethod method) { return static_cast<protocol::LawSolver>(method); }
 inline protocol::EventKind to_wire(EventKind kind) { return static_cast<protocol::EventKind>(kind); }
 
 }  // namespace acus

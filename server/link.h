@@ -53,6 +53,7 @@ struct ForceRecord {
   double time = 0;  // s
   double age = 0;   // s of simulation time
   std::uint32_t flags = 0;
+  LawMethod solver = LawMethod::gauss_seidel;
   int needle = 0;
   NeedleReport report;
 };
@@ -61,8 +62,15 @@ struct EventRecord {
   double time = 0;  // s
   Event event;
 };
-struct TickRecord {    // for `stats`
-  double seconds = 0;  // of computing
+// When a tick ran. In lockstep it is due when it begins, and never late.
+struct TickTiming {
+  double computing = 0;  // s
+  double woke = 0;       // s from when it was due to when it began
+  double ended = 0;      // s from when it was due to when all it had to say was handed on
+  bool late = false;     // it ended after the next one was due
+};
+struct TickRecord {  // for `stats`
+  TickTiming timing;
   std::uint32_t flags = 0;
   int rows = 0, sweeps = 0, newton_iterations = 0;
   double residual = 0, imbalance = 0, largest_force = 0;  // N

@@ -64,7 +64,7 @@ class SimulationThread {
  public:
   SimulationThread(RealtimeLoop& loop, Link& link, bool real_time)
       : link_(link), thread_([&loop, real_time] {
-          if (real_time) raise_priority();
+          if (real_time) raise_priority(RealtimeThread::simulation);
           loop.run();
         }) {}
   ~SimulationThread() {
@@ -77,6 +77,21 @@ class SimulationThread {
   Link& link_;
   std::thread thread_;
 };
+
+void report(const char* what, const DelayHistogram& delays) {
+  spdlog::info("{} after it was due: p50 {:.3f} ms, p90 {:.3f}, p99 {:.3f}, p99.9 {:.3f}, p99.99 {:.3f}, max {:.3f} ms",
+               what, 1e3 * delays.quantile(0.5), 1e3 * delays.quantile(0.9), 1e3 * delays.quantile(0.99),
+               1e3 * delays.quantile(0.999), 1e3 * delays.quantile(0.9999), 1e3 * delays.max());
+}
+
+void report(const Punctuality& punctuality) {
+  const std::uint64_t ticks = punctuality.ended.count();
+  if (ticks == 0) return;
+  report("a tick began", punctuality.woke);
+  report("a tick ended", punctuality.ended);
+  spdlog::info("{} ticks were late, {:.3f} in 1,000; {} had to do with less than the scene asks for", punctuality.late,
+               1e3 * static_cast<double>(punctuality.late) / static_cast<double>(ticks), punctuality.economized);
+}
 
 void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link,
            const Termination& termination) {
@@ -91,6 +106,7 @@ void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const LoopOpt
   }
   spdlog::info("ended after {} ticks, {} deadlines skipped, {} states dropped, {} messages rejected", loop.ticks(),
                link.overruns.load(), link.dropped.load(), endpoint.rejected());
+  if (!options.lockstep) report(loop.punctuality());
 }
 
 int run(const Arguments& arguments) {
@@ -106,6 +122,7 @@ int run(const Arguments& arguments) {
     std::cout << summarise(world->simulation);
     return kEnded;
   }
+  if (!arguments.loop.lockstep) raise_priority(RealtimeThread::sockets);  // before ZeroMQ starts its own thread
   Link link;
   std::optional<Endpoint> endpoint;
   try {

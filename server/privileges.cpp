@@ -5,6 +5,7 @@
 #include <sched.h>
 #include <spdlog/spdlog.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 
 #include <cerrno>
 #include <cstring>
@@ -12,7 +13,16 @@
 namespace acus {
 namespace {
 
-constexpr int kPriority = 50;  // of 1 to 99: above ordinary threads, below the kernel's own interrupt threads
+// Of 1 to 99: above ordinary threads, the simulation below the kernel's own interrupt threads (50).
+constexpr int kSimulationPriority = 49;
+constexpr int kSocketsPriority = 45;
+constexpr unsigned long kTimerSlack = 1;  // ns; only ordinary threads have any
+
+int set_policy(int policy, int priority) {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  return pthread_setschedparam(pthread_self(), policy, &parameters);
+}
 
 }  // namespace
 
@@ -25,18 +35,21 @@ void lock_memory() {
   }
 }
 
-void raise_priority() {
-  sched_param parameters{};
-  parameters.sched_priority = kPriority;
-  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+void raise_priority(RealtimeThread thread) {
+  const bool simulation = thread == RealtimeThread::simulation;
+  const char* name = simulation ? "simulation thread runs" : "socket threads run";
+  const int priority = simulation ? kSimulationPriority : kSocketsPriority;
+  prctl(PR_SET_TIMERSLACK, kTimerSlack);
+  const int error = set_policy(SCHED_FIFO, priority);
   if (error == 0) {
-    spdlog::info("the simulation thread runs with SCHED_FIFO, priority {}", kPriority);
+    spdlog::info("the {} with SCHED_FIFO, priority {}", name, priority);
   } else {
     spdlog::warn(
-        "the simulation thread runs without SCHED_FIFO ({}): other programs may make ticks late; raise the "
-        "limit 'rtprio' (ulimit -r)",
-        std::strerror(error));
+        "the {} without SCHED_FIFO ({}): other programs may make ticks late; raise the limit 'rtprio' (ulimit -r)",
+        name, std::strerror(error));
   }
 }
+
+void lower_priority() { set_policy(SCHED_OTHER, 0); }
 
 }  // namespace acus

@@ -71,6 +71,7 @@ void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
   force.friction_force = to_wire(needle.friction_force);
   force.lateral_force = to_wire(needle.lateral_force);
   force.guide_force = to_wire(needle.guide_force);
+  force.solver = to_wire(record.solver);
   force.flags = record.flags;
   encode_and_send(force);
 }

@@ -17,6 +17,8 @@ namespace {
 constexpr std::int64_t kNanoseconds = 1'000'000'000;
 constexpr std::int64_t kRoomPoll = 50'000;  // ns between two looks for room, in lockstep
 constexpr int kIdleCheck = 100;             // ms between two looks at the stop flag without a request, in lockstep
+constexpr TopicSet kShapes = bit(Topic::needle) | bit(Topic::tissue);
+constexpr double kLongestRecovery = 1e6;  // s; longer ones are as good as for ever
 
 std::int64_t monotonic_now() {
   timespec now;
@@ -30,14 +32,21 @@ void sleep_until(std::int64_t time) {
   }
 }
 
+double seconds_between(std::int64_t from, std::int64_t to) { return static_cast<double>(to - from) / kNanoseconds; }
+
 std::int64_t period_of(const LoadedScene& world) {
   return std::max<std::int64_t>(1, std::llround(kNanoseconds / world.simulation.scene().rate));
+}
+
+OverrunPolicy overrun_policy_of(const LoadedScene& world) {
+  const double recovery = std::min(world.simulation.scene().overrun.recovery, kLongestRecovery);
+  return OverrunPolicy(std::llround(kNanoseconds * recovery));
 }
 
 }  // namespace
 
 RealtimeLoop::RealtimeLoop(std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link)
-    : world_(std::move(world)), options_(options), link_(link) {}
+    : world_(std::move(world)), options_(options), link_(link), overrun_(overrun_policy_of(*world_)) {}
 
 void RealtimeLoop::run() {
   if (options_.lockstep) {
@@ -54,15 +63,30 @@ bool RealtimeLoop::over() const {
 }
 
 void RealtimeLoop::run_on_deadlines() {
-  std::int64_t deadline = monotonic_now();
+  std::int64_t due = monotonic_now();
   while (!over()) {
-    sleep_until(deadline);
+    sleep_until(due);
+    const std::int64_t woke = monotonic_now();
     take_requests();
-    if (!paused_ && !over()) tick();
-    const Deadline next = next_deadline(deadline, period_of(*world_), monotonic_now());
+    const bool ticking = !paused_ && !over();
+    const double computing = ticking ? tick() : 0;
+    const std::int64_t ended = monotonic_now();
+    const Deadline next = next_deadline(due, period_of(*world_), ended);
     link_.overruns.fetch_add(next.skipped, std::memory_order_relaxed);
-    deadline = next.time;
+    const TickTiming timing{computing, seconds_between(due, woke), seconds_between(due, ended), next.skipped > 0};
+    if (ticking) keep_time(timing, ended);
+    due = next.time;
   }
+}
+
+// What the tick that ended at `now` means for those to come.
+void RealtimeLoop::keep_time(const TickTiming& timing, std::int64_t now) {
+  publish_tick(timing);
+  punctuality_.woke.add(timing.woke);
+  punctuality_.ended.add(timing.ended);
+  punctuality_.late += timing.late ? 1 : 0;
+  punctuality_.economized += overrun_.economizing() ? 1 : 0;
+  world_->simulation.economize(overrun_.update(now, timing.late));
 }
 
 void RealtimeLoop::run_on_requests() {
@@ -96,7 +120,10 @@ void RealtimeLoop::handle(Request& request) {
     case Request::Kind::replace_world:
       return replace_world(request);
     case Request::Kind::step:
-      for (std::uint32_t i = 0; i < request.ticks && !over(); ++i) tick();
+      for (std::uint32_t i = 0; i < request.ticks && !over(); ++i) {
+        const double computing = tick();
+        publish_tick({computing, 0, computing, false});
+      }
       break;
     case Request::Kind::shutdown:
       shut_down_ = true;
@@ -107,6 +134,7 @@ void RealtimeLoop::handle(Request& request) {
 
 void RealtimeLoop::replace_world(Request& request) {
   std::unique_ptr<LoadedScene> retired = std::exchange(world_, std::move(request.world));
+  overrun_ = overrun_policy_of(*world_);
   epoch_ = request.epoch;
   acknowledge(request, std::move(retired));
 }
@@ -123,14 +151,16 @@ void RealtimeLoop::acknowledge(const Request& request, std::unique_ptr<LoadedSce
   link_.to_sockets.signal();
 }
 
-void RealtimeLoop::tick() {
+// Returns the time it took to compute (s).
+double RealtimeLoop::tick() {
   take_commands();
-  const std::int64_t start = monotonic_now();
+  const std::int64_t begin = monotonic_now();
   world_->simulation.step();
-  const double seconds = static_cast<double>(monotonic_now() - start) / kNanoseconds;
+  const double computing = seconds_between(begin, monotonic_now());
   ++ticks_;
   link_.tick.store(world_->simulation.report().tick, std::memory_order_relaxed);
-  publish(seconds);
+  publish();
+  return computing;
 }
 
 // A command for an earlier epoch is forgotten; one for a later epoch overtook the request that begins it, and waits.
@@ -143,26 +173,37 @@ void RealtimeLoop::take_commands() {
   }
 }
 
-void RealtimeLoop::publish(double tick_seconds) {
+// Forces first: the socket thread sends them while shapes are packed here.
+void RealtimeLoop::publish() {
   const TopicSet wanted = link_.wanted.load(std::memory_order_relaxed);
-  if (wanted == 0) return;
   const TickReport& report = world_->simulation.report();
-  if (wanted & bit(Topic::force)) publish_forces(report);
+  if (wanted & bit(Topic::force)) publish_forces(report, wanted);
   if (wanted & bit(Topic::event)) publish_events(report);
-  if (wanted & bit(Topic::stats)) publish_tick(report, tick_seconds);
-  if (wanted & bit(Topic::needle) && report.tick % world_->needle_frame_ticks == 0) publish_needles(report);
-  if (wanted & bit(Topic::tissue) && report.tick % world_->tissue_frame_ticks == 0) publish_tissue(report);
-  link_.to_sockets.signal();
+  if (wanted & (bit(Topic::force) | bit(Topic::event))) link_.to_sockets.signal();
+  if (wanted & kShapes) publish_shapes(report, wanted);
 }
 
-void RealtimeLoop::publish_forces(const TickReport& report) {
+// Of so many shapes that the scene asks for, one goes out.
+std::uint64_t RealtimeLoop::shapes_per_sent() const {
+  const int every = world_->simulation.scene().overrun.publish_every;
+  return overrun_.economizing() ? static_cast<std::uint64_t>(every) : 1;
+}
+
+// With what the loop, not the simulation, left out, if anybody misses it.
+std::uint32_t RealtimeLoop::flags(const TickReport& report, TopicSet wanted) const {
+  const bool reduced = wanted & kShapes && shapes_per_sent() > 1;
+  return reduced ? report.flags | kPublishingReduced : report.flags;
+}
+
+void RealtimeLoop::publish_forces(const TickReport& report, TopicSet wanted) {
   const double time_step = world_->hello.time_step;
   for (std::size_t i = 0; i < report.needles.size(); ++i) {
     Record* record = room_in(link_.records);
     if (!record) continue;
     const NeedleReport& needle = report.needles[i];
     const double age = needle.command_seq == 0 ? 0 : static_cast<double>(report.tick - needle.command_tick) * time_step;
-    *record = ForceRecord{epoch_, report.tick, report.time, age, report.flags, static_cast<int>(i), needle};
+    *record = ForceRecord{epoch_,        report.tick,         report.time, age, flags(report, wanted),
+                          report.solver, static_cast<int>(i), needle};
     link_.records.commit();
   }
 }
@@ -176,12 +217,28 @@ void RealtimeLoop::publish_events(const TickReport& report) {
   }
 }
 
-void RealtimeLoop::publish_tick(const TickReport& report, double tick_seconds) {
+void RealtimeLoop::publish_tick(const TickTiming& timing) {
+  const TopicSet wanted = link_.wanted.load(std::memory_order_relaxed);
+  if (!(wanted & bit(Topic::stats))) return;
   Record* record = room_in(link_.records);
   if (!record) return;
-  *record = TickRecord{tick_seconds,    report.flags,     report.rows,         report.sweeps, report.newton_iterations,
-                       report.residual, report.imbalance, report.largest_force};
+  const TickReport& report = world_->simulation.report();
+  *record =
+      TickRecord{timing,          flags(report, wanted), report.rows,         report.sweeps, report.newton_iterations,
+                 report.residual, report.imbalance,      report.largest_force};
   link_.records.commit();
+  if (!(wanted & bit(Topic::force))) link_.to_sockets.signal();  // else it goes along with the next force
+}
+
+void RealtimeLoop::publish_shapes(const TickReport& report, TopicSet wanted) {
+  const auto due = [&](Topic topic, std::uint64_t ticks_between) {
+    return wanted & bit(topic) && report.tick % (ticks_between * shapes_per_sent()) == 0;
+  };
+  const bool needles = due(Topic::needle, world_->needle_frame_ticks);
+  const bool tissue = due(Topic::tissue, world_->tissue_frame_ticks);
+  if (needles) publish_needles(report);
+  if (tissue) publish_tissue(report);
+  if (needles || tissue) link_.to_sockets.signal();
 }
 
 void RealtimeLoop::publish_needles(const TickReport& report) {

@@ -3,20 +3,31 @@
 // `step` request asks for them, and passes on what somebody listens to.
 //
 // In real time it never waits for anything but its next deadline; a state for which there is no room is dropped and
-// counted. In lockstep time is the client's: it waits for requests, and for room, so that no state is lost.
+// counted. When ticks come late, what the scene's `overrun` allows to give way gives way. In lockstep time is the
+// client's: it waits for requests, and for room, so that no state is lost.
 #pragma once
 
 #include <cstdint>
 #include <limits>
 #include <memory>
 
+#include "server/delay_histogram.h"
 #include "server/link.h"
+#include "server/overrun_policy.h"
 
 namespace acus {
 
 struct LoopOptions {
   bool lockstep = false;
   std::uint64_t max_ticks = std::numeric_limits<std::uint64_t>::max();  // after which the loop ends
+};
+
+// How punctual a run in real time was, all its ticks together.
+struct Punctuality {
+  DelayHistogram woke;           // s from when a tick was due to when it began
+  DelayHistogram ended;          // s from when a tick was due to when all it had to say was handed on
+  std::uint64_t late = 0;        // ticks that ended after the next one was due
+  std::uint64_t economized = 0;  // ticks that had to do with less
 };
 
 class RealtimeLoop {
@@ -27,6 +38,7 @@ class RealtimeLoop {
   void run();
 
   std::uint64_t ticks() const { return ticks_; }  // run so far, over all epochs
+  const Punctuality& punctuality() const { return punctuality_; }
 
  private:
   void run_on_deadlines();
@@ -38,15 +50,19 @@ class RealtimeLoop {
   void replace_world(Request& request);
   void acknowledge(const Request& request, std::unique_ptr<LoadedScene> retired = nullptr);
 
-  void tick();
+  double tick();
   void take_commands();
-  void publish(double tick_seconds);
-  void publish_forces(const TickReport& report);
+  void keep_time(const TickTiming& timing, std::int64_t now);
+  void publish();
+  void publish_forces(const TickReport& report, TopicSet wanted);
   void publish_events(const TickReport& report);
-  void publish_tick(const TickReport& report, double tick_seconds);
+  void publish_shapes(const TickReport& report, TopicSet wanted);
   void publish_needles(const TickReport& report);
   void publish_tissue(const TickReport& report);
   void pack_paths(protocol::TissueShape& shape);
+  void publish_tick(const TickTiming& timing);
+  std::uint32_t flags(const TickReport& report, TopicSet wanted) const;
+  std::uint64_t shapes_per_sent() const;
 
   // Room for one more; null if there is none and it must be dropped, which is counted.
   template <class T>
@@ -56,6 +72,8 @@ class RealtimeLoop {
   const LoopOptions options_;
   Link& link_;
   std::array<const EpochCommand*, kMaxBodies> taken_{};  // commands for an epoch that has not begun yet
+  OverrunPolicy overrun_;
+  Punctuality punctuality_;
   std::uint64_t epoch_ = 0;
   std::uint64_t ticks_ = 0;
   bool paused_ = false;

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "server/loaded_scene.h"
+#include "server/privileges.h"
 #include "server/wakeup.h"
 
 namespace acus {
@@ -31,6 +32,7 @@ class SceneLoader {
     std::promise<LoadResult> promise;
     loading_ = promise.get_future();
     loader_ = std::jthread([this, scene_path, result = std::move(promise)]() mutable {
+      lower_priority();
       result.set_value(load(scene_path));
       done_.signal();
     });
@@ -43,7 +45,10 @@ class SceneLoader {
   }
 
   void destroy(std::unique_ptr<LoadedScene> world) {
-    destroying_ = std::async(std::launch::async, [doomed = std::move(world)]() mutable { doomed.reset(); });
+    destroying_ = std::async(std::launch::async, [doomed = std::move(world)]() mutable {
+      lower_priority();
+      doomed.reset();
+    });
   }
 
  private:

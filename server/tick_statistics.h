@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Gathers the ticks of one period of `stats`: their times as a distribution, everything else as its worst.
+// Gathers the ticks of one period of `stats`: their times as distributions, everything else as its worst.
 #pragma once
 
 #include <algorithm>
@@ -13,12 +13,12 @@ namespace acus {
 
 class TickStatistics {
  public:
-  TickStatistics() { seconds_.reserve(kMaxSamples); }
-
   void add(const TickRecord& tick) {
-    if (seconds_.size() < kMaxSamples) seconds_.push_back(tick.seconds);
+    computing_.add(tick.timing.computing);
+    woke_.add(tick.timing.woke);
+    ended_.add(tick.timing.ended);
     ++worst_.ticks;
-    worst_.tick_max = std::max(worst_.tick_max, tick.seconds);
+    worst_.late += tick.timing.late ? 1 : 0;
     worst_.flags |= tick.flags;
     worst_.rows = std::max(worst_.rows, static_cast<std::uint32_t>(tick.rows));
     worst_.sweeps = std::max(worst_.sweeps, static_cast<std::uint32_t>(tick.sweeps));
@@ -31,25 +31,47 @@ class TickStatistics {
   // What was gathered, and begins anew. Fields that are not about ticks keep their defaults.
   protocol::Stats take() {
     protocol::Stats stats = std::exchange(worst_, {});
-    stats.tick_p50 = quantile(0.50);
-    stats.tick_p99 = quantile(0.99);
-    seconds_.clear();
+    computing_.take(stats.tick_p50, stats.tick_p99, stats.tick_max);
+    woke_.take(stats.wake_p50, stats.wake_p99, stats.wake_max);
+    ended_.take(stats.end_p50, stats.end_p99, stats.end_max);
     return stats;
   }
 
  private:
-  static constexpr std::size_t kMaxSamples = 1 << 17;  // of one period; further ticks count, but not for quantiles
+  // The times (s) of one period.
+  class Times {
+   public:
+    Times() { seconds_.reserve(kMaxSamples); }
 
-  // The smallest tick time that a fraction q of the ticks does not exceed (s); 0 without ticks.
-  double quantile(double q) {
-    if (seconds_.empty()) return 0;
-    const auto rank = static_cast<std::ptrdiff_t>(q * static_cast<double>(seconds_.size() - 1));
-    std::nth_element(seconds_.begin(), seconds_.begin() + rank, seconds_.end());
-    return seconds_[static_cast<std::size_t>(rank)];
-  }
+    void add(double seconds) {
+      if (seconds_.size() < kMaxSamples) seconds_.push_back(seconds);
+      max_ = std::max(max_, seconds);
+    }
+
+    void take(double& p50, double& p99, double& max) {
+      p50 = quantile(0.50);
+      p99 = quantile(0.99);
+      max = std::exchange(max_, 0);
+      seconds_.clear();
+    }
+
+   private:
+    static constexpr std::size_t kMaxSamples = 1 << 17;  // further ticks count, but not for quantiles
+
+    // The smallest time that a fraction q of them does not exceed; 0 without any.
+    double quantile(double q) {
+      if (seconds_.empty()) return 0;
+      const auto rank = static_cast<std::ptrdiff_t>(q * static_cast<double>(seconds_.size() - 1));
+      std::nth_element(seconds_.begin(), seconds_.begin() + rank, seconds_.end());
+      return seconds_[static_cast<std::size_t>(rank)];
+    }
+
+    std::vector<double> seconds_;
+    double max_ = 0;
+  };
 
   protocol::Stats worst_;
-  std::vector<double> seconds_;
+  Times computing_, woke_, ended_;
 };
 
 }  // namespace acus

@@ -44,8 +44,8 @@ needles:
   return text;
 }
 
-ServerProcess::ServerProcess(const std::vector<std::string>& options) {
-  folder_.write("scene.yaml", small_scene("small"));
+ServerProcess::ServerProcess(const std::vector<std::string>& options, const std::string& scene_text) {
+  folder_.write("scene.yaml", scene_text);
   process_.emplace(command_line(options));
 }
 

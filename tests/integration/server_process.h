@@ -39,8 +39,9 @@ std::string small_scene(const std::string& name, const std::vector<std::string>&
 
 class ServerProcess {
  public:
-  // Starts it on small_scene("small"). It may not listen yet; clients need not care.
-  explicit ServerProcess(const std::vector<std::string>& options = {});
+  // Starts it on the YAML of a scene. It may not listen yet; clients need not care.
+  explicit ServerProcess(const std::vector<std::string>& options = {},
+                         const std::string& scene_text = small_scene("small"));
 
   const TemporaryFolder& folder() const { return folder_; }
   std::string scene() const { return folder_ / "scene.yaml"; }

@@ -9,7 +9,7 @@ TEST_CASE("quantiles of tick times, the worst of everything else, and a fresh st
   TickStatistics statistics;
   for (int i = 100; i >= 0; --i) {
     TickRecord tick;
-    tick.seconds = i * 1e-3;
+    tick.timing = {i * 1e-3, i * 1e-5, i * 1e-4, i > 98};
     tick.sweeps = i;
     tick.residual = 100 - i;
     if (i == 50) tick.flags = kPathFull;
@@ -20,6 +20,13 @@ TEST_CASE("quantiles of tick times, the worst of everything else, and a fresh st
   CHECK(stats.tick_p50 == doctest::Approx(0.050));
   CHECK(stats.tick_p99 == doctest::Approx(0.099));
   CHECK(stats.tick_max == doctest::Approx(0.100));
+  CHECK(stats.wake_p50 == doctest::Approx(0.0005));
+  CHECK(stats.wake_p99 == doctest::Approx(0.00099));
+  CHECK(stats.wake_max == doctest::Approx(0.001));
+  CHECK(stats.end_p50 == doctest::Approx(0.005));
+  CHECK(stats.end_p99 == doctest::Approx(0.0099));
+  CHECK(stats.end_max == doctest::Approx(0.01));
+  CHECK(stats.late == 2);
   CHECK(stats.sweeps == 100);
   CHECK(stats.residual == 100);
   CHECK(stats.flags == kPathFull);
@@ -28,6 +35,8 @@ TEST_CASE("quantiles of tick times, the worst of everything else, and a fresh st
   CHECK(empty.ticks == 0);
   CHECK(empty.tick_p50 == 0);
   CHECK(empty.tick_max == 0);
+  CHECK(empty.end_max == 0);
+  CHECK(empty.late == 0);
 }
 
 }  // namespace acus

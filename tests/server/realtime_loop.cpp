@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the simulation thread makes ready for the sockets, and what it leaves out.
+#include "server/realtime_loop.h"
+
+#include <doctest/doctest.h>
+
+#include <memory>
+
+namespace acus {
+namespace {
+
+constexpr std::uint32_t kTicks = 21;  // few enough for all their records and shapes to fit in the queues
+
+std::unique_ptr<LoadedScene> small_world(double rate, double shape_rate) {
+  Scene scene;
+  scene.rate = rate;
+  scene.tissue.box.cells = {3, 3, 3};
+  scene.needles[0].base.position.z() = 0.5;  // far from the tissue
+  scene.publish = {shape_rate, shape_rate};
+  return std::make_unique<LoadedScene>(scene);
+}
+
+void ask(Link& link, Request::Kind kind, std::uint32_t ticks = 0) {
+  Request* request = link.requests.writable();
+  REQUIRE(request);
+  request->kind = kind;
+  request->ticks = ticks;
+  link.requests.commit();
+  link.to_simulation.signal();
+}
+
+// How many of each there are; takes them out of the queues.
+struct Ready {
+  int forces = 0, ticks = 0, acknowledgements = 0, needle_shapes = 0, tissue_shapes = 0;
+
+  bool operator==(const Ready&) const = default;
+};
+
+template <class T>
+int count(SpscQueue<T>& queue) {
+  int count = 0;
+  for (; queue.readable(); queue.release()) ++count;
+  return count;
+}
+
+Ready take(Link& link, LoadedScene& world) {
+  Ready ready;
+  for (; const Record* record = link.records.readable(); link.records.release()) {
+    ready.forces += std::holds_alternative<ForceRecord>(*record);
+    ready.ticks += std::holds_alternative<TickRecord>(*record);
+    ready.acknowledgements += std::holds_alternative<Acknowledgement>(*record);
+  }
+  ready.needle_shapes = count(world.needle_frames);
+  ready.tissue_shapes = count(world.tissue_frames);
+  return ready;
+}
+
+// What is ready after kTicks ticks in lockstep with listeners to these topics.
+Ready after_ticks(TopicSet wanted) {
+  auto owned = small_world(300, 100);
+  LoadedScene& world = *owned;
+  Link link;
+  link.wanted = wanted;
+  RealtimeLoop loop(std::move(owned), {.lockstep = true}, link);
+  ask(link, Request::Kind::step, kTicks);
+  ask(link, Request::Kind::shutdown);
+  loop.run();
+  CHECK(loop.ticks() == kTicks);
+  CHECK(link.dropped == 0);
+  return take(link, world);
+}
+
+}  // namespace
+
+TEST_CASE("nothing is packed or recorded for topics that nobody listens to") {
+  const int ticks = kTicks, shapes = kTicks / 3, answers = 2;
+  CHECK(after_ticks(0) == Ready{0, 0, answers, 0, 0});
+  CHECK(after_ticks(bit(Topic::event)) == Ready{0, 0, answers, 0, 0});
+  CHECK(after_ticks(bit(Topic::force)) == Ready{ticks, 0, answers, 0, 0});
+  CHECK(after_ticks(bit(Topic::stats)) == Ready{0, ticks, answers, 0, 0});
+  CHECK(after_ticks(bit(Topic::needle)) == Ready{0, 0, answers, shapes, 0});
+  CHECK(after_ticks(bit(Topic::tissue)) == Ready{0, 0, answers, 0, shapes});
+  CHECK(after_ticks(bit(Topic::force) | bit(Topic::tissue)) == Ready{ticks, 0, answers, 0, shapes});
+}
+
+// At this rate no machine keeps up.
+TEST_CASE("from the tick after a late one, fewer shapes go out, flags say so, and forces go out as before") {
+  constexpr std::uint64_t kManyTicks = 200;
+  constexpr double kRate = 1e6;  // Hz
+  auto owned = small_world(kRate, kRate);
+  LoadedScene& world = *owned;
+  const auto every = static_cast<std::uint64_t>(world.simulation.scene().overrun.publish_every);
+  Link link;
+  link.wanted = bit(Topic::force) | bit(Topic::needle) | bit(Topic::stats);
+  RealtimeLoop loop(std::move(owned), {.max_ticks = kManyTicks}, link);
+  loop.run();
+
+  std::uint64_t first_late = 0, tick = 0;
+  for (; const Record* record = link.records.readable(); link.records.release()) {
+    if (const auto* force = std::get_if<ForceRecord>(record)) {
+      CHECK(force->tick == ++tick);
+      CHECK(((force->flags & kPublishingReduced) != 0) == (first_late > 0));
+    } else if (first_late == 0 && std::get<TickRecord>(*record).timing.late) {
+      first_late = tick;
+    }
+  }
+  CHECK(tick == kManyTicks);
+  REQUIRE(first_late > 0);
+  CHECK(first_late < 10);
+  CHECK(link.overruns > 0);
+  CHECK(loop.punctuality().late > 0);
+  CHECK(loop.punctuality().economized == kManyTicks - first_late);
+  CHECK(loop.punctuality().ended.count() == kManyTicks);
+  for (; const NeedleFrame* frame = world.needle_frames.readable(); world.needle_frames.release()) {
+    if (frame->shape.tick > first_late) CHECK(frame->shape.tick % every == 0);
+  }
+}
+
+}  // namespace acus
