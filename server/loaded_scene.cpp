@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/loaded_scene.h"
 
+#include <spdlog/spdlog.h>
+#include <spdlog/stopwatch.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -75,7 +78,9 @@ protocol::DescribeReply make_describe(const Simulation& simulation) {
   pack(mesh.nodes, describe.positions);
   describe.triangles = flatten(mesh.surface);
   describe.tetrahedra = flatten(mesh.tetrahedra);
-  for (const Region& region : scene.tissue.regions) describe.regions.push_back(region.name);
+  if (!scene.tissue.left_out()) {
+    for (const Region& region : scene.tissue.regions) describe.regions.push_back(region.name);
+  }
   const std::span<const int> regions = simulation.regions();
   describe.tetrahedron_regions.assign(regions.begin(), regions.end());
   for (int i = 0; i < static_cast<int>(scene.needles.size()); ++i) {
@@ -90,8 +95,8 @@ protocol::DescribeReply make_describe(const Simulation& simulation) {
 
 }  // namespace
 
-LoadedScene::LoadedScene(const Scene& scene)
-    : simulation(scene),
+LoadedScene::LoadedScene(const Scene& scene, const Progress& progress)
+    : simulation(scene, progress),
       needle_frames(kFrames * scene.needles.size()),
       tissue_frames(kFrames),
       path_points(3, simulation.path_capacity()),
@@ -124,7 +129,10 @@ int LoadedScene::find_body(const std::string& name) const {
 std::unique_ptr<LoadedScene> load_scene(const std::string& scene_path, std::optional<double> rate) {
   Scene scene = read_scene(scene_path);
   if (rate) scene.rate = *rate;
-  return std::make_unique<LoadedScene>(scene);
+  const spdlog::stopwatch since_start;
+  auto world = std::make_unique<LoadedScene>(scene, [](const char* what) { spdlog::info("loading: {}", what); });
+  spdlog::info("loaded in {:.2f} s", since_start);
+  return world;
 }
 
 }  // namespace acus

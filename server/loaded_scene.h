@@ -19,7 +19,7 @@ struct NeedleFrame {
 };
 
 struct LoadedScene {
-  explicit LoadedScene(const Scene& scene);  // throws SceneError
+  explicit LoadedScene(const Scene& scene, const Progress& progress = {});  // throws SceneError
 
   Simulation simulation;  // of the simulation thread while it has the world
 
@@ -43,7 +43,8 @@ struct LoadedScene {
   int find_body(const std::string& name) const;
 };
 
-// Reads the scene and builds its world; `rate` (Hz) replaces the scene's. Throws SceneError.
+// Reads the scene and builds its world, step by step as the log says; `rate` (Hz) replaces the scene's. Throws
+// SceneError.
 std::unique_ptr<LoadedScene> load_scene(const std::string& scene_path, std::optional<double> rate);
 
 }  // namespace acus

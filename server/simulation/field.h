@@ -3,6 +3,7 @@
 // range checks, the JSON Schema, the reference tables and their tests.
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <string>
@@ -96,6 +97,11 @@ struct FieldsOf;
 // Specialised per enum with `names`, in the order of its values.
 template <class Enum>
 struct NamesOf;
+
+template <class Enum>
+constexpr const char* name_of(Enum value) {
+  return NamesOf<Enum>::names[static_cast<std::size_t>(value)];
+}
 
 template <class T>
 concept HasFields = requires {

@@ -103,8 +103,9 @@ std::uint32_t Insertion::advance_end(const Transition& now, Path& path) {
 
   const CurvePoint tip = now.needle.tip();
   const bool beyond = tip.tangent.dot(tip.position - now.tissue.position(path.end)) > 0;
+  const bool gives_way = cutting_ || now.tissue.interaction(path.end).cutting_force == 0;
   std::uint32_t flags = 0;
-  if (!path.exited && beyond && cutting_) {
+  if (!path.exited && beyond && gives_way) {
     const int region = now.tissue.region(path.end);
     flags = grow(now, path, path.end.tetrahedron, -1);
     if (path.exited) report(now, EventKind::exit, region, tip_.cutting);

@@ -34,6 +34,9 @@
 //
 // Torsional friction, if the needle has it, is one more row per vertex (rows.h) with the threshold of its friction row
 // times the needle's share.
+//
+// A law that cannot bear any force has no row: friction with neither threshold nor viscosity, per vertex as its region
+// has it, the cutting row where f_c is zero, contact friction without mu and cohesion.
 #pragma once
 
 #include <optional>

@@ -95,10 +95,11 @@ bool Insertion::add_border(const NeedleView& needle, const TissueView& tissue, c
 bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const {
   const CurvePoint tip = needle.tip();
   bool all = true;
-  if (!path.exited) {
+  const double cutting_force = tissue.interaction(path.end).cutting_force;
+  if (!path.exited && cutting_force > 0) {
     Row row{needle_, RowRole::cutting, -1, tip, {path.end, {}, 0}, -cutting_direction(needle), 0};
     row.gap = row.n.dot(tip.position - tissue.position(path.end));
-    all = rows.add(row, {LawKind::unilateral, tissue.interaction(path.end).cutting_force}, tip_.cutting);
+    all = rows.add(row, {LawKind::unilateral, cutting_force}, tip_.cutting);
   }
   if (obstacle_) all = add_border_contact(needle, tissue, rows) && all;
   Vector3 across[2];

@@ -131,6 +131,8 @@ struct Tissue {
   std::vector<Region> regions{Region{}};
   std::vector<Interface> interfaces;
   std::vector<Volume> fixed;  // nodes inside any of them, mesh frame, do not move
+
+  bool left_out() const { return rung == TissueRung::none; }  // then nothing else here is used
 };
 
 // How a needle is solved.
@@ -221,7 +223,7 @@ Scene read_scene(const std::string& path);
 Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder);
 
 // The scene's mesh at its place in the world, with topology; throws SceneError (broken file, inverted or unconnected
-// tetrahedra).
+// tetrahedra). A scene without tissue has a mesh without nodes, which has no regions and no fixed nodes either.
 TetrahedralMesh load_mesh(const Scene& scene);
 
 // Per tetrahedron, the index of its region in scene.tissue.regions; throws SceneError if a tetrahedron has none, a

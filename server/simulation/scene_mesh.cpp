@@ -136,6 +136,7 @@ void check_interfaces_have_faces(const Scene& scene, const TetrahedralMesh& mesh
 
 TetrahedralMesh load_mesh(const Scene& scene) {
   const Tissue& tissue = scene.tissue;
+  if (tissue.left_out()) return {};
   try {
     TetrahedralMesh mesh = tissue.gmsh ? read_gmsh_mesh(tissue.gmsh->file, tissue.gmsh->metres_per_unit)
                                        : make_box_mesh(tissue.box.size, tissue.box.cells);
@@ -148,6 +149,7 @@ TetrahedralMesh load_mesh(const Scene& scene) {
 }
 
 std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh) {
+  if (scene.tissue.left_out()) return {};
   const Matrix3X places = in_mesh_frame(scene, centroids(mesh));
   std::vector<int> regions(mesh.tetrahedra.size(), -1);
   for (std::size_t i = 0; i < scene.tissue.regions.size(); ++i) {
@@ -173,6 +175,7 @@ std::map<std::pair<int, int>, int> count_border_faces(const TetrahedralMesh& mes
 }
 
 std::vector<bool> find_fixed_nodes(const Scene& scene, const TetrahedralMesh& mesh) {
+  if (scene.tissue.left_out()) return {};
   const Matrix3X nodes = in_mesh_frame(scene, mesh.nodes);
   const double margin = selection_margin(nodes);
   std::vector<bool> fixed(static_cast<std::size_t>(mesh.node_count()), false);

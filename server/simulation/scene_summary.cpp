@@ -9,7 +9,7 @@
 
 #include "server/models/needle.h"
 #include "server/simulation/borders.h"
-#include "server/simulation/field.h"
+#include "server/simulation/scene_fields.h"
 #include "server/simulation/text_table.h"
 
 namespace acus {
@@ -37,6 +37,7 @@ std::string megabytes(double bytes) {
 
 std::string describe_mesh(const Simulation& simulation) {
   const TetrahedralMesh& mesh = simulation.mesh();
+  if (mesh.node_count() == 0) return "no tissue";
   const Vector3 size = mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff();
   return std::to_string(mesh.node_count()) + " nodes (" +
          std::to_string(mesh.node_count() - simulation.costs().free_nodes) + " fixed), " +
@@ -50,7 +51,8 @@ std::string opening(const Simulation& simulation) {
   table.add({"scene", scene.name + ": sound"});
   table.add({"rate", number(scene.rate) + " Hz, a tick is " + number(1e3 / scene.rate) + " ms"});
   table.add({"gravity", vector(scene.gravity) + " m/s^2"});
-  table.add({"rung", scene.tissue.rung == TissueRung::warped ? "warped" : "exact"});
+  table.add({"rung", name_of(scene.tissue.rung)});
+  table.add({"solver", name_of(scene.laws.solver)});
   table.add({"mesh", describe_mesh(simulation)});
   return table.text();
 }
@@ -131,7 +133,7 @@ std::string needles(const Scene& scene) {
     const double length = needle.length;
     const double lateral = 3 * bending / (length * length * length);                                // N/m
     const double buckling = std::numbers::pi * std::numbers::pi * bending / (4 * length * length);  // N
-    table.add({"  " + needle.name, rigid ? "rigid" : "flexible", std::to_string(needle.beams), number(1e3 * length),
+    table.add({"  " + needle.name, name_of(needle.rung), std::to_string(needle.beams), number(1e3 * length),
                number(1e3 * needle.outer_diameter), shape(needle), vector(needle.cutting_direction),
                rigid ? "-" : number(bending), rigid ? "-" : number(lateral), rigid ? "-" : number(buckling)});
   }
@@ -171,20 +173,36 @@ Memory memory(const Scene& scene, const Costs& costs) {
           kWord * rows * (kSquares * rows + needle_unknowns)};
 }
 
-std::string expenses(const Simulation& simulation) {
-  const Costs costs = simulation.costs();
-  const Memory bytes = memory(simulation.scene(), costs);
-  const bool exact = simulation.scene().tissue.rung == TissueRung::exact;
-  TextTable table;
-  table.add({"costs"});
+const char* use_of_factor(TissueRung rung) {
+  switch (rung) {
+    case TissueRung::none:
+    case TissueRung::linear:
+    case TissueRung::warped:
+      break;
+    case TissueRung::refined:
+      return " entries, read twice in every iteration of a tick";
+    case TissueRung::exact:
+      return " entries, made anew in every iteration of a tick";
+  }
+  return " entries, read twice in every tick";
+}
+
+void add_tissue(TextTable& table, TissueRung rung, const Costs& costs, const Memory& bytes) {
   table.add({"  unknowns", std::to_string(3 * costs.free_nodes),
              std::string("of ") + std::to_string(costs.free_nodes) + " free nodes"});
-  table.add({"  rows", std::to_string(costs.max_rows), "of the laws in one tick, at most"});
-  table.add({"  factor", megabytes(bytes.factor),
-             std::to_string(costs.factor_entries) +
-                 (exact ? " entries, made anew in every iteration of a tick" : " entries, read twice in every tick")});
+  table.add({"  factor", megabytes(bytes.factor), std::to_string(costs.factor_entries) + use_of_factor(rung)});
   table.add({"  corridor", megabytes(bytes.corridor),
              std::string("compliance of up to ") + std::to_string(costs.corridor_nodes) + " nodes around the needles"});
+}
+
+std::string expenses(const Simulation& simulation) {
+  const Costs costs = simulation.costs();
+  const Tissue& tissue = simulation.scene().tissue;
+  const Memory bytes = memory(simulation.scene(), costs);
+  TextTable table;
+  table.add({"costs"});
+  if (!tissue.left_out()) add_tissue(table, tissue.rung, costs, bytes);
+  table.add({"  rows", std::to_string(costs.max_rows), "of the laws in one tick, at most"});
   table.add({"  row matrices", megabytes(bytes.rows), "at most; what a tick uses goes with its rows"});
   table.add({"  total", megabytes(bytes.total()), "besides the mesh"});
   return table.text();
@@ -228,24 +246,35 @@ bool has_no_friction(const Region& region) {
   return shaft_pressure(region) == 0 || region.interaction.friction_static == 0;
 }
 
-std::string left_out(const Scene& scene) {
-  Omissions list;
-  list.add(scene.gravity.isZero(0), "gravity", "gravity");
-  list.add(scene.tissue.fixed.empty(), "supports: no node is fixed, the tissue floats freely", "tissue.fixed");
-  list.add(scene.tissue.rung == TissueRung::warped, "the exact tangent: rung warped solves with that of the rest shape",
-           "tissue.rung: exact");
-  list.add_for<Region>(scene.tissue.regions, has_no_friction, "friction on the shaft in",
+void add_tissue(Omissions& list, const Scene& scene) {
+  const Tissue& tissue = scene.tissue;
+  list.add(tissue.fixed.empty(), "supports: no node is fixed, the tissue floats freely", "tissue.fixed");
+  list.add(tissue.rung == TissueRung::linear, "rotations: rung linear is right for small deformations alone",
+           "tissue.rung: warped");
+  list.add(tissue.rung == TissueRung::warped, "the exact tangent: rung warped solves with that of the rest shape",
+           "tissue.rung: refined or exact");
+  list.add_for<Region>(tissue.regions, has_no_friction, "friction on the shaft in",
                        "interaction.pressure, friction_static");
-  list.add_for<Region>(scene.tissue.regions, yields_only_with_mesh, "what the mesh cannot give way beside the shaft in",
+  list.add_for<Region>(tissue.regions, yields_only_with_mesh, "what the mesh cannot give way beside the shaft in",
                        "interaction.foundation_stiffness");
   list.add_for<Region>(
-      scene.tissue.regions, [](const Region& r) { return r.interaction.friction_viscous == 0; }, "viscous friction in",
+      tissue.regions, [](const Region& r) { return r.interaction.friction_viscous == 0; }, "viscous friction in",
       "interaction.friction_viscous");
-  list.add_for<Needle>(
-      scene.needles, [](const Needle& n) { return n.rung == NeedleRung::rigid; }, "bending of", "rung: flexible");
+  list.add_for<Region>(
+      tissue.regions, [](const Region& r) { return r.interaction.cutting_force == 0; }, "cutting in",
+      "interaction.cutting_force");
   list.add_for<Needle>(
       scene.needles, [](const Needle& n) { return n.torsional_friction == 0; }, "torsional friction on",
       "torsional_friction");
+}
+
+std::string left_out(const Scene& scene) {
+  Omissions list;
+  list.add(scene.gravity.isZero(0), "gravity", "gravity");
+  list.add(scene.tissue.left_out(), "tissue", "tissue.rung");
+  if (!scene.tissue.left_out()) add_tissue(list, scene);
+  list.add_for<Needle>(
+      scene.needles, [](const Needle& n) { return n.rung == NeedleRung::rigid; }, "bending of", "rung: flexible");
   list.add_for<Guide>(
       scene.guides, [](const Guide& g) { return g.friction == 0; }, "friction in", "friction");
   return list.text();
@@ -255,9 +284,15 @@ std::string left_out(const Scene& scene) {
 
 std::string summarise(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
+  const bool tissue = !scene.tissue.left_out();
   std::string text = opening(simulation);
-  const std::array sections{materials(simulation), laws(scene),          borders(simulation), needles(scene),
-                            guides(scene),         expenses(simulation), left_out(scene)};
+  const std::array sections{tissue ? materials(simulation) : "",
+                            tissue ? laws(scene) : "",
+                            tissue ? borders(simulation) : "",
+                            needles(scene),
+                            guides(scene),
+                            expenses(simulation),
+                            left_out(scene)};
   for (const std::string& section : sections) {
     if (!section.empty()) text += "\n" + section;
   }

@@ -55,9 +55,17 @@ int sum_over_needles(const Scene& scene, Value value) {
   return sum;
 }
 
+// Rows of the laws in one tick, at most: between a needle and the tissue, of all guides, and all together.
+int max_tissue_rows(const Scene& scene, const Needle& needle) {
+  return scene.tissue.left_out() ? 0 : Insertion::max_rows(needle);
+}
+
 int max_guide_rows(const Scene& scene) { return GuideHold::kMaxRows * static_cast<int>(scene.guides.size()); }
 
-int max_rows(const Scene& scene) { return sum_over_needles(scene, Insertion::max_rows) + max_guide_rows(scene); }
+int max_rows(const Scene& scene) {
+  return sum_over_needles(scene, [&](const Needle& needle) { return max_tissue_rows(scene, needle); }) +
+         max_guide_rows(scene);
+}
 
 int find_needle(const Scene& scene, const std::string& name) {
   const auto same = [&](const Needle& needle) { return needle.name == name; };
@@ -66,9 +74,17 @@ int find_needle(const Scene& scene, const std::string& name) {
 
 // Vertices that a path can hold: any needle may pick it up.
 int vertices_per_path(const Scene& scene) {
+  if (scene.tissue.left_out()) return 0;
   int most = 0;
   for (const Needle& needle : scene.needles) most = std::max(most, 2 * Insertion::max_points(needle));
   return most;
+}
+
+// Tells what a step of loading is about to make, and makes it.
+template <class Make>
+auto announced(const Progress& progress, const char* what, Make make) {
+  if (progress) progress(what);
+  return make();
 }
 
 // Adds the time since its construction or the last lap() to a stage, if timing is on.
@@ -97,7 +113,7 @@ class StageTimer {
 }  // namespace
 
 struct Simulation::World {
-  explicit World(const Scene& s);
+  World(const Scene& s, const Progress& progress);
 
   // The stages, in the order of a tick.
   void take_commands();
@@ -162,21 +178,25 @@ struct Simulation::World {
   TickReport report;
 };
 
-Simulation::World::World(const Scene& s)
+Simulation::World::World(const Scene& s, const Progress& progress)
     : scene(checked(s)),
       h(1 / s.rate),
-      mesh(load_mesh(s)),
-      regions(assign_regions(s, mesh)),
+      mesh(announced(progress, "mesh", [&] { return load_mesh(s); })),
+      regions(announced(progress, "regions", [&] { return assign_regions(s, mesh); })),
       interactions(interactions_of(s)),
       element_sizes(element_sizes_of(mesh)),
-      tissue_model(make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity)),
-      surface(mesh),
+      tissue_model(announced(progress, "elements", [&] {
+        return make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity);
+      })),
+      surface(announced(progress, "surfaces", [&] { return Surface(mesh); })),
       borders(s.tissue, mesh, regions),
-      tissue_motion(tissue_model, h,
-                    s.tissue.rung == TissueRung::exact ? TissueMatrix::refactorized : TissueMatrix::fixed,
-                    max_rows(s),
-                    4 * sum_over_needles(s, Insertion::max_material_points)),
-      rows(max_rows(s)) {
+      tissue_motion(announced(progress, "factor", [&] {
+        return TissueMotion(tissue_model, h,
+                            s.tissue.rung == TissueRung::exact ? TissueMatrix::refactorized : TissueMatrix::fixed,
+                            max_rows(s), 4 * sum_over_needles(s, Insertion::max_material_points));
+      })),
+      rows(announced(progress, "rows", [&] { return Rows(max_rows(s)); })) {
+  if (progress) progress("needles");
   const int vertices = vertices_per_path(scene);
   needle_models.reserve(scene.needles.size());
   for (int i = 0; i < needles(); ++i) {
@@ -184,7 +204,7 @@ Simulation::World::World(const Scene& s)
     needle_models.push_back(make_needle_model(needle, scene.gravity, needle.rung == NeedleRung::rigid));
     bases.emplace_back(needle, h);
     insertions.emplace_back(i, needle, vertices);
-    motions.emplace_back(needle_models[i], h, Insertion::max_rows(needle) + max_guide_rows(scene));
+    motions.emplace_back(needle_models[i], h, max_tissue_rows(scene, needle) + max_guide_rows(scene));
     start_shapes.push_back(motions[i].shape());
     needle_states.push_back(make_needle_state(needle_models[i], needle.base));
     base_poses.push_back(needle.base);
@@ -375,7 +395,8 @@ void Simulation::World::write_report(std::uint32_t flags, const SolverResult& la
   }
 }
 
-Simulation::Simulation(const Scene& scene) : world_(std::make_unique<World>(scene)) {}
+Simulation::Simulation(const Scene& scene, const Progress& progress)
+    : world_(std::make_unique<World>(scene, progress)) {}
 Simulation::~Simulation() = default;
 
 void Simulation::step() {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -28,9 +29,13 @@ struct Costs {
   int max_rows = 0;                // scalar rows of the laws in one tick
 };
 
+// Told before each step of loading a scene what that step makes: "mesh", "regions", ..., "factor", ...
+using Progress = std::function<void(const char* what)>;
+
 class Simulation {
  public:
-  explicit Simulation(const Scene& scene);  // loads the mesh and factorises; throws SceneError
+  // Loads the mesh and factorises; throws SceneError.
+  explicit Simulation(const Scene& scene, const Progress& progress = {});
   ~Simulation();
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;

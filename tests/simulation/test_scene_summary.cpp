@@ -66,6 +66,8 @@ TEST_CASE("the check says what a scene contains") {
   const std::string text = summary_of(kLayers);
   CHECK(line_of(text, "scene ") == "scene layers: sound");
   CHECK(line_of(text, "rate ") == "rate 1000 Hz, a tick is 1 ms");
+  CHECK(line_of(text, "rung ") == "rung exact");
+  CHECK(line_of(text, "solver ") == "solver gauss_seidel");
   CHECK(line_of(text, "mesh ") ==
         "mesh 27 nodes (9 fixed), 48 tetrahedra, 48 surface triangles, [0.1, 0.1, 0.1] m along the world's axes");
   CHECK(line_of(text, "  deep   24") == "deep 24 500 12000 0.2 1000 0, 0.01");
@@ -131,9 +133,12 @@ TEST_CASE("the check says what a scene leaves out, and where to put it in") {
   const std::string plain = summary_of("needles: [{name: a}, {name: b}]");
   CHECK(line_of(plain, "  gravity") == "gravity set gravity");
   CHECK(line_of(plain, "  supports").ends_with("the tissue floats freely set tissue.fixed"));
-  CHECK(line_of(plain, "  the exact tangent").ends_with("set tissue.rung: exact"));
+  CHECK(line_of(plain, "  the exact tangent").ends_with("set tissue.rung: refined or exact"));
   CHECK(line_of(plain, "  torsional") == "torsional friction on a, b set torsional_friction");
   CHECK(line_of(plain, "  friction on the shaft") == "");
+  CHECK(line_of(plain, "  cutting") == "");
+  CHECK(line_of(summary_of("tissue: {regions: [{interaction: {cutting_force: 0}}]}"), "  cutting") ==
+        "cutting in tissue set interaction.cutting_force");
 }
 
 TEST_CASE("columns are aligned by characters, not bytes") {
