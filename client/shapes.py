@@ -152,6 +152,8 @@ def cut(nodes, tetrahedra, point, normal):
 
     A node on the plane counts as above it, so a face that lies in the plane is cut once, from below.
     """
+    if not tetrahedra.size:
+        return [], np.zeros(0, dtype=int)
     heights = (nodes - point) @ normal
     above = heights[tetrahedra] >= 0
     counts = above.sum(axis=1)

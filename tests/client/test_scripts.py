@@ -304,6 +304,22 @@ class Picture(RecordedRun):
         with open(out, encoding="utf-8") as file:
             self.assertIn("Centroids moved at most: far 0.75 mm at 1.00 s, near 0.25 mm at 1.00 s", file.read())
 
+    def test_a_run_without_tissue_becomes_a_picture_of_its_needles(self):
+        self.write_all()
+        with open(self.path("run.shapes"), "rb") as file:
+            messages = list(msgpack.Unpacker(file))
+        for message in messages:
+            if message["type"] == "describe_reply":
+                message.update(positions=b"", tetrahedra=b"", tetrahedron_regions=b"", regions=[])
+            if message["type"] == "tissue":
+                message.update(positions=b"", path_points=b"", path_sizes=b"")
+        with open(self.path("run.shapes"), "wb") as file:
+            file.writelines(msgpack.packb(message) for message in messages)
+        result = self.draw()
+        self.assert_success(result)
+        self.assertEqual(result.stdout, "")
+        self.assertGreater(os.path.getsize(self.path("run.png")), 20_000)
+
     def test_shapes_read_back_at_any_time(self):
         self.write_all()
         recorded = self.enterContext(shapes.Recording(self.path("run.shapes")))
