@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -12,6 +13,8 @@
 #include <string>
 
 #include "client/replay.h"
+#include "client/text_histogram.h"
+#include "client/timing_log.h"
 
 namespace {
 
@@ -50,6 +53,7 @@ struct Arguments {
   std::string trajectory;
   std::string out;
   std::string shapes;
+  std::string timing;
   double timeout_s = 10;
   ReplayOptions replay;
 };
@@ -65,6 +69,13 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--shapes", arguments.shapes,
                  "file to write with the shapes of needles and tissue, as protocol/README.md says; after --out RUN.csv "
                  "--shapes RUN.shapes, client/picture RUN.csv draws the run");
+  app.add_option(
+      "--timing", arguments.timing,
+      "CSV to write, a row per pose with its round trip; the server's punctuality goes to NAME.stats.csv beside "
+      "it, client/plot-timing NAME.csv draws both");
+  app.add_option("--passes", arguments.replay.passes, "through the trajectory, every second one backwards")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
   app.add_option("--rate", arguments.replay.rate, "poses per second (Hz); default: the server's ticks per second")
       ->check(CLI::Range(1.0, 100'000.0));
   app.add_option("--timeout", arguments.timeout_s, "to wait for the server to appear, to answer or to publish (s)")
@@ -108,9 +119,34 @@ void print_needles(const RunStatistics& statistics) {
   }
 }
 
+void print_flags(const RunStatistics& statistics) {
+  const auto& flagged = statistics.flagged();
+  for (std::size_t bit = 0; bit < flagged.size(); ++bit) {
+    if (flagged[bit] == 0) continue;
+    std::printf("flag        %s in %llu states\n", acus::protocol::kFlagNames[bit],
+                static_cast<unsigned long long>(flagged[bit]));
+  }
+}
+
+// How punctual both sides were, and how long a pose took to be felt.
+void print_timing(const Replay& replay, bool punctual) {
+  const auto& server = replay.statistics().punctuality();
+  std::printf("ticks       %llu late of %llu; they began up to %.3f ms after they were due, and ended up to %.3f ms\n",
+              static_cast<unsigned long long>(server.late), static_cast<unsigned long long>(server.ticks),
+              1e3 * server.wake_max, 1e3 * server.end_max);
+  std::vector<double> times;
+  for (const RoundTrip& trip : replay.round_trips()) times.push_back(trip.seconds);
+  const auto trips = distribution_of(times);
+  std::printf(
+      "round trip  p50 %.3f ms, p99 %.3f ms, max %.3f ms, from a pose to the first state that used it%s\n"
+      "            a tick ends %.3f ms after it is due, the way there and back takes %.3f ms (medians)\n",
+      1e3 * trips.p50, 1e3 * trips.p99, 1e3 * trips.max, punctual ? "" : " (no real-time priority here)",
+      1e3 * server.end_p50, 1e3 * replay.transit());
+  std::fputs(text_histogram(std::move(times)).c_str(), stdout);
+}
+
 void print_summary(const Replay& replay, const ReplayOptions& options, bool punctual) {
   const auto& statistics = replay.statistics();
-  const auto latency = replay.latency();
   std::printf("scene       %s\n", replay.server().scene.c_str());
   if (options.lockstep) {
     std::printf("rate        lockstep, %.0f ticks per second of simulation\n", replay.server().rate);
@@ -125,9 +161,9 @@ void print_summary(const Replay& replay, const ReplayOptions& options, bool punc
   std::printf("states      %llu received, %llu lost; %llu events\n",
               static_cast<unsigned long long>(statistics.states()), static_cast<unsigned long long>(statistics.lost()),
               static_cast<unsigned long long>(statistics.events()));
-  std::printf("latency     p50 %.2f ms, p99 %.2f ms, max %.2f ms, from pose to first state that used it%s\n",
-              1e3 * latency.p50, 1e3 * latency.p99, 1e3 * latency.max, punctual ? "" : " (no real-time priority here)");
+  print_flags(statistics);
   print_needles(statistics);
+  if (!options.lockstep) print_timing(replay, punctual);
 }
 
 // Runs and translates how it ended into an exit code; what went wrong goes to stderr.
@@ -159,8 +195,12 @@ int replay_trajectory(Arguments& arguments) {
   std::optional<ShapeLog> shapes;
   if (!arguments.shapes.empty()) shapes.emplace(arguments.shapes);
 
+  std::optional<TimingLog> timing;
+  if (!arguments.timing.empty()) timing.emplace(arguments.timing);
+
   const bool punctual = arguments.replay.lockstep || raise_priority();
-  Progress progress(trajectory.end() - trajectory.begin());
+  Progress progress(arguments.replay.passes * (trajectory.end() - trajectory.begin()));
+  if (timing) arguments.replay.on_stats = [&](const auto& stats, double received) { timing->write(stats, received); };
   arguments.replay.on_state = [&](const acus::protocol::Force& force) { progress.show(force); };
   Replay replay(trajectory, arguments.replay, log ? &*log : nullptr, shapes ? &*shapes : nullptr);
   int code = run(replay);
@@ -174,6 +214,11 @@ int replay_trajectory(Arguments& arguments) {
     shapes->close();
     std::printf("written     %s, %llu shapes, %llu lost\n", shapes->path().c_str(),
                 static_cast<unsigned long long>(shapes->shapes()), static_cast<unsigned long long>(shapes->lost()));
+  }
+  if (timing) {
+    timing->write(replay.round_trips());
+    timing->close();
+    std::printf("written     %s, %s\n", timing->path().c_str(), timing->stats_path().c_str());
   }
   const std::uint64_t lost = replay.statistics().lost() + (shapes ? shapes->lost() : 0);
   if (code == kDone && lost > 0) {

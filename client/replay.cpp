@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "client/replay.h"
 
+#include <time.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <exception>
 #include <thread>
@@ -12,6 +15,11 @@ namespace {
 
 constexpr Timeout kSlice{50};        // between looks at the interrupt flag while nothing arrives
 constexpr double kMaxPoses = 100e6;  // of one needle in a run
+constexpr int kTransits = 15;        // measured, of which the median counts
+constexpr double kSettling = 0.1;    // s of states from which the server's beat is told
+
+// Of a tick, that a pose is to arrive before the tick begins: room for poses and ticks that are not quite punctual.
+constexpr double kLead = 0.25;
 
 template <class Info>
 bool has(const std::vector<Info>& infos, const std::string& name) {
@@ -53,6 +61,16 @@ std::chrono::steady_clock::duration to_clock(double seconds) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
 }
 
+// Unlike std::this_thread::sleep_until, which asks for what is left and so is late by what happens after it looked at
+// the clock.
+void sleep_until(std::chrono::steady_clock::time_point time) {
+  const auto since_boot = time.time_since_epoch();
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(since_boot);
+  const timespec deadline{seconds.count(), std::chrono::nanoseconds(since_boot - seconds).count()};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
+  }
+}
+
 }  // namespace
 
 Replay::Replay(const Trajectory& trajectory, const ReplayOptions& options, RunLog* log, ShapeLog* shapes)
@@ -86,6 +104,17 @@ void Replay::greet() {
   if (duration() * rate() > kMaxPoses) throw Unsuitable("the trajectory is too long for this rate of poses");
   if (shapes_) shapes_->begin(server_, commands_.describe(options_.timeout));
   if (server_.paused) commands_.resume(options_.timeout);
+  if (!options_.lockstep) measure_transit();
+}
+
+void Replay::measure_transit() {
+  std::vector<double> transits;
+  for (int i = 0; i < kTransits; ++i) {
+    const double asked = now();
+    commands_.hello(options_.timeout);
+    transits.push_back(now() - asked);
+  }
+  transit_ = distribution_of(transits).p50;
 }
 
 // A `stats` message that arrives proves that the server knows of the subscriptions before it, so that no state can be
@@ -104,13 +133,15 @@ void Replay::await_first_states() {
   if (options_.lockstep) {
     step();
   } else {
-    receive_until([this] { return all_needles_seen(); }, Patience::in_all, "the first force states");
+    const auto enough = static_cast<std::uint64_t>(std::ceil(kSettling * server_.rate));
+    receive_until([&] { return all_needles_seen() && statistics_.states() >= enough; }, Patience::in_all,
+                  "the first force states");
   }
   for (const auto& [name, run] : statistics_.needles()) first_seq_ = std::max(first_seq_, run.last_seq + 1);
 }
 
 void Replay::run_in_real_time() {
-  const auto begin = half_way_between_ticks();
+  const auto begin = first_departure();
   std::exception_ptr failure;
   std::atomic<bool> ended = false;
   std::atomic<bool> stop = false;
@@ -132,11 +163,21 @@ void Replay::run_in_real_time() {
   if (failure) std::rethrow_exception(failure);
 }
 
-// Both sides keep the same rate on the same clock, if they run on one machine. Poses that leave half way between two
-// ticks leave both sides the most room for being late, before a tick finds no new pose and the next one two.
-Replay::Clock::time_point Replay::half_way_between_ticks() const {
-  const double tick_began = statistics_.last_received() - statistics_.tick_seconds();
-  return start_ + to_clock(tick_began + 0.5 / server_.rate);
+// Both sides keep the same rate on the same clock, if they run on one machine. A state comes in one tick's work and
+// half a transit after its tick was due, a pose arrives half a transit after it left.
+Replay::Clock::time_point Replay::first_departure() const {
+  const double period = 1 / server_.rate;
+  const double due = statistics_.typical_arrival(period) - statistics_.punctuality().end_p50 - 0.5 * transit_;
+  const double departure = due - 0.5 * transit_ - kLead * period;
+  return start_ + to_clock(departure + period * (std::ceil((now() - departure) / period) + 1));
+}
+
+// Forth, back and forth again, so that passes join without a jump.
+double Replay::trajectory_time(double elapsed) const {
+  const double pass = std::min(std::floor(elapsed / pass_duration()), options_.passes - 1.0);
+  if (!(pass > 0)) return trajectory_.begin() + elapsed;
+  const double within = elapsed - pass * pass_duration();
+  return std::fmod(pass, 2) > 0 ? trajectory_.end() - within : trajectory_.begin() + within;
 }
 
 void Replay::send_poses_on_time(Clock::time_point begin, const std::atomic<bool>& stop) {
@@ -148,8 +189,8 @@ void Replay::send_poses_on_time(Clock::time_point begin, const std::atomic<bool>
       ++deadlines_missed_;
       continue;
     }
-    std::this_thread::sleep_until(deadline(k));
-    send_poses(trajectory_.begin() + static_cast<double>(k) / rate());
+    sleep_until(deadline(k));
+    send_poses(trajectory_time(static_cast<double>(k) / rate()));
   }
 }
 
@@ -159,7 +200,7 @@ void Replay::run_in_lockstep() {
   double poses_due = 1;
   for (std::uint64_t tick = 0; tick < ticks; ++tick, poses_due += poses_per_tick) {
     if (poses_due >= 1) {
-      send_poses(trajectory_.begin() + static_cast<double>(tick) / server_.rate);
+      send_poses(trajectory_time(static_cast<double>(tick) / server_.rate));
       poses_due -= 1;
     }
     step();
@@ -230,6 +271,7 @@ void Replay::take(const protocol::State& state) {
     if (log_) log_->write(*event);
   } else if (const auto* stats = std::get_if<protocol::Stats>(&state)) {
     statistics_.take(*stats);
+    if (options_.on_stats) options_.on_stats(*stats, received);
   } else if (const auto* needle = std::get_if<protocol::NeedleShape>(&state)) {
     record(*needle);
   } else if (const auto* tissue = std::get_if<protocol::TissueShape>(&state)) {

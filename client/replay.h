@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Drives a trajectory into a server and records the forces, and if asked the shapes, that come back.
 //
-// In real time, poses leave at a fixed rate on absolute deadlines of the steady clock, from a thread of their own; a
-// deadline that was missed is skipped, never made up for. In lockstep, each pose is followed by one tick, so the same
+// In real time, poses leave at a fixed rate on absolute deadlines of the steady clock, from a thread of their own, in
+// step with the server's ticks: each shortly before the tick that is to use it. A deadline that was missed is skipped,
+// never made up for. In lockstep, each pose is followed by one tick, so the same
 // scene and trajectory give the same states, whatever the machine does besides.
 #pragma once
 
@@ -26,11 +27,13 @@ struct ReplayOptions {
   std::string commands = protocol::kDefaultCommandsEndpoint;
   std::string states = protocol::kDefaultStatesEndpoint;
   std::optional<double> rate;  // Hz, > 0, of the poses of each needle; absent: the server's ticks per second
+  int passes = 1;              // > 0, through the trajectory, every second one backwards
   bool lockstep = false;
   bool shutdown = false;                   // ask the server to end after the run
   Timeout timeout{10'000};                 // to wait for the server to appear, to answer, or to publish a state
   std::atomic<bool>* interrupt = nullptr;  // ends the run when it becomes true
-  std::function<void(const protocol::Force&)> on_state;  // called with each force state that came in
+  std::function<void(const protocol::Force&)> on_state;          // called with each force state that came in
+  std::function<void(const protocol::Stats&, double)> on_stats;  // likewise, with s since the start of the run
 };
 
 // The trajectory does not fit the server: a needle or guide that the scene does not have, a guide that spins, or the
@@ -55,19 +58,21 @@ class Replay {
 
   const protocol::HelloReply& server() const { return server_; }
   const RunStatistics& statistics() const { return statistics_; }
-  Distribution latency() const { return statistics_.latency(sent_at_, first_seq_); }  // s
-  std::uint64_t poses_sent() const { return sent_at_.size(); }                        // per needle
+  std::vector<RoundTrip> round_trips() const { return statistics_.round_trips(sent_at_, first_seq_); }
+  double transit() const { return transit_; }                   // s, to the server and back, without a tick; median
+  std::uint64_t poses_sent() const { return sent_at_.size(); }  // per needle
   std::uint64_t deadlines_missed() const { return deadlines_missed_; }
 
  private:
   using Clock = std::chrono::steady_clock;
 
   void greet();
+  void measure_transit();
   void subscribe();
   void await_first_states();
   void run_in_real_time();
   void run_in_lockstep();
-  Clock::time_point half_way_between_ticks() const;
+  Clock::time_point first_departure() const;
   void send_poses_on_time(Clock::time_point begin, const std::atomic<bool>& stop);
   void send_poses(double time);
   void await_last_states();
@@ -90,7 +95,9 @@ class Replay {
   bool last_poses_used() const;
   double now() const;  // s since the start of the run
   double rate() const { return options_.rate.value_or(server_.rate); }
-  double duration() const { return trajectory_.end() - trajectory_.begin(); }
+  double duration() const { return options_.passes * pass_duration(); }
+  double pass_duration() const { return trajectory_.end() - trajectory_.begin(); }
+  double trajectory_time(double elapsed) const;
 
   const Trajectory& trajectory_;
   ReplayOptions options_;
@@ -100,6 +107,7 @@ class Replay {
   CommandLink commands_;
   StateLink states_;
   protocol::HelloReply server_;
+  double transit_ = 0;
   RunStatistics statistics_;
   std::uint64_t first_seq_ = 1;
   std::atomic<double> sent_time_;  // s, of the trajectory: of the newest poses that left, its begin before them

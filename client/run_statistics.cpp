@@ -20,6 +20,13 @@ void widen(ForceExtremes& extremes, const protocol::Force& force) {
   extremes.depth = std::max(extremes.depth, force.depth);
 }
 
+void widen(Punctuality& punctuality, const protocol::Stats& stats) {
+  punctuality.ticks += stats.ticks;
+  punctuality.late += stats.late;
+  punctuality.wake_max = std::max(punctuality.wake_max, stats.wake_max);
+  punctuality.end_max = std::max(punctuality.end_max, stats.end_max);
+}
+
 void begin(NeedleRun& run, const protocol::Force& force) {
   run.epoch = force.epoch;
   run.first_tick = force.tick;
@@ -46,6 +53,8 @@ void RunStatistics::take(const protocol::Force& force, double received) {
     run.lost += force.tick - run.last_tick - 1;
   }
   if (force.seq != run.last_seq) uses_.push_back({force.seq, received});
+  if (arrivals_.size() < kArrivals && force.needle == needles_.begin()->first) arrivals_.push_back(received);
+  for (std::size_t bit = 0; bit < flagged_.size(); ++bit) flagged_[bit] += force.flags >> bit & 1u;
   ++run.states;
   run.last_tick = force.tick;
   run.last_seq = force.seq;
@@ -56,6 +65,8 @@ void RunStatistics::take(const protocol::Event&) { ++events_; }
 
 void RunStatistics::take(const protocol::Stats& stats) {
   ++stats_received_;
+  if (first_stats_) widen(punctuality_, stats);
+  punctuality_.end_p50 = stats.end_p50;
   if (!first_stats_) first_stats_ = stats;
   last_stats_ = stats;
 }
@@ -86,14 +97,24 @@ std::uint64_t RunStatistics::rejections() const {
   return first_stats_ ? last_stats_->rejected - first_stats_->rejected : 0;
 }
 
-Distribution RunStatistics::latency(const std::vector<double>& sent_at, std::uint64_t first_seq) const {
-  std::vector<double> latencies;
-  latencies.reserve(uses_.size());
+double RunStatistics::typical_arrival(double period) const {
+  std::vector<double> offsets;
+  offsets.reserve(arrivals_.size());
+  for (const double arrival : arrivals_) offsets.push_back(std::remainder(arrival - arrivals_.front(), period));
+  std::sort(offsets.begin(), offsets.end());
+  return arrivals_.front() + percentile(offsets, 0.5);
+}
+
+std::vector<RoundTrip> RunStatistics::round_trips(const std::vector<double>& sent_at, std::uint64_t first_seq) const {
+  std::vector<RoundTrip> trips;
+  trips.reserve(uses_.size());
   for (const CommandUse& use : uses_) {
     const bool ours = use.seq >= first_seq && use.seq - first_seq < sent_at.size();
-    if (ours) latencies.push_back(use.received - sent_at[use.seq - first_seq]);
+    if (!ours) continue;
+    const double sent = sent_at[use.seq - first_seq];
+    trips.push_back({use.seq, sent, use.received - sent});
   }
-  return distribution_of(std::move(latencies));
+  return trips;
 }
 
 }  // namespace acus::client

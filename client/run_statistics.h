@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What a run was like: states received and lost, the rate that was held, latencies, and the extremes of the forces.
+// What a run was like: states received and lost, the rate that was held, late ticks, round trips, and the extremes of
+// the forces.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -38,6 +40,22 @@ struct CommandUse {
   double received = 0;  // s, when that state came in
 };
 
+// From the sending of a pose to the first state that used it.
+struct RoundTrip {
+  std::uint64_t seq = 0;
+  double sent = 0;     // s
+  double seconds = 0;  // until the state came in
+};
+
+// How punctual the server was, by its own account.
+struct Punctuality {
+  std::uint64_t ticks = 0;
+  std::uint64_t late = 0;  // of them, ended after the next one was due
+  double wake_max = 0;     // s, largest from when a tick was due to when it began
+  double end_p50 = 0;      // s from when a tick was due to its end, median of the newest `stats`
+  double end_max = 0;      // s, largest
+};
+
 class RunStatistics {
  public:
   // `received` is in seconds on a clock of the caller. Throws Vanished when the world that the run began in is gone:
@@ -54,19 +72,30 @@ class RunStatistics {
   std::uint64_t states() const;                            // received, of all needles
   std::uint64_t lost() const;                              // of all needles
   double last_received() const { return last_received_; }  // s, when the newest force state came in
-  double tick_seconds() const { return last_stats_ ? last_stats_->tick_p50 : 0; }  // s of computing, median
   double rate() const;               // Hz, ticks per second of wall time; 0 before two ticks came in
   std::uint64_t overruns() const;    // of the server between the first and the last `stats`
   std::uint64_t rejections() const;  // by the server between the first and the last `stats`
+  const Punctuality& punctuality() const { return punctuality_; }  // after the first `stats`
 
-  // From the sending of a pose to the first state that used it (s); sent_at[i] is when number first_seq + i left.
-  Distribution latency(const std::vector<double>& sent_at, std::uint64_t first_seq) const;
+  // How many force states had each flag, in the order of protocol::kFlagNames.
+  const auto& flagged() const { return flagged_; }
+
+  // A time (s) at which the state of a tick typically comes in, the others a multiple of `period` (s) away: the median
+  // of the first kArrivals states. The first force state must have come in.
+  double typical_arrival(double period) const;
+  static constexpr std::size_t kArrivals = 1000;
+
+  // Of each pose that a state was the first to use; sent_at[i] (s) is when number first_seq + i left.
+  std::vector<RoundTrip> round_trips(const std::vector<double>& sent_at, std::uint64_t first_seq) const;
 
  private:
   std::map<std::string, NeedleRun> needles_;
   std::vector<CommandUse> uses_;
   std::uint64_t events_ = 0;
   std::uint64_t stats_received_ = 0;
+  std::array<std::uint64_t, protocol::kFlagNames.size()> flagged_{};
+  std::vector<double> arrivals_;  // s, of the first needle's first states
+  Punctuality punctuality_;
   std::optional<protocol::Stats> first_stats_;
   std::optional<protocol::Stats> last_stats_;
   double first_received_ = 0;

@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "client/client.h"
 
 using acus::client::RunStatistics;
@@ -50,16 +52,59 @@ TEST_CASE("another epoch or a tick that comes again end the run") {
   CHECK_THROWS_AS(statistics.take(other, 0), Vanished);
 }
 
-TEST_CASE("latency counts the first state that used each of our poses") {
+TEST_CASE("round trips end with the first state that used each of our poses") {
   RunStatistics statistics;
   statistics.take(force_at(1, 7), 0.0);   // somebody else's command
   statistics.take(force_at(2, 8), 0.11);  // our first
   statistics.take(force_at(3, 8), 0.20);
   statistics.take(force_at(4, 10), 0.33);  // 9 was overtaken
-  const auto latency = statistics.latency({0.10, 0.20, 0.30}, 8);
-  CHECK(latency.count == 2);
-  CHECK(latency.p50 == doctest::Approx(0.01));
-  CHECK(latency.max == doctest::Approx(0.03));
+  const auto trips = statistics.round_trips({0.10, 0.20, 0.30}, 8);
+  REQUIRE(trips.size() == 2);
+  CHECK(trips[0].seq == 8);
+  CHECK(trips[0].sent == 0.10);
+  CHECK(trips[0].seconds == doctest::Approx(0.01));
+  CHECK(trips[1].seq == 10);
+  CHECK(trips[1].seconds == doctest::Approx(0.03));
+}
+
+TEST_CASE("the beat of the ticks is told in spite of skipped ticks and states that are held up") {
+  RunStatistics statistics;
+  constexpr double kPeriod = 1e-3;
+  double due = 7.0004;
+  for (std::uint64_t tick = 1; tick <= 200; ++tick) {
+    const double held_up = tick % 7 == 0 ? 0.4e-3 : tick % 5 == 0 ? 30e-6 : 0;
+    statistics.take(force_at(tick, 0, "a"), due + held_up);
+    statistics.take(force_at(tick, 0, "b"), due + held_up + 50e-6);
+    due += tick % 20 == 0 ? 3 * kPeriod : kPeriod;
+  }
+  CHECK(std::remainder(statistics.typical_arrival(kPeriod) - 7.0004, kPeriod) == doctest::Approx(0).epsilon(1e-6));
+}
+
+TEST_CASE("flags are counted one by one") {
+  RunStatistics statistics;
+  auto force = force_at(1);
+  force.flags = acus::protocol::kPathFull | acus::protocol::kPublishingReduced;
+  statistics.take(force, 0);
+  force.tick = 2;
+  force.flags = acus::protocol::kPathFull;
+  statistics.take(force, 0);
+  for (std::size_t bit = 0; bit < statistics.flagged().size(); ++bit) {
+    CHECK(statistics.flagged()[bit] == (bit == 4 ? 2 : bit == 9 ? 1 : 0));
+  }
+}
+
+TEST_CASE("late ticks are summed up after the first statistics, which speak of the time before the run") {
+  RunStatistics statistics;
+  acus::protocol::Stats stats;
+  for (const std::uint64_t late : {50, 2, 3}) {
+    stats.ticks = 100;
+    stats.late = late;
+    stats.wake_max = static_cast<double>(late) * 1e-3;
+    statistics.take(stats);
+  }
+  CHECK(statistics.punctuality().ticks == 200);
+  CHECK(statistics.punctuality().late == 5);
+  CHECK(statistics.punctuality().wake_max == 3e-3);
 }
 
 TEST_CASE("extremes keep push, pull, lateral force and torque apart") {
