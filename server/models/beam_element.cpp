@@ -107,28 +107,21 @@ Matrix12 beam_tangent(const BeamStiffness& s, const BeamEnd& a, const BeamEnd& b
   return k;
 }
 
+// The tangent of a straight, unstretched, untwisted beam along the same chord.
 Matrix12 beam_material_tangent(const BeamStiffness& s, const BeamEnd& a, const BeamEnd& b) {
   const Shape q(a, b);
-  const Matrix3 across = Matrix3::Identity() - q.e * q.e.transpose();
-  // Slopes across the chord: s_i = across (theta_i x e - (x2 - x1)/l); as 3 x 12 maps.
-  Eigen::Matrix<double, 3, 12> slope1 = Eigen::Matrix<double, 3, 12>::Zero();
-  slope1.block<3, 3>(0, kX1) = across / q.l;
-  slope1.block<3, 3>(0, kX2) = -across / q.l;
-  Eigen::Matrix<double, 3, 12> slope2 = slope1;
-  slope1.block<3, 3>(0, kTheta1) = -skew(q.e);
-  slope2.block<3, 3>(0, kTheta2) = -skew(q.e);
-  Vector12 stretch = Vector12::Zero();
-  stretch.segment<3>(kX1) = -q.e;
-  stretch.segment<3>(kX2) = q.e;
-  Vector12 twist = Vector12::Zero();
-  twist.segment<3>(kTheta1) = -q.e;
-  twist.segment<3>(kTheta2) = q.e;
-
-  const Eigen::Matrix<double, 3, 12> sum = slope1 + slope2;
-  Matrix12 k = 2 * s.bending / s.length *
-               (slope1.transpose() * slope1 + slope2.transpose() * slope2 + sum.transpose() * sum);
-  k += s.axial / s.length * stretch * stretch.transpose();
-  k += s.torsion / s.length * twist * twist.transpose();
+  const Matrix3 along = q.e * q.e.transpose(), across = Matrix3::Identity() - along;
+  const double c = 2 * s.bending / s.length;
+  Matrix12 k = Matrix12::Zero();
+  add_difference(k, kX1, kX2, s.axial / s.length * along + 6 * c / (q.l * q.l) * across);
+  const Matrix3 turn = -3 * c / q.l * skew(q.e);  // d²/dtheta dx2
+  for (const int theta : {kTheta1, kTheta2}) {
+    add_symmetric(k, theta, kX2, turn);
+    add_symmetric(k, theta, kX1, -turn);
+    k.block<3, 3>(theta, theta) += 2 * c * across;
+  }
+  add_symmetric(k, kTheta1, kTheta2, c * across);
+  add_difference(k, kTheta1, kTheta2, s.torsion / s.length * along);
   return k;
 }
 
