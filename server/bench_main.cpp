@@ -135,7 +135,8 @@ int run(const Arguments& arguments) {
     client::Trajectory trajectory = client::read_trajectory(arguments.trajectory);
     say("loading " + arguments.scene);
     const auto start = std::chrono::steady_clock::now();
-    simulation.emplace(read_scene_as_asked(arguments));
+    simulation.emplace(read_scene_as_asked(arguments),
+                       [&](const char* what) { say(std::string("loading: ") + what); });
     run.load_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     run.peak_memory = peak_memory();
     driver.emplace(*simulation, std::move(trajectory));
