@@ -4,6 +4,7 @@
 #include <cholmod.h>
 
 #include <algorithm>
+#include <cassert>
 
 // Present when the BLAS behind CHOLMOD is OpenBLAS. One thread: the simulation owns one core, and sums must not depend
 // on how they were shared out.
@@ -30,81 +31,44 @@ cholmod_sparse view_of(const SparseMatrix& lower) {
   return view;
 }
 
-// One panel of the factor: columns [first, first + columns), and below them the rows listed.
-struct Panel {
-  int first;
-  int columns;
-  int rows;           // columns + rows below
-  const int* below;   // rows - columns indices
-  const double* x;    // rows x columns, column-major
-
-  const double* column(int j) const { return x + static_cast<std::ptrdiff_t>(j) * rows; }
-  const double* tail(int j) const { return column(j) + columns; }  // the rows below
-};
-
-// Forward substitution with one panel: solves for its unknowns in b and takes them out of the rows below. g is scratch
-// for those rows, so that the inner loop runs over contiguous memory; four columns at a time share its traffic.
-void eliminate(const Panel& p, double* b, double* g) {
-  const int below = p.rows - p.columns;
-  double* unknown = b + p.first;
-  for (int j = 0; j < p.columns; ++j) {
-    const double* column = p.column(j);
-    const double value = unknown[j] / column[j];
-    unknown[j] = value;
-    for (int i = j + 1; i < p.columns; ++i) unknown[i] -= column[i] * value;
-  }
-  std::fill_n(g, below, 0.0);
-  int j = 0;
-  for (; j + 4 <= p.columns; j += 4) {
-    const double* c0 = p.tail(j);
-    const double* c1 = p.tail(j + 1);
-    const double* c2 = p.tail(j + 2);
-    const double* c3 = p.tail(j + 3);
-    const double v0 = unknown[j], v1 = unknown[j + 1], v2 = unknown[j + 2], v3 = unknown[j + 3];
-    for (int i = 0; i < below; ++i) g[i] += (c0[i] * v0 + c1[i] * v1) + (c2[i] * v2 + c3[i] * v3);
-  }
-  for (; j < p.columns; ++j) {
-    const double* c = p.tail(j);
-    const double v = unknown[j];
-    for (int i = 0; i < below; ++i) g[i] += c[i] * v;
-  }
-  for (int i = 0; i < below; ++i) b[p.below[i]] -= g[i];
+// The pattern of a matrix by blocks of unknowns that are all coupled, lower triangle.
+SparseMatrix block_pattern(const SparseMatrix& lower, int block) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int column = 0; column < lower.outerSize(); column += block)
+    for (SparseMatrix::InnerIterator it(lower, column); it; ++it)
+      if (it.row() % block == 0) entries.emplace_back(it.row() / block, column / block, 1.0);
+  SparseMatrix pattern(lower.rows() / block, lower.cols() / block);
+  pattern.setFromTriplets(entries.begin(), entries.end());
+  return pattern;
 }
 
-// Backward substitution with one panel, the mirror image.
-void substitute(const Panel& p, double* b, double* g) {
-  const int below = p.rows - p.columns;
-  double* unknown = b + p.first;
-  for (int i = 0; i < below; ++i) g[i] = b[p.below[i]];
-  int j = 0;
-  for (; j + 4 <= p.columns; j += 4) {
-    const double* c0 = p.tail(j);
-    const double* c1 = p.tail(j + 1);
-    const double* c2 = p.tail(j + 2);
-    const double* c3 = p.tail(j + 3);
-    double s0 = 0, s1 = 0, s2 = 0, s3 = 0;
-#pragma omp simd reduction(+ : s0, s1, s2, s3)
-    for (int i = 0; i < below; ++i) {
-      s0 += c0[i] * g[i];
-      s1 += c1[i] * g[i];
-      s2 += c2[i] * g[i];
-      s3 += c3[i] * g[i];
-    }
-    unknown[j] -= s0, unknown[j + 1] -= s1, unknown[j + 2] -= s2, unknown[j + 3] -= s3;
+enum class Ordering { minimum_degree, metis, nested_dissection };
+
+// The blocks in the order of elimination; empty if the method failed.
+std::vector<int> order(const SparseMatrix& pattern, Ordering ordering, cholmod_common& common) {
+  cholmod_sparse graph = view_of(pattern);
+  graph.xtype = CHOLMOD_PATTERN;
+  std::vector<int> blocks(graph.nrow), parents(graph.nrow), components(graph.nrow);
+  bool done = false;
+  switch (ordering) {
+    case Ordering::minimum_degree:
+      done = cholmod_amd(&graph, nullptr, 0, blocks.data(), &common);
+      break;
+    case Ordering::metis:
+      done = cholmod_metis(&graph, nullptr, 0, 1, blocks.data(), &common);
+      break;
+    case Ordering::nested_dissection:
+      done = cholmod_nested_dissection(&graph, nullptr, 0, blocks.data(), parents.data(), components.data(), &common) >= 0;
+      break;
   }
-  for (; j < p.columns; ++j) {
-    const double* c = p.tail(j);
-    double sum = 0;
-#pragma omp simd reduction(+ : sum)
-    for (int i = 0; i < below; ++i) sum += c[i] * g[i];
-    unknown[j] -= sum;
-  }
-  for (j = p.columns - 1; j >= 0; --j) {
-    const double* column = p.column(j);
-    double sum = 0;
-    for (int i = j + 1; i < p.columns; ++i) sum += column[i] * unknown[i];
-    unknown[j] = (unknown[j] - sum) / column[j];
-  }
+  return done ? blocks : std::vector<int>{};
+}
+
+std::vector<int> expand(const std::vector<int>& blocks, int block) {
+  std::vector<int> unknowns;
+  for (const int b : blocks)
+    for (int k = 0; k < block; ++k) unknowns.push_back(block * b + k);
+  return unknowns;
 }
 
 }  // namespace
@@ -128,14 +92,16 @@ struct SparseCholesky::Factor {
   Factor(const Factor&) = delete;
   Factor& operator=(const Factor&) = delete;
 
-  int panel_count() const { return static_cast<int>(L->nsuper); }
-  Panel panel(int s) const {
-    const auto* super = static_cast<const int*>(L->super);
-    const auto* pi = static_cast<const int*>(L->pi);
-    const auto* px = static_cast<const int*>(L->px);
-    const int columns = super[s + 1] - super[s];
-    return {super[s], columns, pi[s + 1] - pi[s], static_cast<const int*>(L->s) + pi[s] + columns,
-            static_cast<const double*>(L->x) + px[s]};
+  // The given order, or another of the same quality that suits panels better; null when memory runs out.
+  cholmod_factor* analyze(const SparseMatrix& lower, std::vector<int> permutation) {
+    cholmod_sparse view = view_of(lower);
+    common.nmethods = 1;
+    common.method[0].ordering = CHOLMOD_GIVEN;
+    return cholmod_analyze_p(&view, permutation.data(), nullptr, 0, &common);
+  }
+  PanelTree tree() const {
+    return make_panel_tree(static_cast<int>(L->nsuper), static_cast<const int*>(L->super),
+                           static_cast<const int*>(L->pi), static_cast<const int*>(L->s));
   }
 };
 
@@ -144,47 +110,103 @@ SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 
-void SparseCholesky::analyze(const SparseMatrix& lower) {
-  cholmod_sparse view = view_of(lower);
-  cholmod_free_factor(&factor_->L, &factor_->common);
-  factor_->L = cholmod_analyze(&view, &factor_->common);
-  if (factor_->L == nullptr) throw std::runtime_error("the tissue matrix could not be analysed: out of memory");
-
-  const auto* permutation = static_cast<const int*>(factor_->L->Perm);
-  position_.resize(view.nrow);
-  for (int i = 0; i < static_cast<int>(view.nrow); ++i) position_[static_cast<std::size_t>(permutation[i])] = i;
-  gathered_.setZero(lower.rows());
-}
-
-bool SparseCholesky::factorize(const SparseMatrix& lower) {
-  cholmod_sparse view = view_of(lower);
-  cholmod_factorize(&view, factor_->L, &factor_->common);
-  return factor_->common.status == CHOLMOD_OK;
-}
-
-int SparseCholesky::size() const { return static_cast<int>(position_.size()); }
-
-std::size_t SparseCholesky::factor_entries() const { return factor_->L->xsize; }
-
-void SparseCholesky::forward(Eigen::Ref<VectorX> x, int first) const {
-  for (int s = 0; s < factor_->panel_count(); ++s) {
-    const Panel p = factor_->panel(s);
-    if (p.first + p.columns > first) eliminate(p, x.data(), gathered_.data());
+void SparseCholesky::analyze(const SparseMatrix& lower, int block) {
+  Factor& f = *factor_;
+  cholmod_free_factor(&f.L, &f.common);
+  const SparseMatrix pattern = block_pattern(lower, block);
+  double fewest = 0;
+  for (const Ordering ordering : {Ordering::minimum_degree, Ordering::metis, Ordering::nested_dissection}) {
+    const std::vector<int> blocks = order(pattern, ordering, f.common);
+    cholmod_factor* L = blocks.empty() ? nullptr : f.analyze(lower, expand(blocks, block));
+    if (L != nullptr && (f.L == nullptr || f.common.lnz < fewest)) {
+      std::swap(f.L, L);
+      fewest = f.common.lnz;
+    }
+    cholmod_free_factor(&L, &f.common);
   }
+  if (f.L == nullptr) throw std::runtime_error("the tissue matrix could not be analysed: out of memory");
+
+  const auto* permutation = static_cast<const int*>(f.L->Perm);
+  position_.resize(static_cast<std::size_t>(lower.rows()));
+  for (int i = 0; i < size(); ++i) position_[static_cast<std::size_t>(permutation[i])] = i;
+  tree_ = f.tree();
+  panel_.setZero(tree_.widest + kTileRows, 3);
 }
 
-void SparseCholesky::forward3(Eigen::Ref<Eigen::MatrixX3d> x, int first) const {
-  for (int s = 0; s < factor_->panel_count(); ++s) {
-    const Panel p = factor_->panel(s);
-    if (p.first + p.columns <= first) continue;
-    // A sparse right-hand side touches only the panels on its way to the root of the elimination tree.
-    if (x.middleRows(p.first, p.columns).isZero(0)) continue;
-    for (int k = 0; k < 3; ++k) eliminate(p, x.col(k).data(), gathered_.data());
+bool SparseCholesky::factorize(const SparseMatrix& lower, Precision precision) {
+  Factor& f = *factor_;
+  cholmod_sparse view = view_of(lower);
+  cholmod_factorize(&view, f.L, &f.common);
+  if (f.common.status != CHOLMOD_OK) return false;
+  if (precision == Precision::single_precision) {
+    if (values_.index() != 0) values_.emplace<0>();
+  } else if (values_.index() != 1) {
+    values_.emplace<1>();
   }
+  std::visit([&](auto& values) {
+    values.pack(tree_, static_cast<const double*>(f.L->x), static_cast<const int*>(f.L->px));
+  }, values_);
+  return true;
+}
+
+std::size_t SparseCholesky::factor_entries() const {
+  return std::visit([](const auto& values) { return values.entries(); }, values_);
+}
+
+Precision SparseCholesky::precision() const {
+  return values_.index() == 0 ? Precision::single_precision : Precision::double_precision;
+}
+
+void SparseCholesky::forward(Eigen::Ref<VectorX> x) const {
+  double* w = panel_.data();
+  std::visit([&](const auto& values) {
+    for (int s = 0; s < static_cast<int>(tree_.panels.size()); ++s) {
+      const PanelTree::Panel& panel = tree_.panels[s];
+      const int* rows = &tree_.rows[panel.first_row];
+      double* columns = x.data() + panel.first;
+      double* below = std::copy_n(columns, panel.columns, w);
+      std::fill_n(below, panel.below + kTileRows, 0.0);
+      values.template forward<1>(tree_, s, w, 0);
+      std::copy_n(w, panel.columns, columns);
+      for (int i = 0; i < panel.below; ++i) x[rows[i]] += below[i];
+    }
+  }, values_);
 }
 
 void SparseCholesky::backward(Eigen::Ref<VectorX> x) const {
-  for (int s = factor_->panel_count() - 1; s >= 0; --s) substitute(factor_->panel(s), x.data(), gathered_.data());
+  double* w = panel_.data();
+  std::visit([&](const auto& values) {
+    for (int s = static_cast<int>(tree_.panels.size()) - 1; s >= 0; --s) {
+      const PanelTree::Panel& panel = tree_.panels[s];
+      const int* rows = &tree_.rows[panel.first_row];
+      double* columns = x.data() + panel.first;
+      double* below = std::copy_n(columns, panel.columns, w);
+      for (int i = 0; i < panel.below; ++i) below[i] = x[rows[i]];
+      std::fill_n(below + panel.below, kTileRows, 0.0);
+      values.backward(tree_, s, w);
+      std::copy_n(w, panel.columns, columns);
+    }
+  }, values_);
+}
+
+void SparseCholesky::unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns) const {
+  const int leaf = tree_.panel_of[position];
+  assert(tree_.panel_of[position + 2] == leaf);
+  const int length = tree_.panels[leaf].to_root;
+  columns.topRows(length).setZero();
+  columns.block<3, 3>(length - tree_.from_root[position], 0).setIdentity();
+  std::visit([&](const auto& values) {
+    for (int s = leaf; s >= 0; s = tree_.panels[s].parent) {
+      const PanelTree::Panel& panel = tree_.panels[s];
+      auto own = columns.middleRows(length - panel.to_root, panel.columns);
+      panel_.topRows(panel.columns) = own;
+      panel_.middleRows(panel.columns, panel.below + kTileRows).setZero();
+      values.template forward<3>(tree_, s, panel_.data(), panel_.rows());
+      own = panel_.topRows(panel.columns);
+      for (int i = 0; i < panel.below; ++i)
+        columns.row(length - tree_.from_root[tree_.rows[panel.first_row + i]]) += panel_.row(panel.columns + i);
+    }
+  }, values_);
 }
 
 }  // namespace acus

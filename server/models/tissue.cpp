@@ -71,9 +71,8 @@ TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> 
   model.batches = make_batches(model);
   model.free_index.assign(static_cast<std::size_t>(mesh.node_count()), -1);
   for (int i = 0; i < mesh.node_count(); ++i) {
-    if (fixed[i]) continue;
-    model.free_index[i] = static_cast<int>(model.free_nodes.size());
-    model.free_nodes.push_back(i);
+    if (!fixed[i]) model.free_index[i] = static_cast<int>(model.free_nodes.size());
+    (fixed[i] ? model.fixed_nodes : model.free_nodes).push_back(i);
   }
   return model;
 }

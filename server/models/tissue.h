@@ -32,7 +32,7 @@ struct TissueModel {
   VectorX mass;                                      // per node (kg)
   VectorX mass_damping;                              // per node: alpha m (kg/s)
   std::vector<int> free_index;                       // per node, -1 if fixed
-  std::vector<int> free_nodes;
+  std::vector<int> free_nodes, fixed_nodes;
   Vector3 gravity = Vector3::Zero();                 // m/s²
 
   int nodes() const { return mesh->node_count(); }

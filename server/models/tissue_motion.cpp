@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace acus {
 
@@ -11,14 +13,34 @@ namespace {
 
 // Sum of all rows of beta K0 restricted to free unknowns, three rows: the damping force that the free nodes receive in
 // total is this times their velocity, and the supports take the opposite.
-Eigen::Matrix3Xd stiffness_damping_sums(const SparseMatrix& lower) {
-  Eigen::Matrix3Xd sums = Eigen::Matrix3Xd::Zero(3, lower.cols());
+Matrix3X stiffness_damping_sums(const SparseMatrix& lower) {
+  Matrix3X sums = Matrix3X::Zero(3, lower.cols());
   for (int column = 0; column < lower.outerSize(); ++column)
     for (SparseMatrix::InnerIterator it(lower, column); it; ++it) {
       sums(it.row() % 3, column) += it.value();
       if (it.row() != column) sums(column % 3, it.row()) += it.value();
     }
   return sums;
+}
+
+bool has_stiffness_damping(const TissueModel& model) {
+  return std::any_of(model.rayleigh_stiffness.begin(), model.rayleigh_stiffness.end(), [](double b) { return b > 0; });
+}
+
+// How far L Lᵀ is from A: the largest relative error of A⁻¹ A z for displacements z, the three translations and one
+// that differs from node to node.
+double factor_error(const SparseCholesky& factor, const SparseMatrix& lower) {
+  double largest = 0;
+  VectorX z(lower.cols()), solution(lower.cols());
+  for (int k = 0; k < 4; ++k) {
+    for (int i = 0; i < z.size(); ++i) z[i] = k == 3 ? std::sin(1.0 + i) : i % 3 == k ? 1 : 0;
+    const VectorX force = lower.selfadjointView<Eigen::Lower>() * z;
+    for (int i = 0; i < z.size(); ++i) solution[factor.position(i)] = force[i];
+    factor.forward(solution);
+    factor.backward(solution);
+    for (int i = 0; i < z.size(); ++i) largest = std::max(largest, std::abs(solution[factor.position(i)] - z[i]));
+  }
+  return largest;
 }
 
 }  // namespace
@@ -48,38 +70,52 @@ Vector3 material_rotation(const TetrahedralMesh& mesh, const Matrix3X& from, con
 }
 
 TissueMotion::TissueMotion(const TissueModel& model, double h, TissueMatrix matrix, int max_rows, int max_nodes)
-    : model_(model),
-      h_(h),
-      matrix_(matrix),
-      assembler_(model),
-      corridor_(static_cast<int>(model.free_nodes.size()), std::min(max_nodes, static_cast<int>(model.free_nodes.size()))) {
+    : model_(model), h_(h), matrix_(matrix), damped_(has_stiffness_damping(model)), assembler_(model) {
   element_rotations_.reset(model);
-  SparseMatrix rest;
-  assembler_.assemble(model.mesh->nodes, element_rotations_, Tangent::rest, {1 / (h * h), 1 / h, 1, 1 / h}, rest);
-  factor_.analyze(rest);
-  if (!factor_.factorize(rest)) throw std::runtime_error("the tissue's matrix is not positive definite");
-  if (matrix == TissueMatrix::fixed) {
-    assembler_.assemble(model.mesh->nodes, element_rotations_, Tangent::rest, {.stiffness_damping = 1}, rest);
-    damping_sums_ = stiffness_damping_sums(rest);
-  }
-
   x_ = model.mesh->nodes;
   elastic_.setZero(3, model.nodes());
-  residual_ = elastic_;
   rotations_.setZero(4, model.nodes());
   y_.setZero(model.unknowns());
-  unknowns_ = y_;
+  velocity_ = damping_force_ = y_;
   rows_.resize(static_cast<std::size_t>(max_rows));
-  gram_rows_.setZero(3 * corridor_.capacity(), max_rows);
-  slot_forces_.setZero(3 * corridor_.capacity());
+  weight_.setZero();
+  for (int i : model.free_nodes) weight_ += model.mass[i] * model.gravity;
+  if (!empty()) {
+    factorize_rest();
+    for (int f = 0; f < static_cast<int>(model.free_nodes.size()); ++f) position_.push_back(factor_.position(3 * f));
+    corridor_.emplace(factor_, std::min(max_nodes, static_cast<int>(model.free_nodes.size())));
+    const int slots = corridor_->capacity();
+    gram_rows_.setZero(3 * slots, max_rows);
+    gram_columns_.setZero(max_rows, 3 * slots);
+    slot_displacement_.setZero(3, slots);
+    slot_read_.resize(static_cast<std::size_t>(slots));
+    slot_forces_.setZero(3 * slots);
+  }
+  if (matrix == TissueMatrix::constant) stiffness_.emplace(model);
   reset();
+}
+
+void TissueMotion::factorize_rest() {
+  SparseMatrix rest;
+  const Matrix3X& nodes = model_.mesh->nodes;
+  assembler_.assemble(nodes, element_rotations_, Tangent::rest, {1 / (h_ * h_), 1 / h_, 1, 1 / h_}, rest);
+  factor_.analyze(rest, 3);
+  const auto factorize = [&](Precision precision) {
+    if (!factor_.factorize(rest, precision)) throw std::runtime_error("the tissue's matrix is not positive definite");
+  };
+  if (matrix_ == TissueMatrix::refactorized) return factorize(Precision::double_precision);
+  factorize(Precision::single_precision);
+  if (!(factor_error(factor_, rest) < kSinglePrecisionError)) factorize(Precision::double_precision);
+  if (!damped_) return;
+  assembler_.assemble(nodes, element_rotations_, Tangent::rest, {.stiffness_damping = 1}, damping_);
+  damping_sums_ = stiffness_damping_sums(damping_);
 }
 
 void TissueMotion::reset() {
   element_rotations_.reset(model_);
   rotations_.setZero();
   rotations_.row(0).setOnes();
-  corridor_.clear();
+  if (corridor_) corridor_->clear();
   pending_support_.setZero();
   pending_ = balance_ = Balance{};
 }
@@ -87,62 +123,68 @@ void TissueMotion::reset() {
 void TissueMotion::begin(const TissueState& state) {
   x_ = state.x;
   first_iteration_ = true;
-  corridor_.begin_use();
+  if (corridor_) corridor_->begin_use();
 }
 
-// Elastic forces at x_k and the residual -g; on the first call of a tick also what the last tick's supports carried.
-void TissueMotion::evaluate(const TissueState& state) {
-  elastic_forces(model_, x_, element_rotations_, elastic_);
-  if (first_iteration_) {
-    balance_ = pending_;
-    balance_.support = pending_support_;
-    for (int i = 0; i < model_.nodes(); ++i)
-      if (model_.free_index[i] < 0) balance_.support += elastic_.col(i);
+// Elastic forces at x_k; on the first call of a tick also what the last tick's supports carried.
+void TissueMotion::evaluate() {
+  if (matrix_ == TissueMatrix::constant) {
+    stiffness_->forces(x_, elastic_);
+  } else {
+    elastic_forces(model_, x_, element_rotations_, elastic_);
   }
-  for (int i : model_.free_nodes) {
-    const Vector3 velocity = (x_.col(i) - state.x.col(i)) / h_;
-    residual_.col(i) = model_.mass[i] * (model_.gravity - (velocity - state.v.col(i)) / h_) -
-                       model_.mass_damping[i] * velocity - elastic_.col(i);
-  }
+  if (matrix_ == TissueMatrix::turned) node_rotations(model_, element_rotations_, rotations_);
+  if (!first_iteration_) return;
+  balance_ = pending_;
+  balance_.support = pending_support_;
+  for (int i : model_.fixed_nodes) balance_.support += elastic_.col(i);
 }
 
 bool TissueMotion::refactorize() {
   // The Hessian at x_k; where it is indefinite, the turned rest stiffness, which never is.
   for (const Tangent tangent : {Tangent::exact, Tangent::turned}) {
     assembler_.assemble(x_, element_rotations_, tangent, {1 / (h_ * h_), 1 / h_, 1, 0}, system_);
-    Eigen::Map<VectorX>(system_.valuePtr(), system_.nonZeros()) +=
-        Eigen::Map<const VectorX>(damping_.valuePtr(), damping_.nonZeros()) / h_;
+    if (damped_)
+      Eigen::Map<VectorX>(system_.valuePtr(), system_.nonZeros()) +=
+          Eigen::Map<const VectorX>(damping_.valuePtr(), damping_.nonZeros()) / h_;
     if (factor_.factorize(system_)) return tangent == Tangent::exact;
   }
   return false;
 }
 
-void TissueMotion::turn_to_rest(Matrix3X& vectors) const {
-  for (int i : model_.free_nodes) vectors.col(i) = rotation(i).conjugate() * vectors.col(i);
+// -g at x_k, the stiffness's damping aside, into y, in the factor's frame and order.
+void TissueMotion::put_residual(const TissueState& state) {
+  for (int f = 0; f < static_cast<int>(position_.size()); ++f) {
+    const int i = model_.free_nodes[f];
+    Vector3 residual = model_.mass[i] * (model_.gravity + state.v.col(i) / h_) - elastic_.col(i);
+    if (!first_iteration_) {  // on the first, x_k = x_n
+      const Vector3 velocity = (x_.col(i) - state.x.col(i)) / h_;
+      residual -= (model_.mass[i] / h_ + model_.mass_damping[i]) * velocity;
+      velocity_.segment<3>(3 * f) = to_factor(i, velocity);
+    }
+    in_factor(f) = to_factor(i, residual);
+  }
+}
+
+// -beta K (x_k - x_n)/h, with the K that the matrix's damping has.
+void TissueMotion::add_stiffness_damping() {
+  damping_force_.noalias() = damping_.selfadjointView<Eigen::Lower>() * velocity_;
+  for (int f = 0; f < static_cast<int>(position_.size()); ++f) in_factor(f) -= damping_force_.segment<3>(3 * f);
 }
 
 bool TissueMotion::linearize(const TissueState& state) {
-  evaluate(state);
+  if (empty()) return true;
+  evaluate();
+  put_residual(state);
   bool exact = true;
-  if (matrix_ == TissueMatrix::fixed) {
-    node_rotations(model_, element_rotations_, rotations_);
-    turn_to_rest(residual_);
-  } else {
-    if (first_iteration_) {
+  if (matrix_ == TissueMatrix::refactorized) {
+    if (damped_ && first_iteration_)
       assembler_.assemble(x_, element_rotations_, Tangent::turned, {.stiffness_damping = 1}, damping_);
-    } else {
-      for (int i : model_.free_nodes)
-        unknowns_.segment<3>(3 * model_.free_index[i]) = (x_.col(i) - state.x.col(i)) / h_;
-      const VectorX force = damping_.selfadjointView<Eigen::Lower>() * unknowns_;
-      for (int i : model_.free_nodes) residual_.col(i) -= force.segment<3>(3 * model_.free_index[i]);
-    }
     exact = refactorize();
-    corridor_.clear();
+    corridor_->clear();
   }
+  if (damped_ && !first_iteration_) add_stiffness_damping();
   first_iteration_ = false;
-
-  for (int i : model_.free_nodes)
-    for (int k = 0; k < 3; ++k) y_[factor_.position(3 * model_.free_index[i] + k)] = residual_(k, i);
   factor_.forward(y_);
   return exact;
 }
@@ -163,10 +205,10 @@ bool TissueMotion::add_node(Row& row, int node, const Vector3& force) {
     row.on_fixed += force;
     return true;
   }
-  const int slot = corridor_.slot(factor_, free);
+  const int slot = corridor_->slot(free);
   if (slot < 0) return false;
   row.slot[row.parts] = slot;
-  row.force[row.parts++] = rotation(node).conjugate() * force;
+  row.force[row.parts++] = to_factor(node, force);
   return true;
 }
 
@@ -177,20 +219,11 @@ bool TissueMotion::add_part(Row& row, const MaterialPoint& point, const Vector3&
   return true;
 }
 
-int TissueMotion::finish_row(const Row& row) {
-  auto column = gram_rows_.col(row_count_).head(3 * corridor_.used());
-  column.setZero();
-  for (int k = 0; k < row.parts; ++k)
-    for (int i = 0; i < 3; ++i)
-      column += row.force[k][i] * corridor_.gram().col(3 * row.slot[k] + i).head(3 * corridor_.used());
-  return row_count_++;
-}
-
 int TissueMotion::add_row(const TissuePoint& point, const Vector3& force) {
   Row& row = begin_row();
   if (!add_part(row, point.a, (1 - point.u) * force)) return -1;
   if (point.u > 0 && !add_part(row, point.b, point.u * force)) return -1;
-  return finish_row(row);
+  return row_count_++;
 }
 
 int TissueMotion::add_couple(int tetrahedron, const Vector3& torque) {
@@ -198,47 +231,71 @@ int TissueMotion::add_couple(int tetrahedron, const Vector3& torque) {
   const auto gradients = shape_gradients(*model_.mesh, x_, tetrahedron);
   for (int k = 0; k < 4; ++k)
     if (!add_node(row, model_.mesh->tetrahedra[tetrahedron][k], 0.5 * torque.cross(gradients.col(k)))) return -1;
-  return finish_row(row);
+  return row_count_++;
 }
 
-int TissueMotion::add_empty_row() { return finish_row(begin_row()); }
-
-double TissueMotion::compliance(int a, int b) const {
-  // A column knows the slots that existed when its row was added, so the later row's column serves both.
-  const Row& row = rows_[std::min(a, b)];
-  const auto column = gram_rows_.col(std::max(a, b));
-  double sum = 0;
-  for (int k = 0; k < row.parts; ++k) sum += row.force[k].dot(column.segment<3>(3 * row.slot[k]));
-  return sum;
+int TissueMotion::add_empty_row() {
+  begin_row();
+  return row_count_++;
 }
 
-double TissueMotion::free_displacement(int r) const {
-  const Row& row = rows_[r];
-  double sum = 0;
-  for (int k = 0; k < row.parts; ++k) sum += row.force[k].dot(corridor_.free_displacement(row.slot[k], y_));
-  return sum;
+// W_t = Sᵀ G S and delta = Sᵀ Yᵀ y, S the rows' forces on the slots. G S first, by rows; turned round, so that all rows
+// that come after one are contiguous, W_t takes one pass over them for each of the few slots that the row acts on.
+void TissueMotion::add_compliance(MatrixX& W, std::span<double> delta) {
+  const int n = row_count_, dofs = 3 * (corridor_ ? corridor_->used() : 0);
+  std::fill(slot_read_.begin(), slot_read_.end(), 0);
+  for (int r = 0; r < n; ++r) {
+    const Row& row = rows_[r];
+    auto column = gram_rows_.col(r).head(dofs);
+    column.setZero();
+    for (int k = 0; k < row.parts; ++k) {
+      const int slot = row.slot[k];
+      const Vector3& f = row.force[k];
+      const auto gram = corridor_->gram().block(0, 3 * slot, dofs, 3);
+      column += f[0] * gram.col(0) + f[1] * gram.col(1) + f[2] * gram.col(2);
+      if (std::exchange(slot_read_[slot], 1) == 0) slot_displacement_.col(slot) = corridor_->free_displacement(slot, y_);
+      delta[r] += f.dot(slot_displacement_.col(slot));
+    }
+  }
+  gram_columns_.topLeftCorner(n, dofs) = gram_rows_.topLeftCorner(dofs, n).transpose();
+  for (int r = 0; r < n; ++r) {
+    auto below = W.col(r).segment(r, n - r);
+    for (int k = 0; k < rows_[r].parts; ++k) {
+      const Vector3& f = rows_[r].force[k];
+      const auto columns = gram_columns_.block(r, 3 * rows_[r].slot[k], n - r, 3);
+      below += f[0] * columns.col(0) + f[1] * columns.col(1) + f[2] * columns.col(2);
+    }
+  }
+}
+
+bool TissueMotion::prepare(int tetrahedron) {
+  if (matrix_ == TissueMatrix::refactorized) return false;
+  for (const int node : model_.mesh->tetrahedra[tetrahedron]) {
+    const int free = model_.free_index[node];
+    if (free >= 0 && !corridor_->holds(free)) return corridor_->slot(free) >= 0;
+  }
+  return false;
 }
 
 double TissueMotion::correct(std::span<const double> lambda) {
-  slot_forces_.setZero();
   lambda_on_fixed_.setZero();
+  if (empty()) return 0;
+  slot_forces_.setZero();
   for (int r = 0; r < row_count_; ++r) {
     for (int k = 0; k < rows_[r].parts; ++k)
       slot_forces_.segment<3>(3 * rows_[r].slot[k]) += lambda[r] * rows_[r].force[k];
     lambda_on_fixed_ += lambda[r] * rows_[r].on_fixed;
   }
-  for (int s = 0; s < corridor_.used(); ++s) {
+  for (int s = 0; s < corridor_->used(); ++s) {
     const Vector3 force = slot_forces_.segment<3>(3 * s);
-    if (!force.isZero(0)) corridor_.add_force(s, force, y_);
+    if (!force.isZero(0)) corridor_->add_force(s, force, y_);
   }
   factor_.backward(y_);
 
   double largest = 0;
-  for (int i : model_.free_nodes) {
-    const int unknown = 3 * model_.free_index[i];
-    const Vector3 rest(y_[factor_.position(unknown)], y_[factor_.position(unknown + 1)],
-                       y_[factor_.position(unknown + 2)]);
-    const Vector3 step = matrix_ == TissueMatrix::fixed ? rotation(i) * rest : rest;
+  for (int f = 0; f < static_cast<int>(position_.size()); ++f) {
+    const int i = model_.free_nodes[f];
+    const Vector3 step = matrix_ == TissueMatrix::turned ? Vector3(rotation(i) * in_factor(f)) : Vector3(in_factor(f));
     x_.col(i) += step;
     largest = std::max(largest, step.cwiseAbs().maxCoeff());
   }
@@ -247,21 +304,23 @@ double TissueMotion::correct(std::span<const double> lambda) {
 
 void TissueMotion::commit(TissueState& state) {
   pending_ = Balance{};
-  for (int i : model_.free_nodes) {
+  pending_.weight = weight_;
+  for (int f = 0; f < static_cast<int>(position_.size()); ++f) {
+    const int i = model_.free_nodes[f];
     const Vector3 velocity = (x_.col(i) - state.x.col(i)) / h_;
-    pending_.weight += model_.mass[i] * model_.gravity;
     pending_.inertia += model_.mass[i] * (velocity - state.v.col(i)) / h_ + model_.mass_damping[i] * velocity;
-    unknowns_.segment<3>(3 * model_.free_index[i]) = velocity;
+    velocity_.segment<3>(3 * f) = velocity;
     state.v.col(i) = velocity;
+    state.x.col(i) = x_.col(i);
   }
-  if (matrix_ == TissueMatrix::fixed) {
-    pending_support_ = -damping_sums_ * unknowns_;
+  pending_support_ = -lambda_on_fixed_;
+  if (!damped_) return;
+  if (matrix_ == TissueMatrix::refactorized) {
+    damping_force_.noalias() = damping_.selfadjointView<Eigen::Lower>() * velocity_;
+    pending_support_ -= Eigen::Map<const Matrix3X>(damping_force_.data(), 3, damping_force_.size() / 3).rowwise().sum();
   } else {
-    const VectorX force = damping_.selfadjointView<Eigen::Lower>() * unknowns_;
-    pending_support_ = -Eigen::Map<const Matrix3X>(force.data(), 3, force.size() / 3).rowwise().sum();
+    pending_support_.noalias() -= damping_sums_ * velocity_;
   }
-  pending_support_ -= lambda_on_fixed_;
-  state.x = x_;
 }
 
 }  // namespace acus

@@ -4,25 +4,31 @@
 //   A dx = -g(x_k) + Hᵀ lambda
 //   g(x) = M((x - x_n)/h - v_n)/h + f(x) + B (x - x_n)/h - p
 //
-// Rung `warped`: A = R A0 Rᵀ with the rest matrix A0 = M/h² + B0/h + K0 factorised once and R the nodes' rotations; one
-// linearisation a tick, exact forces f, so the resting shape is that of the corotational model itself. Residual and
-// rows are turned into the rest frame (R ᵀ), the answer back.
-// Rung `exact`: A = M/h² + B/h + K(x_k) reassembled and refactorised at every call, K the exact Hessian (R K0 Rᵀ where
-// that is indefinite), B = alpha M + beta R K0 Rᵀ at the start of the tick; the caller repeats to convergence.
+// Matrix `constant` (rung linear): f(x) = K0 (x - X), A = A0 = M/h² + B0/h + K0, factorised once.
+// Matrix `turned` (rungs warped, refined): A = R A0 Rᵀ with R the nodes' rotations and exact forces f, so the resting
+// shape is that of the corotational model itself. Residual and rows are turned into the rest frame (Rᵀ), the answer
+// back. One linearisation is a tick of rung warped; repeated, the steps are those of a quasi-Newton method.
+// Matrix `refactorized` (rung exact): A = M/h² + B/h + K(x_k) reassembled and refactorised at every call, K the exact
+// Hessian (R K0 Rᵀ where that is indefinite), B = alpha M + beta R K0 Rᵀ at the start of the tick; the caller repeats
+// to convergence.
+//
+// A matrix that is factorised once is kept in single precision (panel_values.h) unless that moves a test displacement
+// by more than kSinglePrecisionError, as it can where materials differ by many orders of magnitude.
 //
 // Rows are handled as in NeedleMotion: y = L⁻¹ (-g), W_t from the corridor's Gram matrix, dx = L⁻ᵀ (y + Y lambda).
 #pragma once
 
-#include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "server/models/corridor.h"
+#include "server/models/rest_stiffness.h"
 #include "server/models/tissue.h"
 
 namespace acus {
 
-enum class TissueMatrix { fixed, refactorized };
+enum class TissueMatrix { constant, turned, refactorized };
 
 // A point of the tissue's material: a tetrahedron and the weights of its four nodes.
 struct MaterialPoint {
@@ -57,8 +63,13 @@ Vector3 material_rotation(const TetrahedralMesh& mesh, const Matrix3X& from, con
 
 class TissueMotion {
  public:
-  // `max_nodes`: the most nodes that rows of one tick touch. Throws std::runtime_error if the factorisation fails.
+  static constexpr double kSinglePrecisionError = 1e-4;  // -
+
+  // `max_nodes`: the most nodes that rows of one tick touch. Throws std::runtime_error if the factorisation fails. A
+  // model without free nodes is no tissue: nothing is computed.
   TissueMotion(const TissueModel& model, double h, TissueMatrix matrix, int max_rows, int max_nodes);
+  TissueMotion(const TissueMotion&) = delete;
+  TissueMotion& operator=(const TissueMotion&) = delete;
 
   void begin(const TissueState& state);
 
@@ -73,8 +84,12 @@ class TissueMotion {
   int add_couple(int tetrahedron, const Vector3& torque);
   // Adds a row that does not act on the tissue.
   int add_empty_row();
-  double compliance(int row_a, int row_b) const;
-  double free_displacement(int row) const;
+  // Adds W_t (m/N) of all rows, in the order in which they were added, to the lower triangle of W, and their free
+  // displacements (m) to `delta`.
+  void add_compliance(MatrixX& W, std::span<double> delta);
+
+  // Makes ready what rows on a tetrahedron will need, one node at a call; false if all is there.
+  bool prepare(int tetrahedron);
 
   // Solves with the rows' forces (N), moves x_k and returns the largest change of a coordinate (m).
   double correct(std::span<const double> lambda);
@@ -83,7 +98,8 @@ class TissueMotion {
 
   const Matrix3X& x() const { return x_; }  // x_k (m)
   std::size_t factor_entries() const { return factor_.factor_entries(); }
-  int corridor_nodes() const { return corridor_.capacity(); }
+  Precision precision() const { return factor_.precision(); }
+  int corridor_nodes() const { return corridor_ ? corridor_->capacity() : 0; }
 
   // Forget everything that a run has left behind (rotations, corridor).
   void reset();
@@ -105,36 +121,48 @@ class TissueMotion {
     Vector3 on_fixed;   // sum of the parts on fixed nodes, world
   };
 
+  bool empty() const { return model_.free_nodes.empty(); }
+  void factorize_rest();
   Row& begin_row();
   bool add_node(Row& row, int node, const Vector3& force);
   bool add_part(Row& row, const MaterialPoint& point, const Vector3& force);
-  int finish_row(const Row& row);
-  void evaluate(const TissueState& state);
+  void evaluate();
+  void put_residual(const TissueState& state);
+  void add_stiffness_damping();
   bool refactorize();
-  void turn_to_rest(Matrix3X& vectors) const;
   Quaternion rotation(int node) const {
     return {rotations_(0, node), rotations_(1, node), rotations_(2, node), rotations_(3, node)};
   }
+  Vector3 to_factor(int node, const Vector3& world) const {
+    return matrix_ == TissueMatrix::turned ? Vector3(rotation(node).conjugate() * world) : world;
+  }
+  auto in_factor(int free) { return y_.segment<3>(position_[static_cast<std::size_t>(free)]); }
 
   const TissueModel& model_;
   double h_;
   TissueMatrix matrix_;
+  bool damped_;                          // beta is not zero everywhere
   TissueAssembler assembler_;
   SparseCholesky factor_;
-  Corridor corridor_;
-  SparseMatrix damping_;                 // refactorized: beta K of this tick, lower triangle
+  std::vector<int> position_;            // per free node, of its first unknown in the factor
+  std::optional<RestStiffness> stiffness_;  // constant
+  std::optional<Corridor> corridor_;
+  SparseMatrix damping_;                 // beta K in the factor's frame, lower triangle; empty where beta is zero
   SparseMatrix system_;                  // refactorized: A
-  Eigen::Matrix<double, 3, Eigen::Dynamic> damping_sums_;  // fixed: sum over free rows of beta K0, per unknown
+  Matrix3X damping_sums_;                // but refactorized: sum over free rows of beta K0, per unknown
+  Vector3 weight_;                       // of the free nodes (N)
   Matrix3X x_;                           // x_k
   Matrix3X elastic_;                     // dPsi/dx at x_k
-  Matrix3X residual_;                    // -g, zero at fixed nodes
   ElementRotations element_rotations_;
-  Matrix4X rotations_;                   // fixed: of the nodes
-  VectorX y_;
-  VectorX unknowns_;                     // scratch, in unknown order
+  Matrix4X rotations_;                   // turned: of the nodes
+  VectorX y_;                            // in the factor's order
+  VectorX velocity_;                     // (x_k - x_n)/h of the free nodes, in unknown order
+  VectorX damping_force_;                // damping_ velocity_
   std::vector<Row> rows_;
   int row_count_ = 0;
-  MatrixX gram_rows_;                    // G S per row: 3 slots x rows
+  MatrixX gram_rows_, gram_columns_;     // G S: 3 slots x rows; its transpose
+  Matrix3X slot_displacement_;           // Yᵀ y
+  std::vector<char> slot_read_;          // per slot, whether slot_displacement_ is of this tick
   VectorX slot_forces_;
   bool first_iteration_ = true;
   Vector3 pending_support_ = Vector3::Zero();  // support force of the last tick but for its elastic part

@@ -28,7 +28,6 @@ Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
   rows_.reserve(n);
   laws_.reserve(n);
   needle_row_.resize(n);
-  tissue_row_.resize(n);
   lambda_.resize(n);
   delta_.resize(n);
   delta_free_.resize(n);
@@ -57,18 +56,19 @@ void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
     const Row& r = rows_[i];
     NeedleMotion& needle = needles[r.needle];
     needle_row_[i] = needle.add_row(r.on_needle.beam, needle_force(needle.shape(), r));
-    tissue_row_[i] = add_to_tissue(tissue, r);
-    assert(tissue_row_[i] >= 0);
+    [[maybe_unused]] const int tissue_row = add_to_tissue(tissue, r);
+    assert(tissue_row == i);
   }
   for (int i = 0; i < n; ++i) {
     const NeedleMotion& needle = needles[rows_[i].needle];
-    delta_free_[i] = rows_[i].gap + needle.free_displacement(needle_row_[i]) + tissue.free_displacement(tissue_row_[i]);
-    for (int j = i; j < n; ++j) {
-      double w = tissue.compliance(tissue_row_[i], tissue_row_[j]);
-      if (rows_[j].needle == rows_[i].needle) w += needle.compliance(needle_row_[i], needle_row_[j]);
-      W_(i, j) = W_(j, i) = w;
-    }
+    delta_free_[i] = rows_[i].gap + needle.free_displacement(needle_row_[i]);
+    for (int j = i; j < n; ++j)
+      W_(j, i) = rows_[j].needle == rows_[i].needle ? needle.compliance(needle_row_[i], needle_row_[j]) : 0;
+  }
+  tissue.add_compliance(W_, delta_free_);
+  for (int i = 0; i < n; ++i) {
     W_(i, i) = std::max(W_(i, i), kLeastCompliance);
+    W_.row(i).segment(i + 1, n - i - 1) = W_.col(i).segment(i + 1, n - i - 1);
   }
   soften();
 }

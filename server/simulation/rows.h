@@ -76,7 +76,6 @@ class Rows {
   std::vector<Row> rows_;
   std::vector<Law> laws_;
   std::vector<int> needle_row_;
-  std::vector<int> tissue_row_;
   std::vector<double> lambda_, delta_, delta_free_, needle_lambda_;
   MatrixX W_;
   GaussSeidel solver_;

@@ -48,6 +48,17 @@ std::vector<double> element_sizes_of(const TetrahedralMesh& mesh) {
   return sizes;
 }
 
+TissueMatrix matrix_of(TissueRung rung) {
+  switch (rung) {
+    case TissueRung::linear:
+      return TissueMatrix::constant;
+    case TissueRung::exact:
+      return TissueMatrix::refactorized;
+    default:
+      return TissueMatrix::turned;
+  }
+}
+
 template <class Value>
 int sum_over_needles(const Scene& scene, Value value) {
   int sum = 0;
@@ -136,6 +147,7 @@ struct Simulation::World {
             element_sizes, regions, tissue.x, tissue_motion.x()};
   }
   int needles() const { return static_cast<int>(scene.needles.size()); }
+  bool iterates() const { return scene.tissue.rung == TissueRung::refined || scene.tissue.rung == TissueRung::exact; }
   bool finite() const;
   void reset();
   int max_sweeps() const { return economized(scene.laws.max_sweeps, scene.overrun.max_sweeps); }
@@ -191,9 +203,8 @@ Simulation::World::World(const Scene& s, const Progress& progress)
       surface(announced(progress, "surfaces", [&] { return Surface(mesh); })),
       borders(s.tissue, mesh, regions),
       tissue_motion(announced(progress, "factor", [&] {
-        return TissueMotion(tissue_model, h,
-                            s.tissue.rung == TissueRung::exact ? TissueMatrix::refactorized : TissueMatrix::fixed,
-                            max_rows(s), 4 * sum_over_needles(s, Insertion::max_material_points));
+        return TissueMotion(tissue_model, h, matrix_of(s.tissue.rung), max_rows(s),
+                            4 * sum_over_needles(s, Insertion::max_material_points));
       })),
       rows(announced(progress, "rows", [&] { return Rows(max_rows(s)); })) {
   if (progress) progress("needles");
@@ -406,8 +417,8 @@ void Simulation::step() {
   SolverResult laws;
 
   w.take_commands(), timer.lap(1);
-  const bool exact = w.scene.tissue.rung == TissueRung::exact;
-  const int limit = exact ? w.max_iterations() : 1;
+  const bool iterates = w.iterates();
+  const int limit = iterates ? w.max_iterations() : 1;
   int iteration = 0;
   for (double change = kInfinity; iteration < limit && change > w.scene.newton.tolerance; ++iteration) {
     if (!w.needle_free_motion()) flags |= kTangentProjected;
@@ -421,7 +432,7 @@ void Simulation::step() {
     w.compute_compliance(), timer.lap(6);
     laws = w.solve_laws(), timer.lap(7);
     change = w.correct(), timer.lap(8);
-    if (exact && iteration + 1 == limit && change > w.scene.newton.tolerance) flags |= kNewtonNotConverged;
+    if (iterates && iteration + 1 == limit && change > w.scene.newton.tolerance) flags |= kNewtonNotConverged;
   }
   if (!laws.converged) flags |= kLawsNotConverged;
   if (flags & kNewtonNotConverged && limit < w.scene.newton.max_iterations) flags |= kIterationsCapped;

@@ -15,7 +15,7 @@ namespace {
 constexpr int kSide = 6;
 constexpr int kUnknowns = 3 * kSide * kSide * kSide;
 
-// Three unknowns per node of a cubic grid, coupled to the neighbours by random 3 x 3 blocks: like a tissue's matrix.
+// Three unknowns per node of a cubic grid, coupled to each other and to the neighbours by random numbers: like a tissue's matrix.
 SparseMatrix grid_matrix(unsigned seed, double diagonal) {
   Random random(seed);
   const auto node = [](int i, int j, int k) { return (i * kSide + j) * kSide + k; };
@@ -32,14 +32,17 @@ SparseMatrix grid_matrix(unsigned seed, double diagonal) {
         if (j + 1 < kSide) couple(node(i, j, k), node(i, j + 1, k));
         if (k + 1 < kSide) couple(node(i, j, k), node(i, j, k + 1));
       }
-  for (int i = 0; i < kUnknowns; ++i) entries.emplace_back(i, i, diagonal + random.uniform(0, 1));
+  for (int i = 0; i < kUnknowns; ++i) {
+    entries.emplace_back(i, i, diagonal + random.uniform(0, 1));
+    for (int j = i - i % 3; j < i; ++j) entries.emplace_back(i, j, random.uniform(-1, 1));
+  }
   SparseMatrix lower(kUnknowns, kUnknowns);
   lower.setFromTriplets(entries.begin(), entries.end());
   return lower;
 }
 
-// Diagonally dominant: the blocks of a node's six neighbours have at most 18 entries of size 1 per row.
-SparseMatrix definite_matrix(unsigned seed) { return grid_matrix(seed, 18); }
+// Diagonally dominant: the blocks of a node and its six neighbours have at most 20 other entries of size 1 per row.
+SparseMatrix definite_matrix(unsigned seed) { return grid_matrix(seed, 20); }
 
 MatrixX dense(const SparseMatrix& lower) { return MatrixX(MatrixX(lower).selfadjointView<Eigen::Lower>()); }
 
@@ -55,9 +58,9 @@ VectorX unpermuted(const SparseCholesky& factor, const VectorX& y) {
   return x;
 }
 
-SparseCholesky factor_of(const SparseMatrix& lower) {
+SparseCholesky factor_of(const SparseMatrix& lower, int block = 1) {
   SparseCholesky factor;
-  factor.analyze(lower);
+  factor.analyze(lower, block);
   REQUIRE(factor.factorize(lower));
   return factor;
 }
@@ -94,45 +97,102 @@ TEST_CASE("forward and backward substitution are those of the dense factor of th
   CHECK((whole * unpermuted(factor, x) - unpermuted(factor, b)).norm() < 1e-12 * b.norm());
 }
 
-TEST_CASE("three right-hand sides at once are three single ones") {
-  const SparseCholesky factor = factor_of(definite_matrix(4));
-  Eigen::MatrixX3d together = Random(5).matrix(kUnknowns, 3);
-  MatrixX single = together;
-  factor.forward3(together);
-  for (int k = 0; k < 3; ++k) factor.forward(single.col(k));
-  CHECK((together - single).norm() < 1e-14 * single.norm());
+// A column of L⁻¹ at its full length, from the way that unit_columns() writes.
+VectorX unfolded(const SparseCholesky& factor, int position, const VectorX& way) {
+  const PanelTree& tree = factor.tree();
+  VectorX column = VectorX::Zero(factor.size());
+  int done = 0;
+  for (int p = tree.panel_of[static_cast<std::size_t>(position)]; p >= 0; p = tree.panels[static_cast<std::size_t>(p)].parent) {
+    const PanelTree::Panel& panel = tree.panels[static_cast<std::size_t>(p)];
+    column.segment(panel.first, panel.columns) = way.segment(done, panel.columns);
+    done += panel.columns;
+  }
+  return column;
 }
 
-TEST_CASE("columns before the first entry may be skipped") {
-  const SparseCholesky factor = factor_of(definite_matrix(6));
-  for (const int first : {0, 1, 100, 333, kUnknowns - 1}) {
-    VectorX whole = VectorX::Zero(kUnknowns);
-    whole.tail(kUnknowns - first) = Random(7).matrix(kUnknowns - first, 1);
-    VectorX late = whole;
-    Eigen::MatrixX3d late3 = Eigen::MatrixX3d::Zero(kUnknowns, 3);
-    late3.col(1) = whole;
-    factor.forward(whole);
-    factor.forward(late, first);
-    factor.forward3(late3, first);
-    CHECK((late - whole).norm() < 1e-14 * whole.norm());
-    CHECK((late3.col(1) - whole).norm() < 1e-14 * whole.norm());
-    CHECK(late3.col(0).isZero(0));
-    CHECK(late3.col(2).isZero(0));
+TEST_CASE("unit columns are the forward substitutions of unit vectors, in both precisions") {
+  const SparseMatrix a = definite_matrix(4);
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    SparseCholesky factor = factor_of(a, 3);
+    REQUIRE(factor.factorize(a, precision));
+    Eigen::MatrixX3d columns = Eigen::MatrixX3d::Constant(factor.tree().longest_way, 3, 9.0);
+    for (const int node : {0, 5, 100, kUnknowns / 3 - 1}) {
+      const int position = factor.position(3 * node);
+      factor.unit_columns(position, columns);
+      for (int k = 0; k < 3; ++k) {
+        VectorX whole = VectorX::Unit(kUnknowns, position + k);
+        factor.forward(whole);
+        CHECK((unfolded(factor, position, columns.col(k)) - whole).norm() < 1e-14 * whole.norm());
+      }
+    }
   }
 }
 
-TEST_CASE("a unit right-hand side fills only what it must, and exactly so") {
+TEST_CASE("the columns of a node carry the diagonal block of the inverse") {
   const SparseMatrix a = definite_matrix(8);
-  const SparseCholesky factor = factor_of(a);
+  const SparseCholesky factor = factor_of(a, 3);
   const MatrixX inverse = dense(a).inverse();
-  for (const int unknown : {0, 17, 320, kUnknowns - 1}) {
-    const int row = factor.position(unknown);
-    Eigen::MatrixX3d x = Eigen::MatrixX3d::Zero(kUnknowns, 3);
-    x(row, 0) = 1;
-    factor.forward3(x, row);
-    CHECK(x.col(0).head(row).isZero(0));
-    CHECK(x.col(0).squaredNorm() == doctest::Approx(inverse(unknown, unknown)).epsilon(1e-12));
+  Eigen::MatrixX3d columns(factor.tree().longest_way, 3);
+  for (const int node : {0, 17, 71}) {
+    const int position = factor.position(3 * node);
+    factor.unit_columns(position, columns);
+    const int panel = factor.tree().panel_of[static_cast<std::size_t>(position)];
+    const auto way = columns.topRows(factor.tree().panels[static_cast<std::size_t>(panel)].to_root);
+    CHECK((way.transpose() * way - inverse.block<3, 3>(3 * node, 3 * node)).norm() < 1e-12 * inverse.norm());
   }
+}
+
+TEST_CASE("blocks of unknowns stay together") {
+  const SparseCholesky factor = factor_of(definite_matrix(6), 3);
+  for (int i = 0; i < kUnknowns; i += 3) {
+    CHECK(factor.position(i + 1) == factor.position(i) + 1);
+    CHECK(factor.position(i + 2) == factor.position(i) + 2);
+  }
+}
+
+TEST_CASE("in the tree every row below a panel belongs to a panel on its way to the root") {
+  const SparseCholesky factor = factor_of(definite_matrix(7));
+  const PanelTree& tree = factor.tree();
+  for (int s = 0; s < static_cast<int>(tree.panels.size()); ++s) {
+    const PanelTree::Panel& panel = tree.panels[static_cast<std::size_t>(s)];
+    int entries = 0;
+    std::vector<bool> on_way(tree.panels.size(), false);
+    for (int p = s; p >= 0; p = tree.panels[static_cast<std::size_t>(p)].parent) {
+      on_way[static_cast<std::size_t>(p)] = true;
+      entries += tree.panels[static_cast<std::size_t>(p)].columns;
+      CHECK(tree.meeting(s, p) == p);
+      CHECK(tree.meeting(p, s) == p);
+    }
+    CHECK(panel.to_root == entries);
+    for (int i = 0; i < panel.below; ++i) {
+      const int row = tree.rows[static_cast<std::size_t>(panel.first_row + i)];
+      CHECK(row >= panel.first + panel.columns);
+      CHECK(on_way[static_cast<std::size_t>(tree.panel_of[static_cast<std::size_t>(row)])]);
+    }
+  }
+}
+
+TEST_CASE("in single precision the substitutions are exact ones of a matrix that is off by rounding") {
+  const SparseMatrix a = definite_matrix(16);
+  SparseCholesky factor = factor_of(a);
+  REQUIRE(factor.factorize(a, Precision::single_precision));
+  CHECK(factor.precision() == Precision::single_precision);
+  // L as rounded, column by column, and from it the matrix that it belongs to.
+  MatrixX inverse(kUnknowns, kUnknowns);
+  for (int i = 0; i < kUnknowns; ++i) {
+    VectorX column = VectorX::Unit(kUnknowns, i);
+    factor.forward(column);
+    inverse.col(i) = column;
+  }
+  const VectorX b = Random(17).matrix(kUnknowns, 1);
+  VectorX x = b;
+  factor.forward(x);
+  factor.backward(x);
+  CHECK((x - inverse.transpose() * (inverse * b)).norm() < 1e-13 * x.norm());
+
+  const VectorX residual = dense(a) * unpermuted(factor, x) - unpermuted(factor, b);
+  CHECK(residual.norm() < 1e-6 * b.norm());
+  CHECK(residual.norm() > 1e-12 * b.norm());
 }
 
 TEST_CASE("the same matrix and right-hand side give the same bits, again and in another factor") {
