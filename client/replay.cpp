@@ -16,6 +16,7 @@ namespace {
 constexpr Timeout kSlice{50};        // between looks at the interrupt flag while nothing arrives
 constexpr double kMaxPoses = 100e6;  // of one needle in a run
 constexpr int kTransits = 15;        // measured, of which the median counts
+constexpr Timeout kTransitPause{3};  // between two of them
 constexpr double kSettling = 0.1;    // s of states from which the server's beat is told
 
 // Of a tick, that a pose is to arrive before the tick begins: room for poses and ticks that are not quite punctual.
@@ -59,6 +60,11 @@ void check_clock_mode(bool lockstep, const protocol::HelloReply& server) {
 
 std::chrono::steady_clock::duration to_clock(double seconds) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+// That cover the duration (s) at a rate (Hz), rounding errors aside.
+std::uint64_t periods_in(double duration, double rate) {
+  return static_cast<std::uint64_t>(std::ceil(duration * rate * (1 - 1e-12)));
 }
 
 // Unlike std::this_thread::sleep_until, which asks for what is left and so is late by what happens after it looked at
@@ -107,9 +113,11 @@ void Replay::greet() {
   if (!options_.lockstep) measure_transit();
 }
 
+// By questions that are far enough apart for all threads on the way to fall asleep, as they do between poses.
 void Replay::measure_transit() {
   std::vector<double> transits;
   for (int i = 0; i < kTransits; ++i) {
+    std::this_thread::sleep_for(kTransitPause);
     const double asked = now();
     commands_.hello(options_.timeout);
     transits.push_back(now() - asked);
@@ -181,7 +189,7 @@ double Replay::trajectory_time(double elapsed) const {
 }
 
 void Replay::send_poses_on_time(Clock::time_point begin, const std::atomic<bool>& stop) {
-  const auto count = static_cast<std::uint64_t>(std::ceil(duration() * rate()));
+  const std::uint64_t count = periods_in(duration(), rate());
   const auto deadline = [&](std::uint64_t k) { return begin + to_clock(static_cast<double>(k) / rate()); };
   sent_at_.reserve(count + 1);
   for (std::uint64_t k = 0; k <= count && !stop; ++k) {
@@ -195,7 +203,7 @@ void Replay::send_poses_on_time(Clock::time_point begin, const std::atomic<bool>
 }
 
 void Replay::run_in_lockstep() {
-  const auto ticks = static_cast<std::uint64_t>(std::ceil(duration() * server_.rate)) + 1;
+  const std::uint64_t ticks = periods_in(duration(), server_.rate) + 1;
   const double poses_per_tick = std::min(rate() / server_.rate, 1.0);
   double poses_due = 1;
   for (std::uint64_t tick = 0; tick < ticks; ++tick, poses_due += poses_per_tick) {

@@ -21,7 +21,7 @@ install(TARGETS acus-replay RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 # The Python programs stand beside the modules they share; Python looks for those where a link leads.
 set(acus_scripts_dir ${CMAKE_INSTALL_DATADIR}/acus/client)
 install(FILES client/recording.py client/shapes.py DESTINATION ${acus_scripts_dir})
-foreach(script plot picture)
+foreach(script plot plot-timing picture)
   install(PROGRAMS client/${script} DESTINATION ${acus_scripts_dir})
   file(RELATIVE_PATH target ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_DATADIR}/acus/client/${script})
   file(CREATE_LINK ${target} ${PROJECT_BINARY_DIR}/acus-${script} SYMBOLIC)

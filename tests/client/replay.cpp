@@ -5,10 +5,12 @@
 #include <unistd.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -73,6 +75,24 @@ class Workplace {
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
+// The numbers of a column of CSV without quotes.
+std::vector<double> column(const std::string& csv, const std::string& name) {
+  std::istringstream lines(csv);
+  std::string line, cell;
+  std::getline(lines, line);
+  std::istringstream header(line);
+  int place = 0;
+  while (std::getline(header, cell, ',') && cell != name) ++place;
+  REQUIRE(cell == name);
+  std::vector<double> numbers;
+  while (std::getline(lines, line)) {
+    std::istringstream cells(line);
+    for (int i = 0; i <= place; ++i) std::getline(cells, cell, ',');
+    numbers.push_back(std::stod(cell));
+  }
+  return numbers;
+}
+
 MockScript lockstep_script() {
   MockScript script;
   script.lockstep = true;
@@ -118,6 +138,38 @@ TEST_CASE("a replay in lockstep sends one pose per tick, twice with the same byt
   }
   CHECK(here.read("a.csv") == here.read("b.csv"));
   CHECK(here.read("a.events.csv") == here.read("b.events.csv"));
+}
+
+TEST_CASE("passes go forth and back without a jump") {
+  const Workplace here;
+  MockServer server(lockstep_script());
+  const auto outcome = here.replay(server, "--lockstep --passes 3 --out " + here.path("run.csv"));
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+  CHECK(server.poses() == 121);  // 0.6 s at 200 Hz
+  const std::vector<double> depths = column(here.read("run.csv"), "depth_m");
+  REQUIRE(depths.size() == 122);
+  for (std::size_t i = 1; i < depths.size(); ++i) CHECK(std::abs(depths[i] - depths[i - 1]) < 1.01 * 0.05 / 40);
+  CHECK(depths[41] == doctest::Approx(0.05));
+  CHECK(depths[81] == doctest::Approx(0));
+  CHECK(depths[121] == doctest::Approx(0.05));
+}
+
+TEST_CASE("the timing of a run is recorded: a row per pose that was used, and one per statistics") {
+  const Workplace here;
+  MockServer server;
+  const auto outcome = here.replay(server, "--passes 2 --timing " + here.path("timing.csv"));
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+  CHECK(contains(outcome.output, "round trip  p50"));
+  const std::vector<double> numbers = column(here.read("timing.csv"), "seq");
+  const std::vector<double> trips = column(here.read("timing.csv"), "round_trip_s");
+  REQUIRE(!numbers.empty());
+  CHECK(numbers.size() <= server.poses());
+  CHECK(numbers.back() <= static_cast<double>(server.poses()));
+  CHECK(trips.size() == numbers.size());
+  for (const double trip : trips) CHECK(trip > 0);
+  CHECK(column(here.read("timing.stats.csv"), "late").size() >= 2);
 }
 
 TEST_CASE("shapes are recorded as they come, none is missing in lockstep, and they read back") {

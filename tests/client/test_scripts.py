@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tests of the Python scripts: the trajectory generator, the converter of hand motions, the plot and the picture."""
+"""Tests of the Python scripts: the trajectory generator, the converter of hand motions, the plots and the picture."""
 
 import csv
 import math
@@ -178,6 +178,34 @@ class Plot(RecordedRun):
             self.assertNotEqual(result.returncode, 0)
             self.assertIn("expected a run written by acus-replay", result.stderr)
         self.assertIn("No such file", run("client/plot", self.path("missing.csv")).stderr)
+
+
+class PlotTiming(InTemporaryFolder):
+    def write(self, name, text):
+        with open(self.path(name), "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def write_timing(self):
+        trips = "".join(f"{i},{1e-3 * i},{0.9e-3 + 1e-6 * (i % 100)}\n" for i in range(1, 2000))
+        self.write("timing.csv", "seq,sent_s,round_trip_s\n" + trips)
+        names = [f"{what}_{q}_s" for what in ("wake", "end") for q in ("p50", "p99", "max")]
+        rows = "".join(f"{second},0.001,1000,{second},1e-5,2e-5,3e-4,5e-4,7e-4,1.2e-3\n" for second in range(1, 5))
+        self.write("timing.stats.csv", "received_s,time_step_s,ticks,late," + ",".join(names) + "\n" + rows)
+
+    def test_a_run_becomes_a_picture(self):
+        self.write_timing()
+        self.assert_success(run("client/plot-timing", self.path("timing.csv")))
+        self.assertGreater(os.path.getsize(self.path("timing.png")), 10_000)
+
+    def test_what_is_no_timing_is_told(self):
+        self.write_timing()
+        self.write("timing.stats.csv", "a,b\n1,2\n")
+        result = run("client/plot-timing", self.path("timing.csv"))
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("expected a column 'time_step_s'", result.stderr)
+        self.write("timing.csv", "seq,sent_s,round_trip_s\n")
+        self.assertIn("found no rows", run("client/plot-timing", self.path("timing.csv")).stderr)
+        self.assertIn("missing.csv", run("client/plot-timing", self.path("missing.csv")).stderr)
 
 
 def block(cells, size):
