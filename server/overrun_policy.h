@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether a real-time loop should economise: from a tick that came late until none has for a while. That while keeps
-// a loop whose work is just about too much from changing its mind at every tick.
+// Whether a real-time loop should economise: from a tick whose work took too long until none has for a while. That
+// while keeps a loop whose work is just about too much from changing its mind at every tick.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@ class OverrunPolicy {
   explicit OverrunPolicy(std::int64_t recovery) : recovery_(recovery) {}  // ns, > 0
 
   // Takes in a tick that ended at `now` (ns, never falling); true if the next one shall do with less.
-  bool update(std::int64_t now, bool late) {
-    if (late) last_late_ = now;
-    economizing_ = late || (economizing_ && now - last_late_ < recovery_);
+  bool update(std::int64_t now, bool overran) {
+    if (overran) last_overrun_ = now;
+    economizing_ = overran || (economizing_ && now - last_overrun_ < recovery_);
     return economizing_;
   }
 
@@ -22,7 +22,7 @@ class OverrunPolicy {
 
  private:
   std::int64_t recovery_;
-  std::int64_t last_late_ = 0;  // ns, the end of the last late tick
+  std::int64_t last_overrun_ = 0;  // ns, when the last such tick ended
   bool economizing_ = false;
 };
 

@@ -79,14 +79,16 @@ void RealtimeLoop::run_on_deadlines() {
   }
 }
 
-// What the tick that ended at `now` means for those to come.
+// What the tick that ended at `now` means for those to come. One that began after the next was due is late whatever it
+// does: with less to do it would have been, too.
 void RealtimeLoop::keep_time(const TickTiming& timing, std::int64_t now) {
   publish_tick(timing);
   punctuality_.woke.add(timing.woke);
   punctuality_.ended.add(timing.ended);
   punctuality_.late += timing.late ? 1 : 0;
   punctuality_.economized += overrun_.economizing() ? 1 : 0;
-  world_->simulation.economize(overrun_.update(now, timing.late));
+  const bool overran = timing.late && timing.woke < world_->hello.time_step;
+  world_->simulation.economize(overrun_.update(now, overran));
 }
 
 void RealtimeLoop::run_on_requests() {

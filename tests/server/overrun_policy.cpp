@@ -17,7 +17,7 @@ TEST_CASE("punctual ticks leave everything as it is") {
   CHECK_FALSE(policy.economizing());
 }
 
-TEST_CASE("one late tick is enough, and economy ends when the recovery has passed without another") {
+TEST_CASE("one tick that took too long is enough, and economy ends when the recovery has passed without another") {
   OverrunPolicy policy(kRecovery);
   CHECK(policy.update(5 * kTick, true));
   for (std::int64_t i = 6; i < 15; ++i) CHECK(policy.update(i * kTick, false));
@@ -25,7 +25,7 @@ TEST_CASE("one late tick is enough, and economy ends when the recovery has passe
   CHECK_FALSE(policy.update(16 * kTick, false));
 }
 
-TEST_CASE("every late tick begins the recovery anew") {
+TEST_CASE("every further one begins the recovery anew") {
   OverrunPolicy policy(kRecovery);
   for (std::int64_t i = 1; i <= 100; ++i) CHECK(policy.update(i * kTick, i % 9 == 1));
   CHECK(policy.update(109 * kTick, false));

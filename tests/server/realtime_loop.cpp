@@ -11,12 +11,24 @@ namespace {
 
 constexpr std::uint32_t kTicks = 21;  // few enough for all their records and shapes to fit in the queues
 
-std::unique_ptr<LoadedScene> small_world(double rate, double shape_rate) {
+std::unique_ptr<LoadedScene> small_world() {
   Scene scene;
-  scene.rate = rate;
+  scene.rate = 300;
   scene.tissue.box.cells = {3, 3, 3};
   scene.needles[0].base.position.z() = 0.5;  // far from the tissue
-  scene.publish = {shape_rate, shape_rate};
+  scene.publish = {100, 100};
+  return std::make_unique<LoadedScene>(scene);
+}
+
+// More than any machine can do in a tick: a thousand nodes, refactorised.
+std::unique_ptr<LoadedScene> heavy_world() {
+  Scene scene;
+  scene.rate = 1000;
+  scene.tissue.rung = TissueRung::exact;
+  scene.tissue.box.cells = {9, 9, 9};
+  scene.needles[0].base.position.z() = 0.5;
+  scene.overrun.recovery = 1000;
+  scene.publish.needle_rate = 1000;
   return std::make_unique<LoadedScene>(scene);
 }
 
@@ -57,7 +69,7 @@ Ready take(Link& link, LoadedScene& world) {
 
 // What is ready after kTicks ticks in lockstep with listeners to these topics.
 Ready after_ticks(TopicSet wanted) {
-  auto owned = small_world(300, 100);
+  auto owned = small_world();
   LoadedScene& world = *owned;
   Link link;
   link.wanted = wanted;
@@ -83,36 +95,36 @@ TEST_CASE("nothing is packed or recorded for topics that nobody listens to") {
   CHECK(after_ticks(bit(Topic::force) | bit(Topic::tissue)) == Ready{ticks, 0, answers, 0, shapes});
 }
 
-// At this rate no machine keeps up.
-TEST_CASE("from the tick after a late one, fewer shapes go out, flags say so, and forces go out as before") {
-  constexpr std::uint64_t kManyTicks = 200;
-  constexpr double kRate = 1e6;  // Hz
-  auto owned = small_world(kRate, kRate);
+TEST_CASE(
+    "from the tick after one that took too long, fewer shapes go out, flags say so, and forces go out as before") {
+  constexpr std::uint64_t kManyTicks = 20;
+  auto owned = heavy_world();
   LoadedScene& world = *owned;
+  const double time_step = world.hello.time_step;
   const auto every = static_cast<std::uint64_t>(world.simulation.scene().overrun.publish_every);
   Link link;
   link.wanted = bit(Topic::force) | bit(Topic::needle) | bit(Topic::stats);
   RealtimeLoop loop(std::move(owned), {.max_ticks = kManyTicks}, link);
   loop.run();
 
-  std::uint64_t first_late = 0, tick = 0;
+  std::uint64_t first_long = 0, tick = 0;
   for (; const Record* record = link.records.readable(); link.records.release()) {
     if (const auto* force = std::get_if<ForceRecord>(record)) {
       CHECK(force->tick == ++tick);
-      CHECK(((force->flags & kPublishingReduced) != 0) == (first_late > 0));
-    } else if (first_late == 0 && std::get<TickRecord>(*record).timing.late) {
-      first_late = tick;
+      CHECK(((force->flags & kPublishingReduced) != 0) == (first_long > 0));
+    } else {
+      const TickTiming& timing = std::get<TickRecord>(*record).timing;
+      if (first_long == 0 && timing.late && timing.woke < time_step) first_long = tick;
     }
   }
   CHECK(tick == kManyTicks);
-  REQUIRE(first_late > 0);
-  CHECK(first_late < 10);
+  REQUIRE(first_long > 0);
   CHECK(link.overruns > 0);
   CHECK(loop.punctuality().late > 0);
-  CHECK(loop.punctuality().economized == kManyTicks - first_late);
+  CHECK(loop.punctuality().economized == kManyTicks - first_long);
   CHECK(loop.punctuality().ended.count() == kManyTicks);
   for (; const NeedleFrame* frame = world.needle_frames.readable(); world.needle_frames.release()) {
-    if (frame->shape.tick > first_late) CHECK(frame->shape.tick % every == 0);
+    if (frame->shape.tick > first_long) CHECK(frame->shape.tick % every == 0);
   }
 }
 
