@@ -6,7 +6,7 @@
 
 namespace acus {
 
-// Calls of malloc, calloc, realloc, aligned_alloc, memalign and posix_memalign of all threads while one of these lives.
+// Calls of malloc, calloc, realloc, aligned_alloc, memalign and posix_memalign by this thread while one of these lives.
 // Only one at a time.
 class AllocationCount {
  public:
