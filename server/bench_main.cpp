@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -47,6 +48,7 @@ struct Arguments {
   std::optional<LawMethod> solver;
   std::optional<int> core;
   MeasurementPlan plan;
+  bool no_calibration = false;
   bool quiet = false;
 };
 
@@ -82,6 +84,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--min-rows", arguments.plan.min_rows, "Count only ticks with at least so many rows of laws")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  app.add_flag("--no-calibration", arguments.no_calibration, "Run the ticks alone, without anything to compare with");
   app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
 }
 
@@ -120,45 +123,68 @@ void write_json(const std::string& path, const std::string& json) {
   if (!file) throw std::runtime_error(path + ": cannot be written; does its folder exist?");
 }
 
+using Say = std::function<void(const std::string&)>;
+
+// What is measured, as loaded.
+struct Experiment {
+  Simulation simulation;
+  TrajectoryDriver driver;
+
+  Experiment(const Arguments& arguments, const Say& say)
+      : simulation(read_scene_as_asked(arguments), [&](const char* what) { say(std::string("loading: ") + what); }),
+        driver(simulation, client::read_trajectory(arguments.trajectory)) {}
+};
+
+Measurement measure_telling(Experiment& experiment, Calibration& calibration, const MeasurementPlan& plan,
+                            const Say& say) {
+  std::uint64_t told = 0;  // tenths
+  const auto tell = [&](std::uint64_t done, std::uint64_t of) {
+    const std::uint64_t tenths = 10 * done / of;
+    if (tenths > told) say("tick " + std::to_string(done) + " of " + std::to_string(of));
+    told = tenths;
+  };
+  return measure(experiment.simulation, experiment.driver, calibration, plan, tell);
+}
+
+Calibration prepare_calibration(const Arguments& arguments, const Simulation& simulation, const Say& say) {
+  if (arguments.no_calibration) return {};
+  say("factorising for the calibration");
+  return Calibration(simulation);
+}
+
+void print(const Arguments& arguments, const BenchRun& run, const Simulation& simulation,
+           const Calibration& calibration) {
+  const std::string json = bench_json(run, simulation, calibration);
+  if (arguments.json == "-") {
+    std::fputs(json.c_str(), stdout);
+    return;
+  }
+  if (!arguments.quiet) std::fputs(bench_table(run, simulation, calibration).c_str(), stdout);
+  if (!arguments.json.empty()) write_json(arguments.json, json);
+}
+
 int run(const Arguments& arguments) {
+  const Say say = [&](const std::string& text) {
+    if (!arguments.quiet) std::fprintf(stderr, "acus-bench: %s\n", text.c_str());
+  };
   BenchRun run;
   run.scene_file = arguments.scene;
   run.trajectory_file = arguments.trajectory;
   run.core = pin_to_core(arguments.core);
-  const auto say = [&](const std::string& text) {
-    if (!arguments.quiet) std::fprintf(stderr, "acus-bench: %s\n", text.c_str());
-  };
 
-  std::optional<Simulation> simulation;
-  std::optional<TrajectoryDriver> driver;
+  std::optional<Experiment> experiment;
   try {
-    client::Trajectory trajectory = client::read_trajectory(arguments.trajectory);
-    say("loading " + arguments.scene);
     const auto start = std::chrono::steady_clock::now();
-    simulation.emplace(read_scene_as_asked(arguments),
-                       [&](const char* what) { say(std::string("loading: ") + what); });
+    experiment.emplace(arguments, say);
     run.load_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     run.peak_memory = peak_memory();
-    driver.emplace(*simulation, std::move(trajectory));
   } catch (const std::runtime_error& error) {
     std::fprintf(stderr, "acus-bench: %s\n", error.what());
     return kBadInput;
   }
-
-  say("factorising the calibration");
-  Calibration calibration(*simulation);
-  std::uint64_t told = 0;  // tenths
-  run.measured = measure(*simulation, *driver, calibration, arguments.plan, [&](std::uint64_t done, std::uint64_t of) {
-    const std::uint64_t tenths = 10 * done / of;
-    if (tenths > told) say("tick " + std::to_string(done) + " of " + std::to_string(of));
-    told = tenths;
-  });
-  if (!arguments.quiet && arguments.json != "-") std::fputs(bench_table(run, *simulation, calibration).c_str(), stdout);
-  const std::string json = bench_json(run, *simulation, calibration);
-  if (arguments.json == "-")
-    std::fputs(json.c_str(), stdout);
-  else if (!arguments.json.empty())
-    write_json(arguments.json, json);
+  Calibration calibration = prepare_calibration(arguments, experiment->simulation, say);
+  run.measured = measure_telling(*experiment, calibration, arguments.plan, say);
+  print(arguments, run, experiment->simulation, calibration);
   return kDone;
 }
 

@@ -38,7 +38,7 @@ const char* solver_name(const Simulation& simulation) {
 
 double median(const std::vector<double>& values) { return distribution_of(values).p50; }
 
-// What the goals speak of; not a number without tissue.
+// What the goals speak of; not a number where there is no calibration.
 struct Ratios {
   double tick_to_calibration, tick_to_least_fill, tick_p99_to_p50, laws_to_dense;
 
@@ -100,8 +100,9 @@ std::string calibrations(const Measurement& m, const Calibration& calibration) {
     table.add({"  CHOLMOD forward + backward", milliseconds(median(m.standard_solves)), fill(*calibration.standard)});
   if (calibration.least_fill)
     table.add({"  the same, least fill", milliseconds(median(m.least_fill_solves)), fill(*calibration.least_fill)});
-  table.add({"  dense Cholesky", milliseconds(median(m.dense_factorisations)),
-             std::to_string(DenseCholesky::kRows) + " rows"});
+  if (calibration.dense)
+    table.add({"  dense Cholesky", milliseconds(median(m.dense_factorisations)),
+               std::to_string(DenseCholesky::kRows) + " rows"});
   return table.text();
 }
 
@@ -167,8 +168,9 @@ std::string calibration_json(const Measurement& m, const Calibration& calibratio
   JsonMembers members;
   if (calibration.standard) members.emplace_back("standard", solve(m.standard_solves, *calibration.standard));
   if (calibration.least_fill) members.emplace_back("least_fill", solve(m.least_fill_solves, *calibration.least_fill));
-  members.emplace_back("dense_cholesky", json_object({{"median_ms", number(1e3 * median(m.dense_factorisations))},
-                                                      {"rows", number(DenseCholesky::kRows)}}));
+  if (calibration.dense)
+    members.emplace_back("dense_cholesky", json_object({{"median_ms", number(1e3 * median(m.dense_factorisations))},
+                                                        {"rows", number(DenseCholesky::kRows)}}));
   return json_object(members);
 }
 

@@ -32,7 +32,7 @@ void time_block(Work& work, std::vector<double>& seconds) {
 void calibrate(Calibration& calibration, Measurement& result) {
   if (calibration.standard) time_block(*calibration.standard, result.standard_solves);
   if (calibration.least_fill) time_block(*calibration.least_fill, result.least_fill_solves);
-  time_block(calibration.dense, result.dense_factorisations);
+  if (calibration.dense) time_block(*calibration.dense, result.dense_factorisations);
 }
 
 void count_flags(std::uint32_t flags, FlagCounts& counts) {
@@ -71,6 +71,7 @@ void TickTimes::add(double seconds, const TickReport& report) {
 }
 
 Calibration::Calibration(const Simulation& simulation) {
+  dense.emplace();
   const SparseMatrix matrix = tick_matrix(simulation);
   if (matrix.rows() == 0) return;
   standard.emplace(matrix, Ordering::standard);

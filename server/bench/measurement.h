@@ -51,16 +51,17 @@ struct Measurement {
   FlagCounts flags{};
   double residual_max = 0;   // N
   double imbalance_max = 0;  // N
-  // Times of the calibration's runs that count (s); empty without tissue.
+  // Times of the calibration's runs that count (s); empty where there is none.
   std::vector<double> standard_solves, least_fill_solves, dense_factorisations;
 };
 
-// What the ticks are compared with; without tissue there is nothing to solve.
+// What the ticks are compared with, as far as it is wanted and there is tissue to solve for.
 struct Calibration {
+  Calibration() = default;  // nothing
   explicit Calibration(const Simulation& simulation);
 
   std::optional<CholmodSolve> standard, least_fill;
-  DenseCholesky dense;
+  std::optional<DenseCholesky> dense;
 };
 
 // `progress` is told how many ticks of how many are done, between blocks.
