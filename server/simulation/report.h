@@ -22,7 +22,7 @@ enum class Phase : std::uint8_t {
 // Trouble that a client should know of; bits of TickReport::flags.
 enum Flag : std::uint32_t {
   kLawsNotConverged = 1u << 0,   // the laws' residual is above the scene's tolerance
-  kNewtonNotConverged = 1u << 1, // rung exact: the last change is above the scene's tolerance
+  kNewtonNotConverged = 1u << 1, // rungs exact, refined: the last change is above the scene's tolerance
   kTangentProjected = 1u << 2,   // an indefinite tangent was replaced by its positive part
   kRowsDropped = 1u << 3,        // more constraint points than the capacity fixed at load
   kPathFull = 1u << 4,           // a path reached its capacity and stopped recording
