@@ -18,14 +18,10 @@
 // registers.
 #pragma once
 
-#include <cmath>
-
+#include "server/math/lanes.h"
 #include "server/math/types.h"
 
 namespace acus {
-
-inline constexpr int kLanes = 8;
-using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
 
 // Constant per element.
 template <class Real>
@@ -35,17 +31,13 @@ struct TetrahedronShape {
   Real mu, lambda;      // Lamé constants (Pa)
 };
 
-inline double largest(double x) { return x; }
-inline double largest(const Lanes& x) {
-  double m = x[0];
-  for (int i = 1; i < kLanes; ++i) m = x[i] > m ? x[i] : m;
-  return m;
-}
-inline double square_root(double x) { return std::sqrt(x); }
-inline Lanes square_root(const Lanes& x) {
-  Lanes y;
-  for (int i = 0; i < kLanes; ++i) y[i] = std::sqrt(x[i]);
-  return y;
+// 1/sqrt(n) for n near 1, where a few terms of its series are exact to rounding and sooner there.
+template <class Real>
+inline Real reciprocal_root(const Real& n) {
+  constexpr double kNear = 1e-4;
+  const Real e = n - 1.0;
+  if (all(e * e < kNear * kNear)) return 1.0 - e * (0.5 - e * (0.375 - e * (0.3125 - e * 0.2734375)));
+  return 1.0 / square_root(n);
 }
 
 // Rotation matrix of the unit quaternion (w, x, y, z).
@@ -70,7 +62,11 @@ inline void transposed_product(const Real (&a)[3][3], const Real (&b)[3][3], Rea
 template <class Real>
 inline void polar_rotation(const Real (&f)[3][3], Real (&q)[4], Real (&r)[3][3], Real (&s)[3][3]) {
   constexpr int kMaxIterations = 20;
-  constexpr double kStop = 1e-16;  // |omega|²: the next, quadratically smaller step is below rounding
+  constexpr double kStop = 1e-12;  // |omega|²: the step leaves an error of its square
+  Real size2 = 1e-300 + f[0][0] * f[0][0];  // |F|², never zero
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) size2 = size2 + f[i][j] * f[i][j];
+  const Real size = square_root(size2);
   for (int iteration = 0;; ++iteration) {
     Real a[3][3];
     quaternion_matrix(q, r);
@@ -87,17 +83,18 @@ inline void polar_rotation(const Real (&f)[3][3], Real (&q)[4], Real (&r)[3][3],
     const Real c11 = g00 * g22 - g02 * g02, c12 = g01 * g02 - g00 * g12, c22 = g00 * g11 - g01 * g01;
     const Real determinant = g00 * c00 + g01 * c01 + g02 * c02;
 
-    Real size2 = 1e-300 + f[0][0] * f[0][0];  // |F|², never zero
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) size2 = size2 + f[i][j] * f[i][j];
-    const Real size = square_root(size2);
     const auto regular = (g00 > 1e-3 * size) & (c22 > 1e-4 * size2) & (determinant > 1e-5 * size2 * size);
     const Real newton = 1.0 / (regular ? determinant : size2 * size);
-    const Real trace = s[0][0] + s[1][1] + s[2][2];
-    const Real first_order = 1.0 / ((trace > 0.0 ? trace : -trace) + 0.3 * size);
-    const Real w0 = regular ? (c00 * a0 + c01 * a1 + c02 * a2) * newton : a0 * first_order;
-    const Real w1 = regular ? (c01 * a0 + c11 * a1 + c12 * a2) * newton : a1 * first_order;
-    const Real w2 = regular ? (c02 * a0 + c12 * a1 + c22 * a2) * newton : a2 * first_order;
+    Real w0 = (c00 * a0 + c01 * a1 + c02 * a2) * newton;
+    Real w1 = (c01 * a0 + c11 * a1 + c12 * a2) * newton;
+    Real w2 = (c02 * a0 + c12 * a1 + c22 * a2) * newton;
+    if (!all(regular)) {
+      const Real trace = s[0][0] + s[1][1] + s[2][2];
+      const Real first_order = 1.0 / ((trace > 0.0 ? trace : -trace) + 0.3 * size);
+      w0 = regular ? w0 : a0 * first_order;
+      w1 = regular ? w1 : a1 * first_order;
+      w2 = regular ? w2 : a2 * first_order;
+    }
 
     // q <- q (1, omega/2), normalised: a rotation by 2 atan(|omega|/2).
     const Real p0 = 0.5 * w0, p1 = 0.5 * w1, p2 = 0.5 * w2;
@@ -105,11 +102,11 @@ inline void polar_rotation(const Real (&f)[3][3], Real (&q)[4], Real (&r)[3][3],
     const Real n1 = q[1] + q[0] * p0 + q[2] * p2 - q[3] * p1;
     const Real n2 = q[2] + q[0] * p1 + q[3] * p0 - q[1] * p2;
     const Real n3 = q[3] + q[0] * p2 + q[1] * p1 - q[2] * p0;
-    const Real unit = 1.0 / square_root(n0 * n0 + n1 * n1 + n2 * n2 + n3 * n3);
+    const Real unit = reciprocal_root(n0 * n0 + n1 * n1 + n2 * n2 + n3 * n3);
     q[0] = n0 * unit, q[1] = n1 * unit, q[2] = n2 * unit, q[3] = n3 * unit;
 
     const Real step2 = w0 * w0 + w1 * w1 + w2 * w2;
-    if (!(largest(step2) > kStop)) iteration = kMaxIterations - 1;  // one last evaluation of r and s
+    if (all(step2 <= kStop)) iteration = kMaxIterations - 1;  // one last evaluation of r and s
   }
 }
 

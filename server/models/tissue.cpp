@@ -2,6 +2,7 @@
 #include "server/models/tissue.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace acus {
 
@@ -87,27 +88,32 @@ void ElementRotations::reset(const TissueModel& model) {
     b.q[0] = Lanes{} + 1.0;
     b.q[1] = b.q[2] = b.q[3] = Lanes{};
   }
+  x.setZero(4, model.nodes());
+  forces.setZero(4, model.nodes());
 }
 
 void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces) {
-  forces.setZero();
-  const double* position = x.data();
-  double* total = forces.data();
+  rotations.x.topRows<3>() = x;
+  rotations.forces.setZero();
+  const double* position = rotations.x.data();
+  double* total = rotations.forces.data();
   for (std::size_t b = 0; b < model.batches.size(); ++b) {
     const ElementBatch& batch = model.batches[b];
     Lanes local[4][3], force[4][3];
-    for (int k = 0; k < 4; ++k)
-      for (int lane = 0; lane < kLanes; ++lane) {
-        const double* p = position + 3 * batch.nodes[k][lane];
-        for (int i = 0; i < 3; ++i) local[k][i][lane] = p[i];
-      }
+    Quad quads[kLanes];
+    for (int k = 0; k < 4; ++k) {
+      for (int lane = 0; lane < kLanes; ++lane) quads[lane] = load_quad(position + 4 * batch.nodes[k][lane]);
+      Lanes axes[4];
+      transpose(quads, axes);
+      for (int i = 0; i < 3; ++i) local[k][i] = axes[i];
+    }
     corotational_forces(batch.shape, local, rotations.batches[b].q, force);
-    for (int k = 0; k < 4; ++k)
-      for (int lane = 0; lane < kLanes; ++lane) {
-        double* f = total + 3 * batch.nodes[k][lane];
-        for (int i = 0; i < 3; ++i) f[i] += force[k][i][lane];
-      }
+    for (int k = 0; k < 4; ++k) {
+      transpose(force[k][0], force[k][1], force[k][2], Lanes{}, quads);
+      for (int lane = 0; lane < kLanes; ++lane) add_quad(total + 4 * batch.nodes[k][lane], quads[lane]);
+    }
   }
+  forces = rotations.forces.topRows<3>();
 }
 
 double elastic_energy(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations) {
@@ -121,27 +127,35 @@ double elastic_energy(const TissueModel& model, const Matrix3X& x, const Element
   return energy;
 }
 
+namespace {
+
+// Quaternions of length one; that of a node without elements becomes no rotation.
+void normalize(Matrix4X& q) {
+  for (Eigen::Index i = 0; i < q.cols(); ++i) {
+    const double norm2 = q.col(i).squaredNorm();
+    if (norm2 > 0) {
+      q.col(i) *= 1 / std::sqrt(norm2);
+    } else {
+      q.col(i) = Eigen::Vector4d(1, 0, 0, 0);
+    }
+  }
+}
+
+}  // namespace
+
 void node_rotations(const TissueModel& model, const ElementRotations& rotations, Matrix4X& q) {
   q.setZero();
   double* total = q.data();
   for (std::size_t b = 0; b < model.batches.size(); ++b) {
     const ElementBatch& batch = model.batches[b];
-    Lanes weighted[4];
-    for (int c = 0; c < 4; ++c) weighted[c] = batch.shape.volume * rotations.batches[b].q[c];
+    const Lanes(&turn)[4] = rotations.batches[b].q;
+    const Lanes& weight = batch.shape.volume;
+    Quad weighted[kLanes];
+    transpose(weight * turn[0], weight * turn[1], weight * turn[2], weight * turn[3], weighted);
     for (int k = 0; k < 4; ++k)
-      for (int lane = 0; lane < kLanes; ++lane) {
-        double* sum = total + 4 * batch.nodes[k][lane];
-        for (int c = 0; c < 4; ++c) sum[c] += weighted[c][lane];
-      }
+      for (int lane = 0; lane < kLanes; ++lane) add_quad(total + 4 * batch.nodes[k][lane], weighted[lane]);
   }
-  for (int i = 0; i < model.nodes(); ++i) {
-    const double norm = q.col(i).norm();
-    if (norm > 0) {
-      q.col(i) /= norm;
-    } else {
-      q.col(i) = Eigen::Vector4d(1, 0, 0, 0);
-    }
-  }
+  normalize(q);
 }
 
 namespace {

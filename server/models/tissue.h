@@ -57,6 +57,7 @@ struct ElementRotations {
     Lanes q[4];
   };
   std::vector<Batch> batches;
+  Matrix4X x, forces;  // scratch of elastic_forces(): four numbers per node, the last unused
 
   void reset(const TissueModel& model);
   void element(int tetrahedron, double (&q)[4]) const {
