@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // acus-replay: drives a recorded trajectory into an acus-server, writes what comes back, and sums it up.
 #include <sched.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -41,9 +42,10 @@ extern "C" void on_signal(int) { interrupted = true; }
 
 constexpr int kPriority = 40;  // of SCHED_FIFO, below acus-server's simulation thread
 
-// A motion is only as smooth as the poses are punctual. For this thread and all that it starts from then on; false if
-// the system does not permit it.
+// A motion is only as smooth as the poses are punctual. For this thread and all that it starts from then on, with what
+// they need kept in memory; false if the system does not permit the priority.
 bool raise_priority() {
+  mlockall(MCL_CURRENT);
   sched_param parameters{};
   parameters.sched_priority = kPriority;
   return sched_setscheduler(0, SCHED_FIFO, &parameters) == 0;
