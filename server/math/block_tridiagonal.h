@@ -30,6 +30,11 @@ class BlockTridiagonal {
   void forward(Eigen::Ref<VectorX> x, int first = 0) const;
   void backward(Eigen::Ref<VectorX> x) const;
 
+  // Of the inverse Z = A⁻¹: above the diagonal its blocks follow from those below them in their column, and
+  // Z_ij = G_i Z_i+1,j for j > i, Z_ii = C_i⁻ᵀ C_i⁻¹ + G_i Z_i+1,i, with G_i = -C_i⁻ᵀ F_i+1ᵀ.
+  Matrix6 transfer(int i) const { return -(factor_lower_[i] * pivot_inverse_[i]).transpose(); }
+  Matrix6 pivot_inverse(int i) const { return pivot_inverse_[i].transpose() * pivot_inverse_[i]; }
+
   std::vector<Matrix6> diagonal;  // D_i
   std::vector<Matrix6> lower;     // E_i, row block i + 1, column block i
 

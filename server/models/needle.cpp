@@ -127,7 +127,8 @@ Vector12 curve_torque(const CurvePoint& c, const Vector3& torque) {
   return f;
 }
 
-NeedleMotion::NeedleMotion(const NeedleModel& model, double h, int max_rows) : model_(model), h_(h) {
+NeedleMotion::NeedleMotion(const NeedleModel& model, double h, int max_rows)
+    : model_(model), h_(h), compliance_(model.beams, max_rows) {
   const auto nodes = static_cast<std::size_t>(model.nodes());
   shape_.x.setZero(3, model.nodes());
   shape_.frames.assign(nodes, Matrix3::Identity());
@@ -138,10 +139,9 @@ NeedleMotion::NeedleMotion(const NeedleModel& model, double h, int max_rows) : m
   g_.setZero(6, model.nodes());
   const int free_nodes = model.rigid ? 0 : model.beams;
   if (free_nodes > 0) matrix_.resize(free_nodes);
-  y_.setZero(6 * free_nodes);
-  dq_ = y_;
-  columns_.setZero(6 * free_nodes, max_rows);
-  row_columns_.resize(static_cast<std::size_t>(max_rows));
+  dq_free_.setZero(6 * free_nodes);
+  dq_ = dq_free_;
+  rows_.reserve(static_cast<std::size_t>(max_rows));
 }
 
 void NeedleMotion::begin(const NeedleState& state, const Pose& base) {
@@ -242,55 +242,56 @@ bool NeedleMotion::linearize(const NeedleState& state) {
     if (matrix_.factorize()) break;
     exact = false;  // the material tangent with inertia is always positive definite
   }
-  for (int i = 0; i < model_.beams; ++i) y_.segment<6>(6 * i) = -g_.col(i + 1);
-  matrix_.forward(y_);
+  for (int i = 0; i < model_.beams; ++i) dq_free_.segment<6>(6 * i) = -g_.col(i + 1);
+  matrix_.forward(dq_free_);
+  matrix_.backward(dq_free_);
   return exact;
 }
 
 int NeedleMotion::add_row(int beam, const Vector12& force) {
-  assert(rows_ < columns_.cols());
-  const int row = rows_++;
-  auto column = columns_.col(row);
-  column.setZero();
-  RowColumn& info = row_columns_[row];
-  if (model_.rigid) {
-    info = {0, about_base(beam, force.head<6>()) + about_base(beam + 1, force.tail<6>())};
-    return row;
-  }
-  info.first = std::max(beam - 1, 0);
-  if (beam > 0) {
-    column.segment<12>(6 * (beam - 1)) = force;
-    info.base_force.setZero();
-  } else {
-    column.segment<6>(0) = force.tail<6>();
-    info.base_force = force.head<6>();
-  }
-  matrix_.forward(column, info.first);
-  return row;
+  assert(rows_.size() < rows_.capacity());
+  rows_.push_back({beam, force});
+  return static_cast<int>(rows_.size()) - 1;
 }
 
-double NeedleMotion::compliance(int a, int b) const {
-  const Eigen::Index tail = y_.size() - 6 * std::max(row_columns_[a].first, row_columns_[b].first);
-  return columns_.col(a).tail(tail).dot(columns_.col(b).tail(tail));
+void NeedleMotion::add_compliances(std::span<const int> places, MatrixX& W) {
+  if (!model_.rigid) compliance_.add_to(matrix_, rows_, places, W);
 }
 
 double NeedleMotion::free_displacement(int row) const {
-  const Eigen::Index tail = y_.size() - 6 * row_columns_[row].first;
-  return columns_.col(row).tail(tail).dot(y_.tail(tail));
+  if (model_.rigid) return 0;
+  const auto& [beam, force] = rows_[row];
+  const double far = force.tail<6>().dot(dq_free_.segment<6>(6 * beam));
+  return beam == 0 ? far : far + force.head<6>().dot(dq_free_.segment<6>(6 * (beam - 1)));
+}
+
+// Hᵀ lambda on the free nodes, added to dq_; the part on node 0, of a rigid needle all of it, is returned.
+Vector6 NeedleMotion::add_row_forces(std::span<const double> lambda) {
+  Vector6 on_base = Vector6::Zero();
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const int beam = rows_[r].beam;
+    const Vector6 near = lambda[r] * rows_[r].force.head<6>(), far = lambda[r] * rows_[r].force.tail<6>();
+    if (model_.rigid) {
+      on_base += about_base(beam, near) + about_base(beam + 1, far);
+      continue;
+    }
+    dq_.segment<6>(6 * beam) += far;
+    if (beam > 0) dq_.segment<6>(6 * (beam - 1)) += near;
+    else on_base += near;
+  }
+  return on_base;
 }
 
 double NeedleMotion::correct(std::span<const double> lambda) {
-  dq_ = y_;
-  Vector6 on_base = Vector6::Zero();
-  for (int r = 0; r < rows_; ++r) {
-    dq_.noalias() += lambda[r] * columns_.col(r);
-    on_base += lambda[r] * row_columns_[r].base_force;
-  }
+  dq_.setZero();
+  const Vector6 on_base = add_row_forces(lambda);
   if (model_.rigid) {
     reaction_ = g_.col(0) - on_base;
     return 0;
   }
+  matrix_.forward(dq_);
   matrix_.backward(dq_);
+  dq_ += dq_free_;
   reaction_ = g_.col(0) + base_coupling_ * dq_.head<6>() - on_base;
 
   double largest = 0;

@@ -11,8 +11,7 @@
 // q_n carried along rigidly with the base, so that a turn of the base stretches no beam. The stiffness-proportional
 // damping acts on q - q_0 alone: a rigid motion is not damped by it.
 //
-// Right-hand sides and rows are handled as y = L⁻¹ rhs and Y = L⁻¹ Hᵀ: compliance W_n = Yᵀ Y, free displacement of a
-// row Yᵀ y, and dq = L⁻ᵀ (y + Y lambda).
+// What rows see of it, H A⁻¹ Hᵀ, is formed without solving for each (needle_compliance.h).
 //
 // An unloaded needle is straight for straight_length and then a circular arc in its base's x-y plane. A curved beam is
 // the straight beam of beam_element.h along its chord, with each node's frame turned by a constant rotation to where it
@@ -30,6 +29,7 @@
 #include "server/math/types.h"
 #include "server/models/beam_element.h"
 #include "server/models/material.h"
+#include "server/models/needle_compliance.h"
 
 namespace acus {
 
@@ -122,14 +122,16 @@ class NeedleMotion {
   // Starts a tick from `state` with the base at its new pose.
   void begin(const NeedleState& state, const Pose& base);
 
-  // Linearises about the current configuration; y = L⁻¹ (-g). True if the exact tangent was positive definite.
+  // Linearises about the current configuration and solves for the free motion. True if the exact tangent was positive
+  // definite.
   bool linearize(const NeedleState& state);
 
-  void clear_rows() { rows_ = 0; }
-  // Adds the column Y of a row whose generalised force is `force` on the nodes of `beam`; returns its index.
+  void clear_rows() { rows_.clear(); }
+  // Adds a row whose generalised force is `force` on the nodes of `beam`; returns its index.
   int add_row(int beam, const Vector12& force);
-  double compliance(int row_a, int row_b) const;  // of W_n (m/N)
-  double free_displacement(int row) const;        // Hᵀ dq_free (m)
+  // Adds W_n (m/N) to the lower triangle of W; row r of the needle is row places[r] there.
+  void add_compliances(std::span<const int> places, MatrixX& W);
+  double free_displacement(int row) const;  // H dq_free (m)
 
   // Solves with the rows' forces (N), moves the configuration and returns the largest change of a position (m).
   double correct(std::span<const double> lambda);
@@ -148,15 +150,12 @@ class NeedleMotion {
   const NeedleShape& shape() const { return shape_; }
 
  private:
-  struct RowColumn {
-    int first;           // first non-zero block of Y
-    Vector6 base_force;  // the part of Hᵀ on node 0; of a rigid needle all of it, about node 0
-  };
 
   void add_beams(bool exact);
   void add_inertia(const NeedleState& state);
   Vector6 inertia_force(const NeedleState& state, int node) const;
   Vector6 about_base(int node, const Vector6& wrench) const;
+  Vector6 add_row_forces(std::span<const double> lambda);
 
   const NeedleModel& model_;
   double h_;
@@ -167,13 +166,11 @@ class NeedleMotion {
   std::vector<Matrix12> material_;          // K_m per beam at q_0
   bool at_rigid_ = true;                    // q_k is still q_0
   Matrix6X g_;                              // residual per node; of a rigid needle all of it in column 0
-  BlockTridiagonal matrix_;                 // nodes 1..n; of a rigid needle empty, like y, Y and dq
+  BlockTridiagonal matrix_;                 // nodes 1..n; of a rigid needle empty, like dq and dq_free
   Matrix6 base_coupling_;                   // A(0, 1)
-  VectorX y_;
-  MatrixX columns_;                         // Y
-  std::vector<RowColumn> row_columns_;
-  int rows_ = 0;
-  VectorX dq_;
+  NeedleCompliance compliance_;
+  std::vector<BeamRow> rows_;
+  VectorX dq_free_, dq_;
   Vector6 reaction_ = Vector6::Zero();
 };
 

@@ -27,7 +27,7 @@ Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
   const auto n = static_cast<std::size_t>(capacity);
   rows_.reserve(n);
   laws_.reserve(n);
-  needle_row_.resize(n);
+  places_.resize(n);
   lambda_.resize(n);
   delta_.resize(n);
   delta_free_.resize(n);
@@ -55,21 +55,17 @@ void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
   for (int i = 0; i < n; ++i) {
     const Row& r = rows_[i];
     NeedleMotion& needle = needles[r.needle];
-    needle_row_[i] = needle.add_row(r.on_needle.beam, needle_force(needle.shape(), r));
+    const int needle_row = needle.add_row(r.on_needle.beam, needle_force(needle.shape(), r));
+    delta_free_[i] = r.gap + needle.free_displacement(needle_row);
     [[maybe_unused]] const int tissue_row = add_to_tissue(tissue, r);
     assert(tissue_row == i);
   }
-  for (int i = 0; i < n; ++i) {
-    const NeedleMotion& needle = needles[rows_[i].needle];
-    delta_free_[i] = rows_[i].gap + needle.free_displacement(needle_row_[i]);
-    for (int j = i; j < n; ++j)
-      W_(j, i) = rows_[j].needle == rows_[i].needle ? needle.compliance(needle_row_[i], needle_row_[j]) : 0;
-  }
+  auto W = W_.topLeftCorner(n, n);
+  W.setZero();
+  for (std::size_t k = 0; k < needles.size(); ++k) needles[k].add_compliances(places_of(static_cast<int>(k)), W_);
   tissue.add_compliance(W_, delta_free_);
-  for (int i = 0; i < n; ++i) {
-    W_(i, i) = std::max(W_(i, i), kLeastCompliance);
-    W_.row(i).segment(i + 1, n - i - 1) = W_.col(i).segment(i + 1, n - i - 1);
-  }
+  W.diagonal() = W.diagonal().cwiseMax(kLeastCompliance);
+  W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
   soften();
 }
 
@@ -84,10 +80,17 @@ void Rows::soften() {
   }
 }
 
-SolverResult Rows::solve(int max_sweeps, double tolerance) {
+SolverResult Rows::solve(LawMethod method, int max_sweeps, double tolerance) {
   const std::size_t n = rows_.size();
-  return solver_.solve(W_, laws_, {delta_free_.data(), n}, max_sweeps, tolerance, {lambda_.data(), n},
+  return solver_.solve(method, W_, laws_, {delta_free_.data(), n}, max_sweeps, tolerance, {lambda_.data(), n},
                        {delta_.data(), n});
+}
+
+std::span<const int> Rows::places_of(int needle) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    if (rows_[i].needle == needle) places_[count++] = static_cast<int>(i);
+  return {places_.data(), count};
 }
 
 std::span<const double> Rows::needle_forces(int needle) {

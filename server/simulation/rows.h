@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "server/constraints/gauss_seidel.h"
+#include "server/constraints/constraint_solver.h"
 #include "server/models/needle.h"
 #include "server/models/tissue_motion.h"
 
@@ -59,7 +59,7 @@ class Rows {
   // Stage 6: W = W_n + W_t and delta_free. The corridor must have room for all rows' nodes.
   void assemble(std::span<NeedleMotion> needles, TissueMotion& tissue);
   // Stage 7.
-  SolverResult solve(int max_sweeps, double tolerance);
+  SolverResult solve(LawMethod method, int max_sweeps, double tolerance);
   // Forces per needle in the order in which its rows were added, as NeedleMotion::correct() wants them.
   std::span<const double> needle_forces(int needle);
 
@@ -70,15 +70,16 @@ class Rows {
   Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }                      // on the needle, N
 
  private:
+  std::span<const int> places_of(int needle);
   void soften();
 
   int capacity_;
   std::vector<Row> rows_;
   std::vector<Law> laws_;
-  std::vector<int> needle_row_;
+  std::vector<int> places_;  // of one needle's rows
   std::vector<double> lambda_, delta_, delta_free_, needle_lambda_;
   MatrixX W_;
-  GaussSeidel solver_;
+  ConstraintSolver solver_;
 };
 
 }  // namespace acus

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/constraints/law_method.h"
 #include "server/math/types.h"
 #include "server/models/material.h"
 #include "server/models/tetrahedral_mesh.h"
@@ -168,9 +169,6 @@ struct Newton {
   int max_iterations = 20;   // 1 to 1000, rungs `refined` and `exact`
   double tolerance = 1e-12;  // m, > 0: largest change of a node's position in the last iteration
 };
-
-// How the laws are solved; both end at the same forces, within the tolerance.
-enum class LawMethod { gauss_seidel, direct };
 
 struct LawSolver {
   LawMethod solver = LawMethod::gauss_seidel;

@@ -314,7 +314,9 @@ bool Simulation::World::build_rows() {
 void Simulation::World::compute_compliance() { rows.assemble(motions, tissue_motion); }
 
 // 7. lambda.
-SolverResult Simulation::World::solve_laws() { return rows.solve(max_sweeps(), scene.laws.tolerance); }
+SolverResult Simulation::World::solve_laws() {
+  return rows.solve(scene.laws.solver, max_sweeps(), scene.laws.tolerance);
+}
 
 // 8. One backward substitution each; returns the largest change of a position (m).
 double Simulation::World::correct() {
@@ -391,6 +393,7 @@ void Simulation::World::write_report(std::uint32_t flags, const SolverResult& la
   report.time = static_cast<double>(tick) * h;
   report.flags = flags;
   report.rows = rows.count();
+  report.solver = laws.method;
   report.sweeps = laws.sweeps;
   report.residual = laws.residual;
   report.newton_iterations = iterations;
@@ -435,6 +438,7 @@ void Simulation::step() {
     if (iterates && iteration + 1 == limit && change > w.scene.newton.tolerance) flags |= kNewtonNotConverged;
   }
   if (!laws.converged) flags |= kLawsNotConverged;
+  if (laws.fell_back) flags |= kSolverFellBack;
   if (flags & kNewtonNotConverged && limit < w.scene.newton.max_iterations) flags |= kIterationsCapped;
   if (!laws.converged && laws.sweeps == w.max_sweeps() && laws.sweeps < w.scene.laws.max_sweeps) flags |= kSweepsCapped;
 

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The direct solver of laws without bilateral rows: pivoting (pivoting.h), which needs a few picks where the rows can be
+// told apart, and where that gives up the interior-point method (interior_point.h), which needs a dozen or two iterations
+// whatever the rows are. A contact with friction moves in pivoting alone, so then the two take turns. At most kMaxRounds
+// of each.
+#pragma once
+
+#include "server/constraints/interior_point.h"
+#include "server/constraints/law_method.h"
+#include "server/constraints/pivoting.h"
+
+namespace acus {
+
+class DirectLaws {
+ public:
+  static constexpr double kExact = 1e-11;  // share of the largest force, see force_scale()
+  static constexpr int kMaxRounds = 3;
+
+  explicit DirectLaws(int capacity);
+
+  // Starts from the forces given; leaves the ones that violate the laws least, these or better ones, and their
+  // displacements.
+  DirectSteps solve(const LawSystem& system, const LawState& state);
+
+ private:
+  Pivoting pivoting_;
+  InteriorPoint interior_point_;
+  std::vector<double> trial_lambda_, trial_delta_;
+};
+
+}  // namespace acus

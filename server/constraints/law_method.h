@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How the laws are solved, and what came of it.
+#pragma once
+
+#include <cstdint>
+
+namespace acus {
+
+// Both end at the same forces, within their tolerances.
+enum class LawMethod : std::uint8_t { gauss_seidel, direct };
+
+// Factorisations of the direct method, of all rows but the bilateral ones at most.
+struct DirectSteps {
+  int picks = 0;       // of pieces, see pivoting.h
+  int iterations = 0;  // see interior_point.h
+
+  DirectSteps& operator+=(const DirectSteps& other) {
+    picks += other.picks;
+    iterations += other.iterations;
+    return *this;
+  }
+};
+
+struct SolverResult {
+  bool converged = false;                        // residual within the tolerance asked for
+  LawMethod method = LawMethod::gauss_seidel;    // which one answered
+  bool fell_back = false;                        // direct was asked for and gave up
+  DirectSteps steps;
+  int sweeps = 0;                                // of Gauss-Seidel
+  double residual = 0;                           // N, largest violation of a law at the end
+};
+
+}  // namespace acus
