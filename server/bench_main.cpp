@@ -30,7 +30,9 @@ constexpr const char* kDescription =
     "the tick took. Blocks of 200 ticks take turns with a calibration, 20 runs each of CHOLMOD's forward and backward "
     "solve of the tissue's matrix and of a dense Cholesky factorisation; the first 5 ticks and 4 runs after a change "
     "are "
-    "not counted, since the caches hold the other's data. Compare the ratios: absolute times of shared machines drift.";
+    "not counted, since the caches hold the other's data. Compare the ratios: absolute times of shared machines drift. "
+    "Where others run on the "
+    "same processor, the tick's processor time, which leaves theirs out, tells more than its time.";
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-bench scenes/benchmark/cube_1000.yaml scenes/benchmark/insertion_60mm.csv\n"

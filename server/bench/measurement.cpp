@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/bench/measurement.h"
 
+#include <time.h>
+
 #include <algorithm>
 #include <chrono>
 #include <string_view>
@@ -39,14 +41,24 @@ void count_flags(std::uint32_t flags, FlagCounts& counts) {
   for (std::size_t bit = 0; bit < counts.size(); ++bit) counts[bit] += flags >> bit & 1u;
 }
 
-// One tick; returns how long it took (s).
-double step(Simulation& simulation, Measurement& result) {
+// Of this thread (s).
+double processor_time() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+// The processor's clock asks the kernel, and so stays outside of what the wall clock measures.
+StepTime step(Simulation& simulation, Measurement& result) {
   const AllocationCount allocations;
+  StepTime time;
+  const double processor = processor_time();
   const Clock::time_point start = Clock::now();
   simulation.step();
-  const double seconds = seconds_since(start);
+  time.wall = seconds_since(start);
+  time.processor = processor_time() - processor;
   result.allocations += static_cast<std::uint64_t>(allocations.value());
-  return seconds;
+  return time;
 }
 
 void note(const TickReport& report, Measurement& result) {
@@ -60,12 +72,14 @@ void note(const TickReport& report, Measurement& result) {
 
 void TickTimes::reserve(std::size_t ticks) {
   whole.reserve(ticks);
+  processor.reserve(ticks);
   laws.reserve(ticks);
   for (std::vector<double>& stage : stages) stage.reserve(ticks);
 }
 
-void TickTimes::add(double seconds, const TickReport& report) {
-  whole.push_back(seconds);
+void TickTimes::add(const StepTime& step, const TickReport& report) {
+  whole.push_back(step.wall);
+  processor.push_back(step.processor);
   for (std::size_t i = 0; i < stages.size(); ++i) stages[i].push_back(report.stage_seconds[i]);
   laws.push_back(report.stage_seconds[kCompliance] + report.stage_seconds[kSolve]);
 }
@@ -95,11 +109,11 @@ Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibratio
         calibrate(calibration, result);
       }
       driver.command();
-      const double seconds = step(simulation, result);
+      const StepTime time = step(simulation, result);
       const TickReport& report = simulation.report();
       note(report, result);
       if (in_block < Plan::kUncountedTicks || tick < skipped || report.rows < plan.min_rows) continue;
-      result.times.add(seconds, report);
+      result.times.add(time, report);
       result.rows.push_back(report.rows);
       result.sweeps.push_back(report.sweeps);
     }

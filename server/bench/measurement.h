@@ -29,14 +29,21 @@ struct MeasurementPlan {
   int min_rows = 0;                                                     // ticks with less rows are not counted
 };
 
+// How long a tick took (s).
+struct StepTime {
+  double wall = 0;
+  double processor = 0;
+};
+
 // Times in seconds of the ticks that count, in their order.
 struct TickTimes {
   std::vector<double> whole;
+  std::vector<double> processor;  // time of this thread on the processor: of `whole` without what others took of it
   std::array<std::vector<double>, kStageCount> stages;
   std::vector<double> laws;  // stages compliance and solve together
 
   void reserve(std::size_t ticks);
-  void add(double seconds, const TickReport& report);
+  void add(const StepTime& step, const TickReport& report);
 };
 
 // Ticks that raised a flag, by its bit.

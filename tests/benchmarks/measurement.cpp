@@ -55,6 +55,7 @@ TEST_CASE("the stages of a tick add up to no more than the tick") {
     for (const std::vector<double>& stage : m.times.stages) sum += stage[i];
     CHECK(sum > 0);
     CHECK(sum <= m.times.whole[i]);
+    CHECK(m.times.processor[i] > 0);
     CHECK(m.times.laws[i] == doctest::Approx(m.times.stages[5][i] + m.times.stages[6][i]));
   }
 }
