@@ -86,6 +86,11 @@ class Insertion {
   std::uint32_t transitions(const NeedleView& needle, const TissueView& tissue, std::uint64_t tick,
                             std::vector<Path>& paths, std::vector<Event>& events);
 
+  // The tetrahedron that a pushed tip gets to in `distance` (m) along its cutting direction, -1 if it lies in an old path
+  // or touches nothing. At the new positions.
+  int tetrahedron_ahead(const NeedleView& needle, const TissueView& tissue, std::span<const Path> paths,
+                        double distance) const;
+
   Phase phase() const { return phase_; }
   double inserted_depth() const { return depth_; }  // m
 

@@ -226,4 +226,13 @@ void Insertion::find_border(const NeedleView& needle, const TissueView& tissue, 
   }
 }
 
+int Insertion::tetrahedron_ahead(const NeedleView& needle, const TissueView& tissue, std::span<const Path> paths,
+                                 double distance) const {
+  const bool cuts = phase_ == Phase::inside && in_tail_;
+  if (!cuts && !(phase_ == Phase::contact && obstacle_)) return -1;
+  const MaterialPoint& start = cuts ? paths[path_].end : obstacle_->material;
+  const Vector3 from = tissue.position(start), to = from + distance * cutting_direction(needle);
+  return trace_segment(tissue.mesh, tissue.x, start.tetrahedron, from, to).end.tetrahedron;
+}
+
 }  // namespace acus
