@@ -17,6 +17,8 @@ namespace acus {
 namespace {
 
 constexpr int kMaxPaths = 64;
+constexpr int kStepsAhead = 6;      // of a look for the tetrahedra that a tip will enter
+constexpr double kStepAhead = 0.3;  // sizes of the tip's element
 constexpr int kOtherEvents = 8;  // of one needle in one tick, besides the borders that it crosses
 
 // The scene itself, if its values are in range: one built in code has not been through the reader.
@@ -139,6 +141,7 @@ struct Simulation::World {
   void commit();
   void hold();
   std::uint32_t transitions();
+  void look_ahead();
   void write_report(std::uint32_t flags, const SolverResult& laws, int iterations);
 
   NeedleView needle_view(int i) const { return {needle_models[i], start_shapes[i], motions[i].shape(), h}; }
@@ -183,6 +186,7 @@ struct Simulation::World {
   std::vector<NeedleMotion> motions;
   TissueMotion tissue_motion;
   Rows rows;
+  std::vector<int> looked_ahead_from;  // per needle, the tip's tetrahedron for which all that lies ahead is ready
   Vector3 needle_balance = Vector3::Zero();  // last tick: base forces + weight - inertia of all needles (N)
   double needle_largest_force = 0;
   bool timing = false;
@@ -257,6 +261,7 @@ void Simulation::World::reset() {
     motions[i].begin(needle_states[i], scene.needles[i].base);
   }
   for (GuideHold& guide : guides) guide.reset();
+  looked_ahead_from.assign(scene.needles.size(), -1);
   needle_balance.setZero();
   needle_largest_force = 0;
   report.tick = 0;
@@ -387,6 +392,21 @@ std::uint32_t Simulation::World::transitions() {
   return flags;
 }
 
+// Compliance of the tetrahedra that the tips come to next, a node a tick, so that entering one costs no more than
+// staying in it.
+void Simulation::World::look_ahead() {
+  for (int i = 0; i < needles(); ++i) {
+    const int here = insertions[i].tetrahedron_ahead(needle_view(i), tissue_view(), paths, 0);
+    if (here < 0 || here == looked_ahead_from[i]) continue;
+    bool made = false;
+    for (int step = 0; step <= kStepsAhead && !made; ++step) {
+      const double distance = step * kStepAhead * element_sizes[here];
+      made = tissue_motion.prepare(insertions[i].tetrahedron_ahead(needle_view(i), tissue_view(), paths, distance));
+    }
+    if (!made) looked_ahead_from[i] = here;
+  }
+}
+
 // 10. What the outside is told.
 void Simulation::World::write_report(std::uint32_t flags, const SolverResult& laws, int iterations) {
   report.tick = tick;
@@ -445,6 +465,7 @@ void Simulation::step() {
   if (w.finite()) {
     w.commit();
     flags |= w.transitions();
+    w.look_ahead();
   } else {
     w.hold();
     flags |= kNotFinite;
