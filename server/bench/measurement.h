@@ -58,7 +58,7 @@ struct Measurement {
   FlagCounts flags{};
   double residual_max = 0;   // N
   double imbalance_max = 0;  // N
-  // Times of the calibration's runs that count (s); empty where there is none.
+  // Processor times of the calibration's runs that count (s); empty where there is none.
   std::vector<double> standard_solves, least_fill_solves, dense_factorisations;
 };
 
