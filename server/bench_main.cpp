@@ -25,12 +25,12 @@ using namespace acus;
 enum ExitCode : int { kDone = 0, kBadCommandLine = 1, kBadInput = 2, kFailed = 3 };
 
 constexpr const char* kDescription =
-    "Runs a scene along a trajectory without sockets, as fast as it goes on one core, and prints how long each stage "
-    "of the tick took.\nBlocks of 200 ticks take turns with a calibration, 20 runs each of CHOLMOD's forward and backward "
-    "solve of the tissue's matrix and of a dense Cholesky factorisation; the first 5 ticks and 4 runs after a change "
-    "are not counted, since the caches hold the other's data. Compare the ratios: absolute times of shared machines drift. "
-    "Where others run on the same processor, the tick's processor time, which leaves theirs out, tells more than its "
-    "time.";
+    "Runs a scene along a trajectory without sockets, as fast as it goes on one core, and prints how long each "
+    "stage of the tick took.\nBlocks of 200 ticks take turns with a calibration, 20 runs each of CHOLMOD's forward "
+    "and backward solve of the tissue's matrix and of a dense Cholesky factorisation; the first 5 ticks and 4 runs "
+    "after a change are not counted, since the caches hold the other's data. Compare the ratios: absolute times of "
+    "shared machines drift. Where others run on the same processor, the tick's processor time, which leaves theirs "
+    "out, tells more than its time.";
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-bench scenes/benchmark/cube_1000.yaml scenes/benchmark/insertion_60mm.csv\n"
