@@ -11,8 +11,23 @@ namespace acus {
 
 namespace {
 
+// The free nodes of tetrahedra that have a fixed node.
+std::vector<int> nodes_beside_supports(const TissueModel& model) {
+  std::vector<bool> beside(static_cast<std::size_t>(model.nodes()));
+  for (const auto& nodes : model.mesh->tetrahedra) {
+    const auto is_fixed = [&](int node) { return model.free_index[node] < 0; };
+    if (std::none_of(nodes.begin(), nodes.end(), is_fixed)) continue;
+    for (const int node : nodes) beside[node] = beside[node] || !is_fixed(node);
+  }
+  std::vector<int> list;
+  for (const int node : model.free_nodes)
+    if (beside[node]) list.push_back(node);
+  return list;
+}
+
 // Sum of all rows of beta K0 restricted to free unknowns, three rows: the damping force that the free nodes receive in
-// total is this times their velocity, and the supports take the opposite.
+// total is this times their velocity, and the supports take the opposite. Zero but beside supports, since no element
+// answers a translation.
 Matrix3X stiffness_damping_sums(const SparseMatrix& lower) {
   Matrix3X sums = Matrix3X::Zero(3, lower.cols());
   for (int column = 0; column < lower.outerSize(); ++column)
@@ -76,7 +91,8 @@ TissueMotion::TissueMotion(const TissueModel& model, double h, TissueMatrix matr
   elastic_.setZero(3, model.nodes());
   rotations_.setZero(4, model.nodes());
   y_.setZero(model.unknowns());
-  velocity_ = damping_force_ = y_;
+  velocity_.setZero(3, model.nodes());
+  damping_force_ = velocity_;
   rows_.resize(static_cast<std::size_t>(max_rows));
   weight_.setZero();
   for (int i : model.free_nodes) weight_ += model.mass[i] * model.gravity;
@@ -107,8 +123,10 @@ void TissueMotion::factorize_rest() {
   factorize(Precision::single_precision);
   if (!(factor_error(factor_, rest) < kSinglePrecisionError)) factorize(Precision::double_precision);
   if (!damped_) return;
-  assembler_.assemble(nodes, element_rotations_, Tangent::rest, {.stiffness_damping = 1}, damping_);
-  damping_sums_ = stiffness_damping_sums(damping_);
+  assembler_.assemble(nodes, element_rotations_, Tangent::rest, {.stiffness_damping = 1}, rest);
+  beside_supports_ = nodes_beside_supports(model_);
+  const Matrix3X sums = stiffness_damping_sums(rest);
+  for (const int node : beside_supports_) damping_sums_.push_back(sums.middleCols<3>(3 * model_.free_index[node]));
 }
 
 void TissueMotion::reset() {
@@ -122,7 +140,7 @@ void TissueMotion::reset() {
 
 void TissueMotion::begin(const TissueState& state) {
   x_ = state.x;
-  first_iteration_ = true;
+  iteration_ = 0;
   if (corridor_) corridor_->begin_use();
 }
 
@@ -134,7 +152,7 @@ void TissueMotion::evaluate() {
     elastic_forces(model_, x_, element_rotations_, elastic_);
   }
   if (matrix_ == TissueMatrix::turned) node_rotations(model_, element_rotations_, rotations_);
-  if (!first_iteration_) return;
+  if (iteration_ > 0) return;
   balance_ = pending_;
   balance_.support = pending_support_;
   for (int i : model_.fixed_nodes) balance_.support += elastic_.col(i);
@@ -152,39 +170,39 @@ bool TissueMotion::refactorize() {
   return false;
 }
 
-// -g at x_k, the stiffness's damping aside, into y, in the factor's frame and order.
+// -g at x_k into y, in the factor's frame and order.
 void TissueMotion::put_residual(const TissueState& state) {
   for (int f = 0; f < static_cast<int>(position_.size()); ++f) {
     const int i = model_.free_nodes[f];
     Vector3 residual = model_.mass[i] * (model_.gravity + state.v.col(i) / h_) - elastic_.col(i);
-    if (!first_iteration_) {  // on the first, x_k = x_n
+    if (iteration_ > 0) {  // on the first, x_k = x_n
       const Vector3 velocity = (x_.col(i) - state.x.col(i)) / h_;
-      residual -= (model_.mass[i] / h_ + model_.mass_damping[i]) * velocity;
-      velocity_.segment<3>(3 * f) = to_factor(i, velocity);
+      residual -= (model_.mass[i] / h_ + model_.mass_damping[i]) * velocity + damping_force_.col(i);
     }
     in_factor(f) = to_factor(i, residual);
   }
 }
 
-// -beta K (x_k - x_n)/h, with the K that the matrix's damping has.
-void TissueMotion::add_stiffness_damping() {
-  damping_force_.noalias() = damping_.selfadjointView<Eigen::Lower>() * velocity_;
-  for (int f = 0; f < static_cast<int>(position_.size()); ++f) in_factor(f) -= damping_force_.segment<3>(3 * f);
+// The damping of the stiffness, beta R K0 Rᵀ (x_k - x_n)/h with R of the start of the tick.
+void TissueMotion::evaluate_damping(const TissueState& state) {
+  velocity_ = (x_ - state.x) / h_;
+  damping_forces(model_, velocity_, start_rotations_, damping_force_);
 }
 
 bool TissueMotion::linearize(const TissueState& state) {
   if (empty()) return true;
+  if (iteration_ == 1) start_rotations_ = element_rotations_;
   evaluate();
+  if (damped_ && iteration_ > 0) evaluate_damping(state);
   put_residual(state);
   bool exact = true;
   if (matrix_ == TissueMatrix::refactorized) {
-    if (damped_ && first_iteration_)
+    if (damped_ && iteration_ == 0)
       assembler_.assemble(x_, element_rotations_, Tangent::turned, {.stiffness_damping = 1}, damping_);
     exact = refactorize();
     corridor_->clear();
   }
-  if (damped_ && !first_iteration_) add_stiffness_damping();
-  first_iteration_ = false;
+  ++iteration_;
   factor_.forward(y_);
   return exact;
 }
@@ -309,17 +327,18 @@ void TissueMotion::commit(TissueState& state) {
     const int i = model_.free_nodes[f];
     const Vector3 velocity = (x_.col(i) - state.x.col(i)) / h_;
     pending_.inertia += model_.mass[i] * (velocity - state.v.col(i)) / h_ + model_.mass_damping[i] * velocity;
-    velocity_.segment<3>(3 * f) = velocity;
+    velocity_.col(i) = velocity;
     state.v.col(i) = velocity;
     state.x.col(i) = x_.col(i);
   }
   pending_support_ = -lambda_on_fixed_;
   if (!damped_) return;
-  if (matrix_ == TissueMatrix::refactorized) {
-    damping_force_.noalias() = damping_.selfadjointView<Eigen::Lower>() * velocity_;
-    pending_support_ -= Eigen::Map<const Matrix3X>(damping_force_.data(), 3, damping_force_.size() / 3).rowwise().sum();
+  if (iteration_ > 1 || matrix_ == TissueMatrix::refactorized) {
+    damping_forces(model_, velocity_, iteration_ > 1 ? start_rotations_ : element_rotations_, damping_force_);
+    for (int i : model_.free_nodes) pending_support_ -= damping_force_.col(i);
   } else {
-    pending_support_.noalias() -= damping_sums_ * velocity_;
+    for (std::size_t k = 0; k < beside_supports_.size(); ++k)
+      pending_support_ -= damping_sums_[k] * velocity_.col(beside_supports_[k]);
   }
 }
 

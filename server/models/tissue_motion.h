@@ -128,7 +128,7 @@ class TissueMotion {
   bool add_part(Row& row, const MaterialPoint& point, const Vector3& force);
   void evaluate();
   void put_residual(const TissueState& state);
-  void add_stiffness_damping();
+  void evaluate_damping(const TissueState& state);
   bool refactorize();
   Quaternion rotation(int node) const {
     return {rotations_(0, node), rotations_(1, node), rotations_(2, node), rotations_(3, node)};
@@ -147,24 +147,26 @@ class TissueMotion {
   std::vector<int> position_;            // per free node, of its first unknown in the factor
   std::optional<RestStiffness> stiffness_;  // constant
   std::optional<Corridor> corridor_;
-  SparseMatrix damping_;                 // beta K in the factor's frame, lower triangle; empty where beta is zero
+  SparseMatrix damping_;                 // refactorized: beta K of this tick, lower triangle
   SparseMatrix system_;                  // refactorized: A
-  Matrix3X damping_sums_;                // but refactorized: sum over free rows of beta K0, per unknown
+  std::vector<int> beside_supports_;     // free nodes that share a tetrahedron with a fixed one
+  std::vector<Matrix3> damping_sums_;    // for each of them, sum over free rows of beta K0
   Vector3 weight_;                       // of the free nodes (N)
   Matrix3X x_;                           // x_k
   Matrix3X elastic_;                     // dPsi/dx at x_k
   ElementRotations element_rotations_;
+  ElementRotations start_rotations_;     // of the tick, from its second iteration on
   Matrix4X rotations_;                   // turned: of the nodes
   VectorX y_;                            // in the factor's order
-  VectorX velocity_;                     // (x_k - x_n)/h of the free nodes, in unknown order
-  VectorX damping_force_;                // damping_ velocity_
+  Matrix3X velocity_;                    // of the nodes in this tick
+  Matrix3X damping_force_;               // of the damping of the stiffness, from the tick's second iteration on
   std::vector<Row> rows_;
   int row_count_ = 0;
   MatrixX gram_rows_, gram_columns_;     // G S: 3 slots x rows; its transpose
   Matrix3X slot_displacement_;           // Yᵀ y
   std::vector<char> slot_read_;          // per slot, whether slot_displacement_ is of this tick
   VectorX slot_forces_;
-  bool first_iteration_ = true;
+  int iteration_ = 0;                    // of this tick, those done
   Vector3 pending_support_ = Vector3::Zero();  // support force of the last tick but for its elastic part
   Balance pending_;
   Balance balance_;
