@@ -48,6 +48,7 @@ server=      # pid, empty while none runs
 server_log=  # where it writes
 replay=      # pid, empty while none runs
 endpoints=() # of the server, as options of both programs
+sockets=     # folder for its sockets; empty: loopback ports
 
 # Ends what the script started and has not seen ending, whatever ends the script.
 clean_up_at_exit() {
@@ -62,6 +63,7 @@ clean_up() {
     kill "$pid" 2>/dev/null || continue
     wait "$pid" 2>/dev/null || true
   done
+  [[ -z $sockets ]] || rm -rf "$sockets"
 }
 
 # Waits for the program whose pid the named variable holds and forgets it, so that nothing else is ever killed.
@@ -87,8 +89,12 @@ PYTHON
 start_server() {
   local scene=$1 command_port state_port
   server_log=$2
-  read -r command_port state_port < <(free_ports)
-  endpoints=(--commands "tcp://127.0.0.1:$command_port" --states "tcp://127.0.0.1:$state_port")
+  if [[ $sockets ]]; then
+    endpoints=(--commands "ipc://$sockets/commands" --states "ipc://$sockets/states")
+  else
+    read -r command_port state_port < <(free_ports)
+    endpoints=(--commands "tcp://127.0.0.1:$command_port" --states "tcp://127.0.0.1:$state_port")
+  fi
   "$acus_bin/acus-server" "$scene" "${endpoints[@]}" "${@:3}" >"$server_log" 2>&1 &
   server=$!
 }
