@@ -120,19 +120,16 @@ inline void deformation_gradient(const TetrahedronShape<Real>& t, const Real (&x
     }
 }
 
-// force[node][axis] = dPsi/dx (N); q is the element's rotation, updated.
+// force[node][axis] = V R (2 mu E + lambda tr(E) I) grad N, for a rotation r and a strain e + shift I, both 3 x 3.
 template <class Real>
-inline void corotational_forces(const TetrahedronShape<Real>& t, const Real (&x)[4][3], Real (&q)[4],
-                                Real (&force)[4][3]) {
-  Real f[3][3], r[3][3], s[3][3];
-  deformation_gradient(t, x, f);
-  polar_rotation(f, q, r, s);
-  const Real volumetric = t.lambda * (s[0][0] + s[1][1] + s[2][2] - 3.0) - 2.0 * t.mu;
+inline void nodal_forces(const TetrahedronShape<Real>& t, const Real (&r)[3][3], const Real (&e)[3][3], double shift,
+                         Real (&force)[4][3]) {
   const Real shear = 2.0 * t.mu;
+  const Real pressure = t.lambda * (e[0][0] + e[1][1] + e[2][2] + 3.0 * shift) + shear * shift;
   Real stress[3][3];
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) stress[i][j] = shear * s[i][j];
-  for (int i = 0; i < 3; ++i) stress[i][i] = stress[i][i] + volumetric;
+    for (int j = 0; j < 3; ++j) stress[i][j] = shear * e[i][j];
+  for (int i = 0; i < 3; ++i) stress[i][i] = stress[i][i] + pressure;
   for (int i = 0; i < 3; ++i) {
     const Real p0 = t.volume * (r[i][0] * stress[0][0] + r[i][1] * stress[1][0] + r[i][2] * stress[2][0]);
     const Real p1 = t.volume * (r[i][0] * stress[0][1] + r[i][1] * stress[1][1] + r[i][2] * stress[2][1]);
@@ -141,6 +138,29 @@ inline void corotational_forces(const TetrahedronShape<Real>& t, const Real (&x)
       force[a + 1][i] = p0 * t.gradient[a][0] + p1 * t.gradient[a][1] + p2 * t.gradient[a][2];
     force[0][i] = -(force[1][i] + force[2][i] + force[3][i]);
   }
+}
+
+// force[node][axis] = dPsi/dx (N); q is the element's rotation, updated.
+template <class Real>
+inline void corotational_forces(const TetrahedronShape<Real>& t, const Real (&x)[4][3], Real (&q)[4],
+                                Real (&force)[4][3]) {
+  Real f[3][3], r[3][3], s[3][3];
+  deformation_gradient(t, x, f);
+  polar_rotation(f, q, r, s);
+  nodal_forces(t, r, s, -1, force);
+}
+
+// force = R K0 Rᵀ u for small displacements u[node][axis] (m) and a rotation q that stays.
+template <class Real>
+inline void turned_stiffness_forces(const TetrahedronShape<Real>& t, const Real (&u)[4][3], const Real (&q)[4],
+                                    Real (&force)[4][3]) {
+  Real f[3][3], r[3][3], a[3][3], e[3][3];
+  deformation_gradient(t, u, f);
+  quaternion_matrix(q, r);
+  transposed_product(r, f, a);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) e[i][j] = 0.5 * (a[i][j] + a[j][i]);
+  nodal_forces(t, r, e, 0, force);
 }
 
 // The energy Psi (J) at node positions x, with the rotation found from the warm start q.

@@ -70,6 +70,11 @@ TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> 
     }
   }
   model.batches = make_batches(model);
+  for (std::size_t b = 0; b < model.batches.size(); ++b) {
+    Lanes& damping = model.batch_damping.emplace_back();
+    for (std::size_t lane = 0; lane < kLanes; ++lane)
+      damping[lane] = model.rayleigh_stiffness[std::min(b * kLanes + lane, model.rayleigh_stiffness.size() - 1)];
+  }
   model.free_index.assign(static_cast<std::size_t>(mesh.node_count()), -1);
   for (int i = 0; i < mesh.node_count(); ++i) {
     if (!fixed[i]) model.free_index[i] = static_cast<int>(model.free_nodes.size());
@@ -92,11 +97,16 @@ void ElementRotations::reset(const TissueModel& model) {
   forces.setZero(4, model.nodes());
 }
 
-void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces) {
-  rotations.x.topRows<3>() = x;
-  rotations.forces.setZero();
-  const double* position = rotations.x.data();
-  double* total = rotations.forces.data();
+namespace {
+
+// Nodal forces of all elements from nodal vectors: element(batch number, nodal vectors, forces) does eight at a time.
+template <class Element>
+void sum_over_elements(const TissueModel& model, const Matrix3X& x, ElementRotations& scratch, Matrix3X& forces,
+                       Element element) {
+  scratch.x.topRows<3>() = x;
+  scratch.forces.setZero();
+  const double* position = scratch.x.data();
+  double* total = scratch.forces.data();
   for (std::size_t b = 0; b < model.batches.size(); ++b) {
     const ElementBatch& batch = model.batches[b];
     Lanes local[4][3], force[4][3];
@@ -107,13 +117,29 @@ void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotation
       transpose(quads, axes);
       for (int i = 0; i < 3; ++i) local[k][i] = axes[i];
     }
-    corotational_forces(batch.shape, local, rotations.batches[b].q, force);
+    element(b, local, force);
     for (int k = 0; k < 4; ++k) {
       transpose(force[k][0], force[k][1], force[k][2], Lanes{}, quads);
       for (int lane = 0; lane < kLanes; ++lane) add_quad(total + 4 * batch.nodes[k][lane], quads[lane]);
     }
   }
-  forces = rotations.forces.topRows<3>();
+  forces = scratch.forces.topRows<3>();
+}
+
+}  // namespace
+
+void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces) {
+  sum_over_elements(model, x, rotations, forces, [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
+    corotational_forces(model.batches[b].shape, local, rotations.batches[b].q, force);
+  });
+}
+
+void damping_forces(const TissueModel& model, const Matrix3X& v, ElementRotations& rotations, Matrix3X& forces) {
+  sum_over_elements(model, v, rotations, forces, [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
+    turned_stiffness_forces(model.batches[b].shape, local, rotations.batches[b].q, force);
+    for (auto& node : force)
+      for (Lanes& component : node) component *= model.batch_damping[b];
+  });
 }
 
 double elastic_energy(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations) {

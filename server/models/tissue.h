@@ -29,6 +29,7 @@ struct TissueModel {
   std::vector<TetrahedronShape<double>> elements;    // per tetrahedron
   std::vector<ElementBatch> batches;
   std::vector<double> rayleigh_stiffness;            // beta per tetrahedron (s)
+  std::vector<Lanes> batch_damping;                  // the same per batch
   VectorX mass;                                      // per node (kg)
   VectorX mass_damping;                              // per node: alpha m (kg/s)
   std::vector<int> free_index;                       // per node, -1 if fixed
@@ -68,6 +69,10 @@ struct ElementRotations {
 
 // forces = dPsi/dx of the whole mesh (3 x nodes, N), overwritten; rotations updated.
 void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces);
+
+// forces = R beta K0 Rᵀ v of the whole mesh (3 x nodes, N), overwritten, with the elements' rotations as they are: what
+// must be applied from outside to move the nodes at v (3 x nodes, m/s) against the damping of the stiffness.
+void damping_forces(const TissueModel& model, const Matrix3X& v, ElementRotations& rotations, Matrix3X& forces);
 
 // Elastic energy (J).
 double elastic_energy(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations);
