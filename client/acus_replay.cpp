@@ -121,7 +121,13 @@ void print_needles(const RunStatistics& statistics) {
   }
 }
 
-void print_flags(const RunStatistics& statistics) {
+void print_solvers_and_flags(const RunStatistics& statistics) {
+  const auto& solved = statistics.solved();
+  for (std::size_t i = 0; i < solved.size(); ++i) {
+    if (solved[i] == 0) continue;
+    std::printf("laws        solved by %s in %llu states\n", acus::protocol::kLawSolverNames[i],
+                static_cast<unsigned long long>(solved[i]));
+  }
   const auto& flagged = statistics.flagged();
   for (std::size_t bit = 0; bit < flagged.size(); ++bit) {
     if (flagged[bit] == 0) continue;
@@ -163,7 +169,7 @@ void print_summary(const Replay& replay, const ReplayOptions& options, bool punc
   std::printf("states      %llu received, %llu lost; %llu events\n",
               static_cast<unsigned long long>(statistics.states()), static_cast<unsigned long long>(statistics.lost()),
               static_cast<unsigned long long>(statistics.events()));
-  print_flags(statistics);
+  print_solvers_and_flags(statistics);
   print_needles(statistics);
   if (!options.lockstep) print_timing(replay, punctual);
 }

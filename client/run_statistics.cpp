@@ -54,6 +54,7 @@ void RunStatistics::take(const protocol::Force& force, double received) {
   }
   if (force.seq != run.last_seq) uses_.push_back({force.seq, received});
   if (arrivals_.size() < kArrivals && force.needle == needles_.begin()->first) arrivals_.push_back(received);
+  ++solved_[static_cast<std::size_t>(force.solver)];
   for (std::size_t bit = 0; bit < flagged_.size(); ++bit) flagged_[bit] += force.flags >> bit & 1u;
   ++run.states;
   run.last_tick = force.tick;
@@ -66,7 +67,7 @@ void RunStatistics::take(const protocol::Event&) { ++events_; }
 void RunStatistics::take(const protocol::Stats& stats) {
   ++stats_received_;
   if (first_stats_) widen(punctuality_, stats);
-  punctuality_.end_p50 = stats.end_p50;
+  if (stats.ticks > 0) punctuality_.end_p50 = stats.end_p50;
   if (!first_stats_) first_stats_ = stats;
   last_stats_ = stats;
 }

@@ -52,7 +52,7 @@ struct Punctuality {
   std::uint64_t ticks = 0;
   std::uint64_t late = 0;  // of them, ended after the next one was due
   double wake_max = 0;     // s, largest from when a tick was due to when it began
-  double end_p50 = 0;      // s from when a tick was due to its end, median of the newest `stats`
+  double end_p50 = 0;      // s from when a tick was due to its end, median of the newest `stats` with ticks
   double end_max = 0;      // s, largest
 };
 
@@ -80,6 +80,9 @@ class RunStatistics {
   // How many force states had each flag, in the order of protocol::kFlagNames.
   const auto& flagged() const { return flagged_; }
 
+  // How many force states come from each solver of the laws, in the order of protocol::kLawSolverNames.
+  const auto& solved() const { return solved_; }
+
   // A time (s) at which the state of a tick typically comes in, the others a multiple of `period` (s) away: the median
   // of the first kArrivals states. The first force state must have come in.
   double typical_arrival(double period) const;
@@ -94,6 +97,7 @@ class RunStatistics {
   std::uint64_t events_ = 0;
   std::uint64_t stats_received_ = 0;
   std::array<std::uint64_t, protocol::kFlagNames.size()> flagged_{};
+  std::array<std::uint64_t, protocol::kLawSolverNames.size()> solved_{};
   std::vector<double> arrivals_;  // s, of the first needle's first states
   Punctuality punctuality_;
   std::optional<protocol::Stats> first_stats_;

@@ -80,14 +80,17 @@ TEST_CASE("the beat of the ticks is told in spite of skipped ticks and states th
   CHECK(std::remainder(statistics.typical_arrival(kPeriod) - 7.0004, kPeriod) == doctest::Approx(0).epsilon(1e-6));
 }
 
-TEST_CASE("flags are counted one by one") {
+TEST_CASE("flags are counted one by one, and so are the solvers") {
   RunStatistics statistics;
   auto force = force_at(1);
   force.flags = acus::protocol::kPathFull | acus::protocol::kPublishingReduced;
   statistics.take(force, 0);
   force.tick = 2;
   force.flags = acus::protocol::kPathFull;
+  force.solver = acus::protocol::LawSolver::direct;
   statistics.take(force, 0);
+  CHECK(statistics.solved()[0] == 1);
+  CHECK(statistics.solved()[1] == 1);
   for (std::size_t bit = 0; bit < statistics.flagged().size(); ++bit) {
     CHECK(statistics.flagged()[bit] == (bit == 4 ? 2 : bit == 9 ? 1 : 0));
   }
