@@ -135,6 +135,7 @@ void SparseCholesky::analyze(const SparseMatrix& lower, int block) {
 
 bool SparseCholesky::factorize(const SparseMatrix& lower, Precision precision) {
   Factor& f = *factor_;
+  assert(f.L != nullptr);
   cholmod_sparse view = view_of(lower);
   cholmod_factorize(&view, f.L, &f.common);
   if (f.common.status != CHOLMOD_OK) return false;
@@ -148,6 +149,8 @@ bool SparseCholesky::factorize(const SparseMatrix& lower, Precision precision) {
   }, values_);
   return true;
 }
+
+void SparseCholesky::finish() { cholmod_free_factor(&factor_->L, &factor_->common); }
 
 std::size_t SparseCholesky::factor_entries() const {
   return std::visit([](const auto& values) { return values.entries(); }, values_);

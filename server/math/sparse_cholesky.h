@@ -36,6 +36,9 @@ class SparseCholesky {
   // Numeric factorisation of a matrix with the analysed pattern; false if it is not positive definite.
   bool factorize(const SparseMatrix& lower_triangle, Precision precision = Precision::double_precision);
 
+  // Frees what only another factorisation needs: factorize() must not be called again.
+  void finish();
+
   int size() const { return static_cast<int>(position_.size()); }
   std::size_t factor_entries() const;  // stored entries of L, padding included
   Precision precision() const;

@@ -122,6 +122,7 @@ void TissueMotion::factorize_rest() {
   if (matrix_ == TissueMatrix::refactorized) return factorize(Precision::double_precision);
   factorize(Precision::single_precision);
   if (!(factor_error(factor_, rest) < kSinglePrecisionError)) factorize(Precision::double_precision);
+  factor_.finish();
   if (!damped_) return;
   assembler_.assemble(nodes, element_rotations_, Tangent::rest, {.stiffness_damping = 1}, rest);
   beside_supports_ = nodes_beside_supports(model_);

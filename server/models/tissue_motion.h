@@ -100,6 +100,7 @@ class TissueMotion {
   std::size_t factor_entries() const { return factor_.factor_entries(); }
   Precision precision() const { return factor_.precision(); }
   int corridor_nodes() const { return corridor_ ? corridor_->capacity() : 0; }
+  int longest_column() const { return factor_.tree().longest_way; }  // entries of a column that the corridor keeps
 
   // Forget everything that a run has left behind (rotations, corridor).
   void reset();

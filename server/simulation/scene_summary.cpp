@@ -164,12 +164,11 @@ struct Memory {
 Memory memory(const Scene& scene, const Costs& costs) {
   constexpr double kWord = sizeof(double);
   constexpr double kSquares = 5;  // rows x rows: W, and the solver's factor, coupling, Schur and subspace matrices
-  const double unknowns = 3.0 * costs.free_nodes;
   const double corridor = 3.0 * costs.corridor_nodes;
   const double rows = costs.max_rows;
   double needle_unknowns = 0;
   for (const Needle& needle : scene.needles) needle_unknowns += 6.0 * needle.beams;
-  return {kWord * static_cast<double>(costs.factor_entries), kWord * corridor * (unknowns + corridor + rows),
+  return {static_cast<double>(costs.factor_bytes), kWord * corridor * (costs.corridor_column + corridor + 2 * rows),
           kWord * rows * (kSquares * rows + needle_unknowns)};
 }
 

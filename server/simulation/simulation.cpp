@@ -489,8 +489,14 @@ std::span<const int> Simulation::regions() const { return world_->regions; }
 int Simulation::needle_node_count(int needle) const { return world_->needle_models[needle].nodes(); }
 Costs Simulation::costs() const {
   const World& w = *world_;
-  return {static_cast<int>(w.tissue_model.free_nodes.size()), w.tissue_motion.factor_entries(),
-          w.tissue_motion.corridor_nodes(), max_rows(w.scene)};
+  const TissueMotion& tissue = w.tissue_motion;
+  const std::size_t entry = tissue.precision() == Precision::single_precision ? sizeof(float) : sizeof(double);
+  return {static_cast<int>(w.tissue_model.free_nodes.size()),
+          tissue.factor_entries(),
+          tissue.factor_entries() * entry,
+          tissue.corridor_nodes(),
+          tissue.longest_column(),
+          max_rows(w.scene)};
 }
 Eigen::Ref<const Matrix3X> Simulation::tissue_positions() const { return world_->tissue.x; }
 Eigen::Ref<const Matrix3X> Simulation::needle_positions(int needle) const { return world_->needle_states[needle].x; }

@@ -25,7 +25,9 @@ struct Command {
 struct Costs {
   int free_nodes = 0;              // of the tissue, three unknowns each
   std::size_t factor_entries = 0;  // of the tissue's Cholesky factor
+  std::size_t factor_bytes = 0;
   int corridor_nodes = 0;          // tissue nodes whose compliance is kept
+  int corridor_column = 0;         // entries of each of their three columns, at most
   int max_rows = 0;                // scalar rows of the laws in one tick
 };
 
