@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/constraints/direct_laws.h"
 
+#include "server/constraints/sweep.h"
+
 namespace acus {
 
 DirectLaws::DirectLaws(int capacity) : pivoting_(capacity), interior_point_(capacity) {
@@ -12,14 +14,15 @@ DirectSteps DirectLaws::solve(const LawSystem& system, const LawState& state) {
   const LawState trial{{trial_lambda_.data(), state.lambda.size()}, {trial_delta_.data(), state.delta.size()}};
   DirectSteps steps;
   const auto solved = [&] { return law_residual(system, state) <= kExact * force_scale(state.lambda); };
-  for (int round = 0; round < kMaxRounds; ++round) {
+  update_displacements(system, state);
+  for (int k = 0; k < kSweeps && !solved(); ++k) sweep(system, state);
+  for (int round = 0; round < kMaxRounds && !solved(); ++round) {
     steps.picks += pivoting_.solve(system, state);
     if (solved()) break;
     copy(state, trial);
     steps.iterations += interior_point_.solve(system, trial);
     // Contacts have not moved: what they miss is for the next round of picks to mend.
     if (law_residual(system, trial) < law_residual(system, state)) copy(trial, state);
-    if (solved()) break;
   }
   return steps;
 }

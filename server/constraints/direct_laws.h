@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The direct solver of laws without bilateral rows: pivoting (pivoting.h), which needs a few picks where the rows can be
-// told apart, and where that gives up the interior-point method (interior_point.h), which needs a dozen or two iterations
+// The direct solver of laws without bilateral rows. kSweeps sweeps bring the forces of the last tick onto this tick's
+// graphs, which tells the pieces that they stand on: with the steps of single rows from the same forces in place of the
+// sweeps many more rows pick wrongly where a needle slows down. From there on pivoting (pivoting.h), which needs a few
+// picks where the rows can be told apart, and where that gives up the interior-point method (interior_point.h), which needs a dozen or two iterations
 // whatever the rows are. A contact with friction moves in pivoting alone, so then the two take turns. At most kMaxRounds
 // of each.
 #pragma once
@@ -14,6 +16,7 @@ namespace acus {
 class DirectLaws {
  public:
   static constexpr double kExact = 1e-11;  // share of the largest force, see force_scale()
+  static constexpr int kSweeps = 2;
   static constexpr int kMaxRounds = 3;
 
   explicit DirectLaws(int capacity);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Gauss-Seidel over the laws (Duriez et al. 2009, section 3, eq. 6): each row in turn moves to where its law's graph
-// meets its line, the others frozen, until no law is violated by more than the tolerance. A contact and its two rows of
-// friction, which stand right behind it, move together (contact_block.h).
+// Gauss-Seidel over the laws (Duriez et al. 2009, section 3, eq. 6): sweeps (sweep.h) until no law is violated by more
+// than the tolerance.
 //
 // Departures from the paper: the bilateral rows are eliminated before (reduced_laws.h). And points that stick within one
 // element are nearly dependent, where sweeps alone converge slowly; so after kFirstDirect sweeps, and twice as many, four

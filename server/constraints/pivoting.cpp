@@ -27,15 +27,14 @@ Pivoting::Pivoting(int capacity) {
   trial_delta_.resize(n);
 }
 
-// By where the row's own line through (lambda, delta) leads: at rest on the right piece.
-Pivoting::Piece Pivoting::piece_at(const LawSystem& system, int i, const LawState& state) {
-  const Law& law = system.laws[i];
-  const double step = state.lambda[i] - state.delta[i] / system.scale[i];
+// The piece on which a force stands, or would if its row moved by `step` beyond the bounds; `lambda` is what rows keep
+// that have no pieces.
+Pivoting::Piece Pivoting::piece_at(const Law& law, double step, double lambda) {
   if (law.kind == LawKind::unilateral) {
     if (step <= 0) return {Piece::bound, 0};
     return step >= law.limit ? Piece{Piece::bound, law.limit} : Piece{Piece::rest, 0};
   }
-  if (law.kind != LawKind::friction) return {Piece::bound, state.lambda[i]};
+  if (law.kind != LawKind::friction) return {Piece::bound, lambda};
   if (std::abs(step) <= law.limit) return {Piece::rest, 0};
   return {law.viscosity > 0 ? Piece::sliding : Piece::bound, std::copysign(law.limit, step)};
 }
@@ -43,7 +42,7 @@ Pivoting::Piece Pivoting::piece_at(const LawSystem& system, int i, const LawStat
 void Pivoting::start(const LawSystem& system, const LawState& state) {
   for (int i = 0; i < system.rows(); ++i) {
     if (!is_contact(system.laws, i)) {
-      pieces_[i] = piece_at(system, i, state);
+      pieces_[i] = piece_at(system.laws[i], state.lambda[i] / kAtBound, state.lambda[i]);
       continue;
     }
     for (int k = 0; k < kContactRows; ++k) pieces_[i + k] = {Piece::contact, 0};
@@ -57,7 +56,8 @@ int Pivoting::pick_anew(const LawSystem& system, const LawState& state) {
   int changed = 0;
   for (int i = 0; i < system.rows(); ++i) {
     if (pieces_[i].kind == Piece::contact || !(law_violation(system, i, state) > slack)) continue;
-    const Piece picked = piece_at(system, i, state);
+    const double step = state.lambda[i] - state.delta[i] / system.scale[i];  // where the row's own line leads
+    const Piece picked = piece_at(system.laws[i], step, state.lambda[i]);
     if (picked == pieces_[i]) continue;
     pieces_[i] = picked;
     ++changed;

@@ -26,15 +26,16 @@ class Pivoting {
  public:
   static constexpr double kRegularization = 1e-12;
   static constexpr double kExact = 1e-12;
+  static constexpr double kAtBound = 1 - 1e-9;  // a force of that share of a bound stands on it
   static constexpr int kMaxPicks = 12;
   static constexpr int kPatience = 3;
   static constexpr int kMaxContactRounds = 100;
 
   explicit Pivoting(int capacity);
 
-  // Starts on the pieces that the rows pick at the forces given, and leaves the forces that violate the laws least, these
-  // or better ones, with their displacements. Disks that do not stand behind their normal row keep their forces. Returns
-  // the number of picks.
+  // Starts on the pieces on which the forces given stand, and leaves the forces that violate the laws least, these or
+  // better ones, with their displacements. Disks that do not stand behind their normal row keep their forces. Returns the
+  // number of picks.
   int solve(const LawSystem& system, const LawState& state);
 
  private:
@@ -46,7 +47,7 @@ class Pivoting {
     bool operator==(const Piece&) const = default;
   };
 
-  static Piece piece_at(const LawSystem& system, int i, const LawState& state);
+  static Piece piece_at(const Law& law, double step, double lambda);
   void start(const LawSystem& system, const LawState& state);
   int pick_anew(const LawSystem& system, const LawState& state);
 
