@@ -279,7 +279,8 @@ struct FieldsOf<Overrun> {
             "limit of the tissue's iterations while ticks come late, where newton.max_iterations is more"},
       Field{"publish_every", &Overrun::publish_every, "-", between(1, 1000),
             "one of so many needle and tissue states goes out while ticks come late; forces go out every tick"},
-      Field{"recovery", &Overrun::recovery, "s", above(0), "without a late tick, after which all is as before"},
+      Field{"recovery", &Overrun::recovery, "s", above(0),
+            "without a tick whose own work took longer than its period, after which all is as before"},
   };
 };
 
