@@ -20,8 +20,6 @@ constexpr std::size_t kCompliance = 5, kSolve = 6;
 static_assert(kStageNames[kCompliance] == std::string_view("compliance"));
 static_assert(kStageNames[kSolve] == std::string_view("solve"));
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
 // Of this thread (s).
 double processor_time() {
   timespec time{};
@@ -29,12 +27,21 @@ double processor_time() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
+// The processor's clock asks the kernel, and so stays outside of what the wall clock measures.
 template <class Work>
-void time_block(Work& work, std::vector<double>& seconds) {
+Span time(const Work& work) {
+  const double processor = processor_time();
+  const Clock::time_point start = Clock::now();
+  work();
+  const double wall = std::chrono::duration<double>(Clock::now() - start).count();
+  return {wall, processor_time() - processor};
+}
+
+template <class Calibrator>
+void time_block(Calibrator& calibrator, Spans& spans) {
   for (int i = 0; i < Plan::kSolvesPerBlock; ++i) {
-    const double start = processor_time();
-    work.run();
-    if (i >= Plan::kUncountedSolves) seconds.push_back(processor_time() - start);
+    const Span span = time([&] { calibrator.run(); });
+    if (i >= Plan::kUncountedSolves) spans.add(span);
   }
 }
 
@@ -48,17 +55,11 @@ void count_flags(std::uint32_t flags, FlagCounts& counts) {
   for (std::size_t bit = 0; bit < counts.size(); ++bit) counts[bit] += flags >> bit & 1u;
 }
 
-// The processor's clock asks the kernel, and so stays outside of what the wall clock measures.
-StepTime step(Simulation& simulation, Measurement& result) {
+Span step(Simulation& simulation, Measurement& result) {
   const AllocationCount allocations;
-  StepTime time;
-  const double processor = processor_time();
-  const Clock::time_point start = Clock::now();
-  simulation.step();
-  time.wall = seconds_since(start);
-  time.processor = processor_time() - processor;
+  const Span span = time([&] { simulation.step(); });
   result.allocations += static_cast<std::uint64_t>(allocations.value());
-  return time;
+  return span;
 }
 
 void note(const TickReport& report, Measurement& result) {
@@ -70,16 +71,24 @@ void note(const TickReport& report, Measurement& result) {
 
 }  // namespace
 
+void Spans::reserve(std::size_t count) {
+  wall.reserve(count);
+  processor.reserve(count);
+}
+
+void Spans::add(const Span& span) {
+  wall.push_back(span.wall);
+  processor.push_back(span.processor);
+}
+
 void TickTimes::reserve(std::size_t ticks) {
   whole.reserve(ticks);
-  processor.reserve(ticks);
   laws.reserve(ticks);
   for (std::vector<double>& stage : stages) stage.reserve(ticks);
 }
 
-void TickTimes::add(const StepTime& step, const TickReport& report) {
-  whole.push_back(step.wall);
-  processor.push_back(step.processor);
+void TickTimes::add(const Span& tick, const TickReport& report) {
+  whole.add(tick);
   for (std::size_t i = 0; i < stages.size(); ++i) stages[i].push_back(report.stage_seconds[i]);
   laws.push_back(report.stage_seconds[kCompliance] + report.stage_seconds[kSolve]);
 }
@@ -109,11 +118,11 @@ Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibratio
         calibrate(calibration, result);
       }
       driver.command();
-      const StepTime time = step(simulation, result);
+      const Span span = step(simulation, result);
       const TickReport& report = simulation.report();
       note(report, result);
       if (in_block < Plan::kUncountedTicks || tick < skipped || report.rows < plan.min_rows) continue;
-      result.times.add(time, report);
+      result.times.add(span, report);
       result.rows.push_back(report.rows);
       result.sweeps.push_back(report.sweeps);
     }

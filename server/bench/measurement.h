@@ -29,21 +29,27 @@ struct MeasurementPlan {
   int min_rows = 0;                                                     // ticks with less rows are not counted
 };
 
-// How long a tick took (s).
-struct StepTime {
+// How long something took (s).
+struct Span {
   double wall = 0;
-  double processor = 0;
+  double processor = 0;  // of this thread: without what other programs took of the core
+};
+
+struct Spans {
+  std::vector<double> wall, processor;
+
+  void reserve(std::size_t count);
+  void add(const Span& span);
 };
 
 // Times in seconds of the ticks that count, in their order.
 struct TickTimes {
-  std::vector<double> whole;
-  std::vector<double> processor;  // time of this thread on the processor: of `whole` without what others took of it
+  Spans whole;
   std::array<std::vector<double>, kStageCount> stages;
   std::vector<double> laws;  // stages compliance and solve together
 
   void reserve(std::size_t ticks);
-  void add(const StepTime& step, const TickReport& report);
+  void add(const Span& tick, const TickReport& report);
 };
 
 // Ticks that raised a flag, by its bit.
@@ -58,8 +64,8 @@ struct Measurement {
   FlagCounts flags{};
   double residual_max = 0;   // N
   double imbalance_max = 0;  // N
-  // Processor times of the calibration's runs that count (s); empty where there is none.
-  std::vector<double> standard_solves, least_fill_solves, dense_factorisations;
+  // The calibration's runs that count; empty where there is none.
+  Spans standard_solves, least_fill_solves, dense_factorisations;
 };
 
 // What the ticks are compared with, as far as it is wanted and there is tissue to solve for.

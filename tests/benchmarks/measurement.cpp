@@ -26,23 +26,23 @@ TEST_CASE("all ticks are run, and those after the calibration do not count for t
   Bench bench;
   const Measurement m = bench.run({});
   CHECK(m.ticks == 126);
-  CHECK(m.times.whole.size() == 126 - Plan::kUncountedTicks);
-  CHECK(m.times.stages[9].size() == m.times.whole.size());
-  CHECK(m.rows.size() == m.times.whole.size());
-  CHECK(m.standard_solves.size() == Plan::kSolvesPerBlock - Plan::kUncountedSolves);
-  CHECK(m.dense_factorisations.size() == m.standard_solves.size());
+  CHECK(m.times.whole.wall.size() == 126 - Plan::kUncountedTicks);
+  CHECK(m.times.stages[9].size() == m.times.whole.wall.size());
+  CHECK(m.rows.size() == m.times.whole.wall.size());
+  CHECK(m.standard_solves.wall.size() == Plan::kSolvesPerBlock - Plan::kUncountedSolves);
+  CHECK(m.dense_factorisations.processor.size() == m.standard_solves.wall.size());
 }
 
 TEST_CASE("repeats begin anew; a skipped start and ticks with few rows do not count") {
   Bench bench;
   const Measurement all = bench.run({.repeat = 3});
   CHECK(all.ticks == 3 * 126);
-  CHECK(all.times.whole.size() == 3 * (126 - Plan::kUncountedTicks));
+  CHECK(all.times.whole.wall.size() == 3 * (126 - Plan::kUncountedTicks));
   const Measurement late = bench.run({.skip = 0.05});
-  CHECK(late.times.whole.size() == 76);
+  CHECK(late.times.whole.wall.size() == 76);
   const Measurement inside = bench.run({.min_rows = 4});
-  CHECK(inside.times.whole.size() > 0);
-  CHECK(inside.times.whole.size() < 110);
+  CHECK(inside.times.whole.wall.size() > 0);
+  CHECK(inside.times.whole.wall.size() < 110);
   const Measurement begun = bench.run({.max_ticks = 20});
   CHECK(begun.ticks == 20);
 }
@@ -50,12 +50,12 @@ TEST_CASE("repeats begin anew; a skipped start and ticks with few rows do not co
 TEST_CASE("the stages of a tick add up to no more than the tick") {
   Bench bench;
   const Measurement m = bench.run({});
-  for (std::size_t i = 0; i < m.times.whole.size(); ++i) {
+  for (std::size_t i = 0; i < m.times.whole.wall.size(); ++i) {
     double sum = 0;
     for (const std::vector<double>& stage : m.times.stages) sum += stage[i];
     CHECK(sum > 0);
-    CHECK(sum <= m.times.whole[i]);
-    CHECK(m.times.processor[i] > 0);
+    CHECK(sum <= m.times.whole.wall[i]);
+    CHECK(m.times.whole.processor[i] > 0);
     CHECK(m.times.laws[i] == doctest::Approx(m.times.stages[5][i] + m.times.stages[6][i]));
   }
 }
@@ -64,7 +64,7 @@ TEST_CASE("a report of nothing counted is still valid JSON") {
   Bench bench;
   BenchRun run;
   run.measured = bench.run({.min_rows = 1000});
-  REQUIRE(run.measured.times.whole.empty());
+  REQUIRE(run.measured.times.whole.wall.empty());
   const std::string json = bench_json(run, bench.simulation, bench.calibration);
   CHECK(json.find("nan") == std::string::npos);
   CHECK(json.find("\"tick_p99_to_p50\": null") != std::string::npos);
