@@ -87,6 +87,7 @@ Vector3 material_rotation(const TetrahedralMesh& mesh, const Matrix3X& from, con
 TissueMotion::TissueMotion(const TissueModel& model, double h, TissueMatrix matrix, int max_rows, int max_nodes)
     : model_(model), h_(h), matrix_(matrix), damped_(has_stiffness_damping(model)), assembler_(model) {
   element_rotations_.reset(model);
+  start_rotations_ = element_rotations_;
   x_ = model.mesh->nodes;
   elastic_.setZero(3, model.nodes());
   rotations_.setZero(4, model.nodes());
