@@ -38,9 +38,8 @@ void ConstraintSolver::solve_rounds(const LawSystem& full, const LawState& state
 
 void ConstraintSolver::solve_directly(const LawSystem& full, const LawState& state, SolverResult& result) {
   const auto target = [](std::span<const double> lambda) { return kExact * force_scale(lambda); };
-  solve_rounds(full, state, result, target, [&](const LawSystem& system, const LawState& others) {
-    result.steps += direct_.solve(system, others);
-  });
+  solve_rounds(full, state, result, target,
+               [&](const LawSystem& system, const LawState& others) { result.steps += direct_.solve(system, others); });
 }
 
 void ConstraintSolver::solve_by_sweeps(const LawSystem& full, int max_sweeps, double tolerance, const LawState& state,
@@ -54,7 +53,7 @@ void ConstraintSolver::solve_by_sweeps(const LawSystem& full, int max_sweeps, do
   });
 }
 
-SolverResult ConstraintSolver::solve(LawMethod method, const MatrixX& W, std::span<const Law> laws,
+SolverResult ConstraintSolver::solve(LawMethod method, Eigen::Ref<const MatrixX> W, std::span<const Law> laws,
                                      std::span<const double> delta_free, int max_sweeps, double tolerance,
                                      std::span<double> lambda, std::span<double> delta) {
   const auto n = static_cast<Eigen::Index>(laws.size());

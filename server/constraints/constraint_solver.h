@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Stage 7: the forces at which every law holds on its line, delta = W lambda + delta_free. Bilateral rows are eliminated
-// (reduced_laws.h); the others are solved
+// Stage 7: the forces at which every law holds on its line, delta = W lambda + delta_free. Bilateral rows are
+// eliminated (reduced_laws.h); the others are solved
 //
 //   direct         by the pieces of their graphs (direct_laws.h), to kExact of force_scale(), in a bounded number of
-//                  factorisations. Starts on the pieces that the rows pick at the forces of the last tick. Where that is
-//                  not enough Gauss-Seidel goes on from there;
+//                  factorisations. Starts on the pieces that the rows pick at the forces of the last tick. Where that
+//                  is not enough Gauss-Seidel goes on from there;
 //   gauss_seidel   by sweeps (gauss_seidel.h), to the tolerance given.
 //
-// The residual is taken on the full W as it was given, after the bilateral rows have followed; where it is too large the
-// elimination is repeated about the answer, kMaxRounds times at most, which mends what regularisation and rounding left
-// over. The answer that violates the laws least is the one returned. Nothing depends on earlier calls, but for the
+// The residual is taken on the full W as it was given, after the bilateral rows have followed; where it is too large
+// the elimination is repeated about the answer, kMaxRounds times at most, which mends what regularisation and rounding
+// left over. The answer that violates the laws least is the one returned. Nothing depends on earlier calls, but for the
 // forces that the caller hands in. Nothing allocates after construction.
 #pragma once
 
@@ -31,8 +31,9 @@ class ConstraintSolver {
   // W: symmetric (m/N), positive diagonal, rows x rows in its top left corner, rows <= capacity. delta_free (m) and
   // lambda (N) have one entry per law; lambda is the first guess; delta returns W lambda + delta_free. `max_sweeps` and
   // `tolerance` (N) are those of Gauss-Seidel; an answer converged if its residual is within the tolerance.
-  SolverResult solve(LawMethod method, const MatrixX& W, std::span<const Law> laws, std::span<const double> delta_free,
-                     int max_sweeps, double tolerance, std::span<double> lambda, std::span<double> delta);
+  SolverResult solve(LawMethod method, Eigen::Ref<const MatrixX> W, std::span<const Law> laws,
+                     std::span<const double> delta_free, int max_sweeps, double tolerance, std::span<double> lambda,
+                     std::span<double> delta);
 
  private:
   template <class Inner, class Target>

@@ -34,9 +34,7 @@ double find_rim(double scale, Excess excess) {
 // t for a given n: the rim's radius is known.
 Vector2 friction_force(double radius, const Eigen::Matrix2d& W, const Vector2& delta_bar) {
   if (radius <= 0) return Vector2::Zero();
-  const auto force = [&](double a) {
-    return Vector2(-(W + a * Eigen::Matrix2d::Identity()).inverse() * delta_bar);
-  };
+  const auto force = [&](double a) { return Vector2(-(W + a * Eigen::Matrix2d::Identity()).inverse() * delta_bar); };
   if (force(0).norm() <= radius) return force(0);
   return force(find_rim(W.trace(), [&](double a) { return force(a).norm() - radius; })).normalized() * radius;
 }

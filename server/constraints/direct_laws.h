@@ -2,9 +2,9 @@
 // The direct solver of laws without bilateral rows. kSweeps sweeps bring the forces of the last tick onto this tick's
 // graphs, which tells the pieces that they stand on: with the steps of single rows from the same forces in place of the
 // sweeps many more rows pick wrongly where a needle slows down. From there on pivoting (pivoting.h), which needs a few
-// picks where the rows can be told apart, and where that gives up the interior-point method (interior_point.h), which needs a dozen or two iterations
-// whatever the rows are. A contact with friction moves in pivoting alone, so then the two take turns. At most kMaxRounds
-// of each.
+// picks where the rows can be told apart, and where that gives up the interior-point method (interior_point.h), which
+// needs a dozen or two iterations whatever the rows are. A contact with friction moves in pivoting alone, so then the
+// two take turns. At most kMaxRounds of each.
 #pragma once
 
 #include "server/constraints/interior_point.h"

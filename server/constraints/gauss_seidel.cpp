@@ -7,7 +7,8 @@
 
 namespace acus {
 
-GaussSeidel::Counts GaussSeidel::solve(const LawSystem& system, int max_sweeps, double tolerance, const LawState& state) {
+GaussSeidel::Counts GaussSeidel::solve(const LawSystem& system, int max_sweeps, double tolerance,
+                                       const LawState& state) {
   Counts counts;
   update_displacements(system, state);
   while (counts.sweeps < max_sweeps && !(law_residual(system, state) <= tolerance)) {

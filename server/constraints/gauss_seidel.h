@@ -2,10 +2,10 @@
 // Gauss-Seidel over the laws (Duriez et al. 2009, section 3, eq. 6): sweeps (sweep.h) until no law is violated by more
 // than the tolerance.
 //
-// Departures from the paper: the bilateral rows are eliminated before (reduced_laws.h). And points that stick within one
-// element are nearly dependent, where sweeps alone converge slowly; so after kFirstDirect sweeps, and twice as many, four
-// times and so on, the direct method goes on from where the sweeps have left the rows (direct_laws.h)
-// [after Silcowitz, Niebe, Erleben 2010, "Projected Gauss-Seidel subspace minimization"].
+// Departures from the paper: the bilateral rows are eliminated before (reduced_laws.h). And points that stick within
+// one element are nearly dependent, where sweeps alone converge slowly; so after kFirstDirect sweeps, and twice as
+// many, four times and so on, the direct method goes on from where the sweeps have left the rows (direct_laws.h) [after
+// Silcowitz, Niebe, Erleben 2010, "Projected Gauss-Seidel subspace minimization"].
 #pragma once
 
 #include "server/constraints/direct_laws.h"

@@ -48,8 +48,10 @@ void InteriorPoint::begin(const LawSystem& system, const LawState& state) {
   rows_.clear();
   ranges_.clear();
   for (int i = 0; i < system.rows(); ++i) {
-    if (is_contact(system.laws, i)) i += 2;
-    else begin_range(system, i, state);
+    if (is_contact(system.laws, i))
+      i += 2;
+    else
+      begin_range(system, i, state);
   }
   update_displacements(system, state);
   double push = 0;  // N, by which a row would move on average
@@ -153,8 +155,8 @@ void InteriorPoint::advance(const LawSystem& system, double step, const LawState
 int InteriorPoint::solve(const LawSystem& system, const LawState& state) {
   begin(system, state);
   int iterations = 0;
-  for (double residual = std::numeric_limits<double>::infinity(); iterations < kMaxIterations && residual > kExact * force_scale(state.lambda);
-       ++iterations) {
+  for (double residual = std::numeric_limits<double>::infinity();
+       iterations < kMaxIterations && residual > kExact * force_scale(state.lambda); ++iterations) {
     set_targets(0, false);
     if (!factorize(system)) return iterations;
     find_step(system);

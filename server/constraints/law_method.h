@@ -22,12 +22,12 @@ struct DirectSteps {
 };
 
 struct SolverResult {
-  bool converged = false;                        // residual within the tolerance asked for
-  LawMethod method = LawMethod::gauss_seidel;    // which one answered
-  bool fell_back = false;                        // direct was asked for and gave up
+  bool converged = false;                      // residual within the tolerance asked for
+  LawMethod method = LawMethod::gauss_seidel;  // which one answered
+  bool fell_back = false;                      // direct was asked for and gave up
   DirectSteps steps;
-  int sweeps = 0;                                // of Gauss-Seidel
-  double residual = 0;                           // N, largest violation of a law at the end
+  int sweeps = 0;       // of Gauss-Seidel
+  double residual = 0;  // N, largest violation of a law at the end
 };
 
 }  // namespace acus

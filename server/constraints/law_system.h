@@ -3,7 +3,8 @@
 // forces violate them.
 //
 // The violation of a row is the force by which it would still move, |lambda - law_force(...)| (N) on its own line
-// through (lambda, delta) with the slope `scale`, W_ii. It measures the laws themselves, not the progress of an iteration.
+// through (lambda, delta) with the slope `scale`, W_ii. It measures the laws themselves, not the progress of an
+// iteration.
 #pragma once
 
 #include <span>
@@ -31,7 +32,8 @@ struct LawState {
 
 void copy(const LawState& from, const LawState& to);
 
-// The largest force (N), and at least 1 N: rounding errors, and so what can be asked of an answer, grow with the forces.
+// The largest force (N), and at least 1 N: rounding errors, and so what can be asked of an answer, grow with the
+// forces.
 double force_scale(std::span<const double> lambda);
 
 // A normal row with its two rows of friction right behind it (contact_block.h).

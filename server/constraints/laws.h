@@ -48,11 +48,11 @@ enum class LawKind : std::uint8_t {
 
 struct Law {
   LawKind kind = LawKind::bilateral;
-  double limit = 0;      // f or T (N), >= 0, may be infinite; disks: mu (-)
-  double viscosity = 0;  // c (N/m), friction only: force per displacement in this tick
-  int normal_row = -1;   // disks only
-  double cohesion = 0;   // c (N), >= 0, disks only
-  double compliance = 0; // s (m/N), >= 0, bilateral only
+  double limit = 0;       // f or T (N), >= 0, may be infinite; disks: mu (-)
+  double viscosity = 0;   // c (N/m), friction only: force per displacement in this tick
+  int normal_row = -1;    // disks only
+  double cohesion = 0;    // c (N), >= 0, disks only
+  double compliance = 0;  // s (m/N), >= 0, bilateral only
 };
 
 // lambda of a one-row law on the line delta = compliance * lambda + delta_bar.

@@ -112,7 +112,8 @@ void Pivoting::solve_contacts(const LawSystem& system) {
       const Law &normal = system.laws[row], &friction = system.laws[row + 1];
       const Matrix3 block = K.block<kContactRows, kContactRows>(c, c);
       auto own = all.segment<kContactRows>(c);
-      const Vector3 bar = rhs_.segment<kContactRows>(lines_ + c) + K.middleRows<kContactRows>(c).lazyProduct(all) - block * own;
+      const Vector3 bar =
+          rhs_.segment<kContactRows>(lines_ + c) + K.middleRows<kContactRows>(c).lazyProduct(all) - block * own;
       const Vector3 force = contact_force({normal.limit, friction.limit, friction.cohesion}, block, bar);
       moved = moved || (force - own).norm() > kExact * std::max(1.0, force.norm());
       own = force;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/constraints/reduced_laws.h"
 
+#include <utility>
+
 #include "server/math/partial_cholesky.h"
 
 namespace acus {
@@ -14,7 +16,7 @@ ReducedLaws::ReducedLaws(int capacity) {
   scale_.resize(n);
   lambda_.resize(n);
   delta_.resize(n);
-  factor_.setZero(capacity, capacity);
+  storage_.setZero(capacity * capacity);
   softness_.setZero(capacity);
   y_.setZero(capacity);
   delta_free_.setZero(capacity);
@@ -45,23 +47,24 @@ void ReducedLaws::split(const LawSystem& full) {
 
 // The lower triangle of W in the new order.
 void ReducedLaws::fill(const Eigen::Ref<const MatrixX>& W) {
-  const auto n = static_cast<Eigen::Index>(order_.size());
+  auto matrix = factor();
+  const Eigen::Index n = matrix.rows();
   for (Eigen::Index j = 0; j < n; ++j) {
     const double* from = W.col(order_[j]).data();
-    double* to = factor_.col(j).data();
+    double* to = matrix.col(j).data();
     for (Eigen::Index i = j; i < n; ++i) to[i] = from[order_[i]];
   }
 }
 
 bool ReducedLaws::factorize(const LawSystem& full) {
-  auto softness = softness_.head(bilateral_count_);
-  const auto n = static_cast<Eigen::Index>(order_.size());
+  const auto softness = softness_.head(bilateral_count_);
+  auto matrix = factor();
+  auto diagonal = matrix.diagonal().head(bilateral_count_);
   for (double share = kRegularization; share <= 1; share *= 100) {
     fill(full.W);
-    auto diagonal = factor_.diagonal().head(bilateral_count_);
     if (bilateral_count_ > 0) diagonal.array() += share * diagonal.mean();  // of W itself: soft rows must not count
     diagonal += softness;
-    if (partial_cholesky(factor_.topLeftCorner(n, n), bilateral_count_)) return true;
+    if (partial_cholesky(matrix, bilateral_count_)) return true;
   }
   return false;
 }
@@ -69,28 +72,34 @@ bool ReducedLaws::factorize(const LawSystem& full) {
 bool ReducedLaws::reduce(const LawSystem& full) {
   split(full);
   if (!factorize(full)) return false;
-  auto schur = factor_.block(bilateral_count_, bilateral_count_, other_count_, other_count_);
+  auto schur = factor().bottomRightCorner(other_count_, other_count_);
   schur.triangularView<Eigen::StrictlyUpper>() = schur.transpose();
   return true;
 }
 
 void ReducedLaws::linearize(const LawState& iterate) {
+  const auto matrix = std::as_const(*this).factor();
+  const auto coupling = matrix.bottomLeftCorner(other_count_, bilateral_count_);
+  const auto schur = matrix.bottomRightCorner(other_count_, other_count_);
   auto y = y_.head(bilateral_count_);
   auto bar = delta_free_.head(other_count_);
   for (Eigen::Index i = 0; i < bilateral_count_; ++i)
     y[i] = iterate.delta[order_[i]] + softness_[i] * iterate.lambda[order_[i]];
-  bilateral_factor().triangularView<Eigen::Lower>().solveInPlace(y);
+  matrix.topLeftCorner(bilateral_count_, bilateral_count_).triangularView<Eigen::Lower>().solveInPlace(y);
   for (Eigen::Index i = 0; i < other_count_; ++i) bar[i] = iterate.delta[others_[i]];
-  for (Eigen::Index j = 0; j < bilateral_count_; ++j) bar -= y[j] * coupling().col(j);
+  for (Eigen::Index j = 0; j < bilateral_count_; ++j) bar -= y[j] * coupling.col(j);
   for (Eigen::Index j = 0; j < other_count_; ++j) {
     const double force = iterate.lambda[others_[j]];
     step_[j] = force;
-    if (force != 0) bar -= force * schur().col(j);
+    if (force != 0) bar -= force * schur.col(j);
   }
 }
 
 LawSystem ReducedLaws::system() const {
-  return {schur(), laws_, {delta_free_.data(), others_.size()}, {scale_.data(), others_.size()}};
+  return {factor().bottomRightCorner(other_count_, other_count_),
+          laws_,
+          {delta_free_.data(), others_.size()},
+          {scale_.data(), others_.size()}};
 }
 
 void ReducedLaws::gather(std::span<const double> lambda) {
@@ -98,14 +107,16 @@ void ReducedLaws::gather(std::span<const double> lambda) {
 }
 
 void ReducedLaws::expand(std::span<double> lambda) {
+  const auto matrix = std::as_const(*this).factor();
   auto y = y_.head(bilateral_count_);
   auto change = step_.head(other_count_);
   for (Eigen::Index i = 0; i < other_count_; ++i) {
     change[i] = lambda_[i] - change[i];
     lambda[others_[i]] = lambda_[i];
   }
-  y.noalias() += coupling().transpose().lazyProduct(change);
-  bilateral_factor().transpose().triangularView<Eigen::Upper>().solveInPlace(y);
+  y.noalias() += matrix.bottomLeftCorner(other_count_, bilateral_count_).transpose().lazyProduct(change);
+  const auto corner = matrix.topLeftCorner(bilateral_count_, bilateral_count_);
+  corner.transpose().triangularView<Eigen::Upper>().solveInPlace(y);
   for (Eigen::Index i = 0; i < bilateral_count_; ++i) lambda[order_[i]] -= y[i];
 }
 

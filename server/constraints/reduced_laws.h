@@ -12,8 +12,8 @@
 // Points closer than mesh and beams can tell apart make W_BB nearly singular: kRegularization of its mean diagonal is
 // added, a hundred times more as long as that does not factorise. Started at lambda = 0 and repeated about its own
 // answer, the elimination is the proximal point method [Rockafellar 1976], which converges to the answer on W itself;
-// rounding errors of the factor are mended on the way. The scales of the others stay those of the full W, so a violation
-// is the same number here and there.
+// rounding errors of the factor are mended on the way. The scales of the others stay those of the full W, so a
+// violation is the same number here and there.
 #pragma once
 
 #include <vector>
@@ -47,9 +47,14 @@ class ReducedLaws {
   void split(const LawSystem& full);
   void fill(const Eigen::Ref<const MatrixX>& W);
   bool factorize(const LawSystem& full);
-  auto bilateral_factor() const { return factor_.topLeftCorner(bilateral_count_, bilateral_count_); }
-  auto coupling() const { return factor_.block(bilateral_count_, 0, other_count_, bilateral_count_); }
-  auto schur() const { return factor_.block(bilateral_count_, bilateral_count_, other_count_, other_count_); }
+  // Lower triangle: L of W_BB and below it W_IB L⁻ᵀ; S in full in the last corner. Packed, so that it stays in the
+  // caches.
+  auto factor() {
+    return Eigen::Map<MatrixX>(storage_.data(), bilateral_count_ + other_count_, bilateral_count_ + other_count_);
+  }
+  auto factor() const {
+    return Eigen::Map<const MatrixX>(storage_.data(), bilateral_count_ + other_count_, bilateral_count_ + other_count_);
+  }
 
   std::vector<int> order_;              // rows of W: the bilateral ones, then the others
   std::vector<int> others_;             // rows of W
@@ -58,11 +63,11 @@ class ReducedLaws {
   std::vector<double> scale_;           // of the others
   std::vector<double> lambda_, delta_;  // of the others
   Eigen::Index bilateral_count_ = 0, other_count_ = 0;
-  MatrixX factor_;                      // lower triangle: L of W_BB, W_IB L⁻ᵀ below it; S in full in the last corner
-  VectorX softness_;                    // s (m/N)
-  VectorX y_;                           // L⁻¹ (delta_B + s lambda_B)
-  VectorX delta_free_;                  // delta_bar
-  VectorX step_;                        // scratch: change of lambda_I, then of lambda_B
+  VectorX storage_;     // of factor()
+  VectorX softness_;    // s (m/N)
+  VectorX y_;           // L⁻¹ (delta_B + s lambda_B)
+  VectorX delta_free_;  // delta_bar
+  VectorX step_;        // scratch: change of lambda_I, then of lambda_B
 };
 
 }  // namespace acus

@@ -5,8 +5,8 @@
 //   | A21 A22  |  ->  | L21  S |
 //
 // A11 must be positive definite; S, the Schur complement, is what the other unknowns are left with. The strict upper
-// triangle is neither read nor written. Right-looking, in panels of fixed width [Golub, Van Loan, "Matrix Computations",
-// 4.2.9]; products in tiles, so that Eigen finds room for its buffers on the stack. Nothing allocates.
+// triangle is neither read nor written. Right-looking, in panels of fixed width [Golub, Van Loan, "Matrix
+// Computations", 4.2.9]; products in tiles, so that Eigen finds room for its buffers on the stack. Nothing allocates.
 #pragma once
 
 #include "server/math/types.h"

@@ -254,7 +254,7 @@ int NeedleMotion::add_row(int beam, const Vector12& force) {
   return static_cast<int>(rows_.size()) - 1;
 }
 
-void NeedleMotion::add_compliances(std::span<const int> places, MatrixX& W) {
+void NeedleMotion::add_compliances(std::span<const int> places, Eigen::Ref<MatrixX> W) {
   if (!model_.rigid) compliance_.add_to(matrix_, rows_, places, W);
 }
 

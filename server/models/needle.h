@@ -130,7 +130,7 @@ class NeedleMotion {
   // Adds a row whose generalised force is `force` on the nodes of `beam`; returns its index.
   int add_row(int beam, const Vector12& force);
   // Adds W_n (m/N) to the lower triangle of W; row r of the needle is row places[r] there.
-  void add_compliances(std::span<const int> places, MatrixX& W);
+  void add_compliances(std::span<const int> places, Eigen::Ref<MatrixX> W);
   double free_displacement(int row) const;  // H dq_free (m)
 
   // Solves with the rows' forces (N), moves the configuration and returns the largest change of a position (m).

@@ -8,6 +8,7 @@ namespace acus {
 NeedleCompliance::NeedleCompliance(int beams, int max_rows) {
   order_.resize(static_cast<std::size_t>(max_rows));
   ends_.resize(static_cast<std::size_t>(beams) + 1);
+  places_.resize(order_.size());
   panel_.setZero(max_rows, 12);
   column_.setZero(max_rows);
 }
@@ -35,8 +36,8 @@ void NeedleCompliance::go_to_beam(const BlockTridiagonal& A, int beam) {
   near = far.lazyProduct(transfer.transpose());
 }
 
-// Z Hᵀ of a row of this beam, and its compliance with itself and all rows passed before.
-void NeedleCompliance::pass_row(const BeamRow& row, std::span<const int> places, MatrixX& W) {
+// Z Hᵀ of a row of this beam, and its compliance with all rows passed before and itself.
+void NeedleCompliance::pass_row(const BeamRow& row) {
   Vector12 force = row.force;
   if (row.beam == 0) force.head<6>().setZero();  // the first node is held
   auto seen = panel_.row(passed_++);
@@ -47,22 +48,30 @@ void NeedleCompliance::pass_row(const BeamRow& row, std::span<const int> places,
     seen.tail<6>() += z_beside_.transpose() * force.head<6>();
   }
   column_.head(passed_) = panel_.topRows(passed_).lazyProduct(force);
-  const int place = places[order_[passed_ - 1]];
-  for (int k = 0; k + 1 < passed_; ++k) {
-    const int other = places[order_[k]];
-    W(std::max(place, other), std::min(place, other)) += column_[k];
+}
+
+void NeedleCompliance::add_column(std::span<const int> places, Eigen::Ref<MatrixX> W) {
+  const int place = places_[passed_ - 1] = places[order_[passed_ - 1]];
+  double* below = W.col(place).data();
+  for (int k = 0; k < passed_; ++k) {
+    if (places_[k] >= place)
+      below[places_[k]] += column_[k];
+    else
+      W(place, places_[k]) += column_[k];
   }
-  W(place, place) += column_[passed_ - 1];
 }
 
 void NeedleCompliance::add_to(const BlockTridiagonal& A, std::span<const BeamRow> rows, std::span<const int> places,
-                              MatrixX& W) {
+                              Eigen::Ref<MatrixX> W) {
   sort(rows);
   passed_ = 0;
   const int count = static_cast<int>(rows.size());
   for (int beam = A.blocks() - 1; passed_ < count; --beam) {
     go_to_beam(A, beam);
-    while (passed_ < count && rows[order_[passed_]].beam == beam) pass_row(rows[order_[passed_]], places, W);
+    while (passed_ < count && rows[order_[passed_]].beam == beam) {
+      pass_row(rows[order_[passed_]]);
+      add_column(places, W);
+    }
   }
 }
 

@@ -5,8 +5,8 @@
 //
 //   Z_ij = G_i Z_i+1,j  for j > i,   Z_ii = C_i⁻ᵀ C_i⁻¹ + G_i Z_i+1,i.
 //
-// So the sweep goes from the last beam with rows to the first and carries Z Hᵀ of all rows passed, at two nodes: a fixed
-// number of operations per pair of rows, however long the needle is.
+// So the sweep goes from the last beam with rows to the first and carries Z Hᵀ of all rows passed, at two nodes: a
+// fixed number of operations per pair of rows, however long the needle is.
 #pragma once
 
 #include <span>
@@ -29,7 +29,8 @@ class NeedleCompliance {
   NeedleCompliance(int beams, int max_rows);
 
   // Adds W_n (m/N) to the lower triangle of W; rows[r] is row places[r] there.
-  void add_to(const BlockTridiagonal& A, std::span<const BeamRow> rows, std::span<const int> places, MatrixX& W);
+  void add_to(const BlockTridiagonal& A, std::span<const BeamRow> rows, std::span<const int> places,
+              Eigen::Ref<MatrixX> W);
 
  private:
   // One entry per row passed, one column per unknown of two neighbouring nodes: (Z Hᵀ)ᵀ.
@@ -37,13 +38,15 @@ class NeedleCompliance {
 
   void sort(std::span<const BeamRow> rows);
   void go_to_beam(const BlockTridiagonal& A, int beam);
-  void pass_row(const BeamRow& row, std::span<const int> places, MatrixX& W);
+  void pass_row(const BeamRow& row);
+  void add_column(std::span<const int> places, Eigen::Ref<MatrixX> W);
 
-  std::vector<int> order_;               // rows, from the last beam to the first
-  std::vector<int> ends_;                // scratch of the sort
-  Panel panel_;                          // at the near and the far node of the beam that the sweep is at
-  Matrix6 z_near_, z_beside_, z_far_;    // Z_ii, Z_i,i+1, Z_i+1,i+1 of its nodes' blocks i, i + 1
-  VectorX column_;                       // of W_n, rows passed
+  std::vector<int> order_;             // rows, from the last beam to the first
+  std::vector<int> ends_;              // scratch of the sort
+  std::vector<int> places_;            // in W, of rows passed
+  Panel panel_;                        // at the near and the far node of the beam that the sweep is at
+  Matrix6 z_near_, z_beside_, z_far_;  // Z_ii, Z_i,i+1, Z_i+1,i+1 of its nodes' blocks i, i + 1
+  VectorX column_;                     // of W_n, rows passed
   int passed_ = 0;
 };
 

@@ -53,7 +53,10 @@ double factor_error(const SparseCholesky& factor, const SparseMatrix& lower) {
     for (int i = 0; i < z.size(); ++i) solution[factor.position(i)] = force[i];
     factor.forward(solution);
     factor.backward(solution);
-    for (int i = 0; i < z.size(); ++i) largest = std::max(largest, std::abs(solution[factor.position(i)] - z[i]));
+    for (int i = 0; i < z.size(); ++i) {
+      const double error = std::abs(solution[factor.position(i)] - z[i]);
+      if (!(error <= largest)) largest = error;  // not-a-number is the largest of all
+    }
   }
   return largest;
 }
@@ -132,10 +135,14 @@ void TissueMotion::factorize_rest() {
 }
 
 void TissueMotion::reset() {
+  restart();
+  if (corridor_) corridor_->clear();
+}
+
+void TissueMotion::restart() {
   element_rotations_.reset(model_);
   rotations_.setZero();
   rotations_.row(0).setOnes();
-  if (corridor_) corridor_->clear();
   pending_support_.setZero();
   pending_ = balance_ = Balance{};
 }
@@ -193,7 +200,7 @@ void TissueMotion::evaluate_damping(const TissueState& state) {
 
 bool TissueMotion::linearize(const TissueState& state) {
   if (empty()) return true;
-  if (iteration_ == 1) start_rotations_ = element_rotations_;
+  if (iteration_ == 1) start_rotations_.batches = element_rotations_.batches;
   evaluate();
   if (damped_ && iteration_ > 0) evaluate_damping(state);
   put_residual(state);
@@ -260,10 +267,20 @@ int TissueMotion::add_empty_row() {
 }
 
 // W_t = Sᵀ G S and delta = Sᵀ Yᵀ y, S the rows' forces on the slots. G S first, by rows; turned round, so that all rows
-// that come after one are contiguous, W_t takes one pass over them for each of the few slots that the row acts on.
-void TissueMotion::add_compliance(MatrixX& W, std::span<double> delta) {
-  const int n = row_count_, dofs = 3 * (corridor_ ? corridor_->used() : 0);
-  std::fill(slot_read_.begin(), slot_read_.end(), 0);
+// that come after one are contiguous, W_t takes one pass over them for each of the few slots that the row acts on. Slots
+// before the first and behind the last that a row acts on are left alone: what other paths have left behind.
+void TissueMotion::add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta) {
+  if (empty()) return;
+  const int n = row_count_;
+  int first = corridor_->used(), last = -1;
+  for (int r = 0; r < n; ++r)
+    for (int k = 0; k < rows_[r].parts; ++k) {
+      first = std::min(first, rows_[r].slot[k]);
+      last = std::max(last, rows_[r].slot[k]);
+    }
+  if (last < 0) return;
+  const int dofs = 3 * (last - first + 1);
+  std::fill(slot_read_.begin() + first, slot_read_.begin() + last + 1, 0);
   for (int r = 0; r < n; ++r) {
     const Row& row = rows_[r];
     auto column = gram_rows_.col(r).head(dofs);
@@ -271,7 +288,7 @@ void TissueMotion::add_compliance(MatrixX& W, std::span<double> delta) {
     for (int k = 0; k < row.parts; ++k) {
       const int slot = row.slot[k];
       const Vector3& f = row.force[k];
-      const auto gram = corridor_->gram().block(0, 3 * slot, dofs, 3);
+      const auto gram = corridor_->gram().block(3 * first, 3 * slot, dofs, 3);
       column += f[0] * gram.col(0) + f[1] * gram.col(1) + f[2] * gram.col(2);
       if (std::exchange(slot_read_[slot], 1) == 0) slot_displacement_.col(slot) = corridor_->free_displacement(slot, y_);
       delta[r] += f.dot(slot_displacement_.col(slot));
@@ -282,7 +299,7 @@ void TissueMotion::add_compliance(MatrixX& W, std::span<double> delta) {
     auto below = W.col(r).segment(r, n - r);
     for (int k = 0; k < rows_[r].parts; ++k) {
       const Vector3& f = rows_[r].force[k];
-      const auto columns = gram_columns_.block(r, 3 * rows_[r].slot[k], n - r, 3);
+      const auto columns = gram_columns_.block(r, 3 * (rows_[r].slot[k] - first), n - r, 3);
       below += f[0] * columns.col(0) + f[1] * columns.col(1) + f[2] * columns.col(2);
     }
   }
@@ -292,7 +309,10 @@ bool TissueMotion::prepare(int tetrahedron) {
   if (matrix_ == TissueMatrix::refactorized) return false;
   for (const int node : model_.mesh->tetrahedra[tetrahedron]) {
     const int free = model_.free_index[node];
-    if (free >= 0 && !corridor_->holds(free)) return corridor_->slot(free) >= 0;
+    if (free < 0) continue;
+    const bool made = !corridor_->holds(free);
+    if (corridor_->slot(free) < 0) return false;
+    if (made) return true;
   }
   return false;
 }
@@ -337,7 +357,7 @@ void TissueMotion::commit(TissueState& state) {
   if (!damped_) return;
   if (iteration_ > 1 || matrix_ == TissueMatrix::refactorized) {
     damping_forces(model_, velocity_, iteration_ > 1 ? start_rotations_ : element_rotations_, damping_force_);
-    for (int i : model_.free_nodes) pending_support_ -= damping_force_.col(i);
+    for (int i : model_.fixed_nodes) pending_support_ += damping_force_.col(i);
   } else {
     for (std::size_t k = 0; k < beside_supports_.size(); ++k)
       pending_support_ -= damping_sums_[k] * velocity_.col(beside_supports_[k]);

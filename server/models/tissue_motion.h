@@ -15,7 +15,7 @@
 // A matrix that is factorised once is kept in single precision (panel_values.h) unless that moves a test displacement
 // by more than kSinglePrecisionError, as it can where materials differ by many orders of magnitude.
 //
-// Rows are handled as in NeedleMotion: y = L⁻¹ (-g), W_t from the corridor's Gram matrix, dx = L⁻ᵀ (y + Y lambda).
+// Rows: y = L⁻¹ (-g), W_t from the corridor's Gram matrix, dx = L⁻ᵀ (y + Y lambda).
 #pragma once
 
 #include <optional>
@@ -86,9 +86,10 @@ class TissueMotion {
   int add_empty_row();
   // Adds W_t (m/N) of all rows, in the order in which they were added, to the lower triangle of W, and their free
   // displacements (m) to `delta`.
-  void add_compliance(MatrixX& W, std::span<double> delta);
+  void add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta);
 
-  // Makes ready what rows on a tetrahedron will need, one node at a call; false if all is there.
+  // Makes ready what rows on a tetrahedron will need, one node at a call, and keeps what there is from being given away
+  // soon; false if all is there or there is no room.
   bool prepare(int tetrahedron);
 
   // Solves with the rows' forces (N), moves x_k and returns the largest change of a coordinate (m).
@@ -104,6 +105,8 @@ class TissueMotion {
 
   // Forget everything that a run has left behind (rotations, corridor).
   void reset();
+  // Forget what the last tick has left behind; the corridor's columns stay right.
+  void restart();
 
   // Sums for the balance of forces (N, world). The elastic part of the supports' force is known only at the next
   // linearize(), which evaluates the elements there; balance() then speaks of the tick before.

@@ -32,7 +32,7 @@ Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
   delta_.resize(n);
   delta_free_.resize(n);
   needle_lambda_.resize(n);
-  W_.setZero(capacity, capacity);
+  storage_.setZero(static_cast<Eigen::Index>(capacity) * capacity);
 }
 
 void Rows::clear() {
@@ -60,10 +60,10 @@ void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
     [[maybe_unused]] const int tissue_row = add_to_tissue(tissue, r);
     assert(tissue_row == i);
   }
-  auto W = W_.topLeftCorner(n, n);
-  W.setZero();
-  for (std::size_t k = 0; k < needles.size(); ++k) needles[k].add_compliances(places_of(static_cast<int>(k)), W_);
-  tissue.add_compliance(W_, delta_free_);
+  auto W = this->W();
+  W.triangularView<Eigen::Lower>().setZero();
+  for (std::size_t k = 0; k < needles.size(); ++k) needles[k].add_compliances(places_of(static_cast<int>(k)), W);
+  tissue.add_compliance(W, delta_free_);
   W.diagonal() = W.diagonal().cwiseMax(kLeastCompliance);
   W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
   soften();
@@ -71,9 +71,10 @@ void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
 
 // The two lateral rows of a point follow each other and are equally soft, whichever way their directions stand.
 void Rows::soften() {
+  const auto W = this->W();
   for (int i = 0; i + 1 < count(); ++i) {
     if (rows_[i].softness == 0) continue;
-    const double soft = rows_[i].softness * (W_(i, i) + W_(i + 1, i + 1)) / 2;
+    const double soft = rows_[i].softness * (W(i, i) + W(i + 1, i + 1)) / 2;
     laws_[i].compliance += soft;
     laws_[i + 1].compliance += soft;
     ++i;
@@ -82,7 +83,7 @@ void Rows::soften() {
 
 SolverResult Rows::solve(LawMethod method, int max_sweeps, double tolerance) {
   const std::size_t n = rows_.size();
-  return solver_.solve(method, W_, laws_, {delta_free_.data(), n}, max_sweeps, tolerance, {lambda_.data(), n},
+  return solver_.solve(method, W(), laws_, {delta_free_.data(), n}, max_sweeps, tolerance, {lambda_.data(), n},
                        {delta_.data(), n});
 }
 

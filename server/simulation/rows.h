@@ -23,11 +23,11 @@ enum class RowRole : std::uint8_t {
   contact_friction,  // along the surface
   cutting,
   tip_lateral,
-  lateral,           // of the shaft
+  lateral,  // of the shaft
   friction,
   torsion,
-  guide,             // across the guide
-  guide_friction     // along it
+  guide,          // across the guide
+  guide_friction  // along it
 };
 
 constexpr bool acts_on_tissue(RowRole role) { return role != RowRole::guide && role != RowRole::guide_friction; }
@@ -35,14 +35,14 @@ constexpr bool acts_on_tissue(RowRole role) { return role != RowRole::guide && r
 struct Row {
   int needle = 0;
   RowRole role = RowRole::lateral;
-  int index = -1;                         // vertex of the path for shaft rows, number of the guide for its rows
+  int index = -1;  // vertex of the path for shaft rows, number of the guide for its rows
   CurvePoint on_needle{};
   TissuePoint in_tissue;
-  Vector3 n = Vector3::Zero();            // unit, world
-  double gap = 0;                         // m, delta at q_k, before this iteration's correction
-  double softness = 0;                    // -, tip_lateral, lateral: compliance over the mean W of the pair, on top of
-                                          // the law's own
-  double radius = 0;                      // r (m), torsion only
+  Vector3 n = Vector3::Zero();  // unit, world
+  double gap = 0;               // m, delta at q_k, before this iteration's correction
+  double softness = 0;          // -, tip_lateral, lateral: compliance over the mean W of the pair, on top of
+                                // the law's own
+  double radius = 0;            // r (m), torsion only
 };
 
 class Rows {
@@ -67,18 +67,20 @@ class Rows {
   const Law& law(int i) const { return laws_[i]; }
   std::span<const double> lambda() const { return {lambda_.data(), rows_.size()}; }  // N
   std::span<const double> delta() const { return {delta_.data(), rows_.size()}; }    // m
-  Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }                      // on the needle, N
+  Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }                     // on the needle, N
 
  private:
   std::span<const int> places_of(int needle);
   void soften();
+  // Packed, so that few rows of many take little room in the caches.
+  Eigen::Map<MatrixX> W() { return {storage_.data(), count(), count()}; }
 
   int capacity_;
   std::vector<Row> rows_;
   std::vector<Law> laws_;
   std::vector<int> places_;  // of one needle's rows
   std::vector<double> lambda_, delta_, delta_free_, needle_lambda_;
-  MatrixX W_;
+  VectorX storage_;  // of W()
   ConstraintSolver solver_;
 };
 

@@ -171,7 +171,7 @@ struct Newton {
 };
 
 struct LawSolver {
-  LawMethod solver = LawMethod::gauss_seidel;
+  LawMethod solver = LawMethod::direct;
   int max_sweeps = 1000;    // 1 to 100000
   double tolerance = 1e-6;  // N, > 0: largest violation of a law, as the force that would mend it
 };

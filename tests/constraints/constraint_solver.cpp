@@ -11,7 +11,8 @@ namespace acus {
 namespace {
 
 bool same_bits(const VectorX& a, const VectorX& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+  return a.size() == b.size() &&
+         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
 }
 
 TEST_CASE("both methods find the one point where all graphs meet their lines") {

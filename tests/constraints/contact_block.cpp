@@ -56,10 +56,14 @@ TEST_CASE("a contact's forces lie on the graphs of its laws") {
     CAPTURE(trial);
     check_laws(law, lambda, delta, bar.norm() + (W * lambda).norm());
     const double rim = law.cohesion + law.friction * lambda[0];
-    if (lambda[0] == 0) ++separate;
-    else if (lambda[0] == law.limit) ++capped;
-    else if (lambda.tail<2>().norm() < rim * (1 - 1e-9)) ++sticking;
-    else ++sliding;
+    if (lambda[0] == 0)
+      ++separate;
+    else if (lambda[0] == law.limit)
+      ++capped;
+    else if (lambda.tail<2>().norm() < rim * (1 - 1e-9))
+      ++sticking;
+    else
+      ++sliding;
   }
   // All four happen.
   CHECK(separate > 500);

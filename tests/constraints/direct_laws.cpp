@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The direct method where Gauss-Seidel fails: stiffness ratios of 1e8, rows that are nearly dependent, points closer than
-// elements; from thousands of random problems with contacts to 200 rows. And its fallback and its bounds.
+// The direct method where Gauss-Seidel fails: stiffness ratios of 1e8, rows that are nearly dependent, points closer
+// than elements; from thousands of random problems with contacts to 200 rows. And its fallback and its bounds.
 #include <doctest/doctest.h>
 
 #include <algorithm>

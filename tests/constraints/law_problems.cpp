@@ -40,8 +40,8 @@ double off_unilateral(double lambda, double delta, double limit) {
 
 double off_disk(const Eigen::Vector2d& force, const Eigen::Vector2d& slip, double radius) {
   const double inside = std::max(slip.norm(), force.norm() - radius);
-  const double on_rim = std::max(std::abs(force.norm() - radius),
-                                 radius == 0 ? 0 : (slip + slip.norm() / radius * force).norm());
+  const double on_rim =
+      std::max(std::abs(force.norm() - radius), radius == 0 ? 0 : (slip + slip.norm() / radius * force).norm());
   return std::min(inside, on_rim);
 }
 
@@ -124,9 +124,7 @@ double off_graphs(const Problem& p, const Answer& a) {
   return worst;
 }
 
-MatrixX random_compliance(int n, Random& random) {
-  return gram(random.matrix(n, n)) + 0.05 * MatrixX::Identity(n, n);
-}
+MatrixX random_compliance(int n, Random& random) { return gram(random.matrix(n, n)) + 0.05 * MatrixX::Identity(n, n); }
 
 Law random_law(Random& random) {
   switch (random.index(8)) {

@@ -51,8 +51,8 @@ Law random_law(Random& random);
 void append_contact(Problem& p, Random& random);
 // A unilateral row 0 and its two friction rows 1 and 2 on random compliances.
 Problem contact_problem(Random& random, double mu);
-// Rows as of a needle in tissue: `points` at a spacing (m), each with two bilateral rows, friction and torsion. A kernel
-// of `element` (m) takes the tissue's part, a clamped beam `stiffness` times as stiff the needle's.
+// Rows as of a needle in tissue: `points` at a spacing (m), each with two bilateral rows, friction and torsion. A
+// kernel of `element` (m) takes the tissue's part, a clamped beam `stiffness` times as stiff the needle's.
 Problem needle_problem(Random& random, int points, double spacing, double element, double stiffness);
 
 }  // namespace acus

@@ -32,7 +32,8 @@ TEST_CASE("the residual is the force by which the worst row is off its graph") {
 
 TEST_CASE("a disk's scale is no smaller than any eigenvalue of its block") {
   Random random(1);
-  const std::vector<Law> laws{{LawKind::unilateral, 1}, {LawKind::disk_first, 1, 0, 0}, {LawKind::disk_second, 1, 0, 0}};
+  const std::vector<Law> laws{
+      {LawKind::unilateral, 1}, {LawKind::disk_first, 1, 0, 0}, {LawKind::disk_second, 1, 0, 0}};
   for (int repeat = 0; repeat < 100; ++repeat) {
     const MatrixX g = random.matrix(3, 3), W = g * g.transpose();
     Vector3 scale;

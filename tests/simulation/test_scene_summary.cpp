@@ -67,7 +67,7 @@ TEST_CASE("the check says what a scene contains") {
   CHECK(line_of(text, "scene ") == "scene layers: sound");
   CHECK(line_of(text, "rate ") == "rate 1000 Hz, a tick is 1 ms");
   CHECK(line_of(text, "rung ") == "rung exact");
-  CHECK(line_of(text, "solver ") == "solver gauss_seidel");
+  CHECK(line_of(text, "solver ") == "solver direct");
   CHECK(line_of(text, "mesh ") ==
         "mesh 27 nodes (9 fixed), 48 tetrahedra, 48 surface triangles, [0.1, 0.1, 0.1] m along the world's axes");
   CHECK(line_of(text, "  deep   24") == "deep 24 500 12000 0.2 1000 0, 0.01");
