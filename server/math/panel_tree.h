@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The shape of a supernodal Cholesky factor L. A panel (supernode) is a run of columns of L with the same rows below
-// their triangle; it is the parent's child to which the first of these rows belongs, and all rows below a panel belong to
+// their triangle; its parent is the panel to which the first of these rows belongs, and all rows below a panel belong to
 // panels on its way to the root of this elimination tree (Liu 1990, "The role of elimination trees in sparse
 // factorization"). So L⁻¹ e, e a unit vector, is zero but on the way of its panel to the root, and such columns are
 // stored as just that way, leaf first: two columns of one tree end with the same panels.

@@ -2,7 +2,9 @@
 #include "server/math/panel_values.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 #ifdef __AVX512F__
@@ -38,20 +40,27 @@ std::ptrdiff_t panel_size(const PanelTree::Panel& panel) {
   return size;
 }
 
+// Numbers too small for Real to hold them at full precision become zero: processors are slow with subnormal ones.
+template <class Real>
+Real rounded(double value) {
+  return std::abs(value) < std::numeric_limits<Real>::min() ? Real{0} : static_cast<Real>(value);
+}
+
 // `columns` points to the diagonal entry of the strip's first column, columns are `rows` apart.
 template <class Real>
 void pack_strip(const double* columns, int rows, int width, int below, Real* strip) {
-  const Eigen::Map<const MatrixX, 0, Eigen::OuterStride<>> block(columns, width + below, width, Eigen::OuterStride<>(rows));
+  const Eigen::Map<const MatrixX, 0, Eigen::OuterStride<>> block(columns, width + below, width,
+                                                                 Eigen::OuterStride<>(rows));
   const MatrixX inverse =
       block.topRows(width).triangularView<Eigen::Lower>().solve(MatrixX::Identity(width, width));
   for (int j = 0; j < width; ++j) {
     for (int i = 0; i < width; ++i) {
-      strip[j * kTileRows + i] = static_cast<Real>(inverse(i, j));
-      strip[(width + j) * kTileRows + i] = static_cast<Real>(inverse(j, i));
+      strip[j * kTileRows + i] = rounded<Real>(inverse(i, j));
+      strip[(width + j) * kTileRows + i] = rounded<Real>(inverse(j, i));
     }
     Real* tiles = strip + triangle_size(width) + j * kTileRows;
     for (int i = 0; i < below; ++i)
-      tiles[i / kTileRows * kTileRows * width + i % kTileRows] = static_cast<Real>(block(width + i, j));
+      tiles[i / kTileRows * kTileRows * width + i % kTileRows] = rounded<Real>(block(width + i, j));
   }
 }
 

@@ -58,7 +58,8 @@ std::vector<int> order(const SparseMatrix& pattern, Ordering ordering, cholmod_c
       done = cholmod_metis(&graph, nullptr, 0, 1, blocks.data(), &common);
       break;
     case Ordering::nested_dissection:
-      done = cholmod_nested_dissection(&graph, nullptr, 0, blocks.data(), parents.data(), components.data(), &common) >= 0;
+      done = cholmod_nested_dissection(&graph, nullptr, 0, blocks.data(), parents.data(), components.data(),
+                                       &common) >= 0;
       break;
   }
   return done ? blocks : std::vector<int>{};

@@ -63,7 +63,7 @@ template <class Real>
 inline void polar_rotation(const Real (&f)[3][3], Real (&q)[4], Real (&r)[3][3], Real (&s)[3][3]) {
   constexpr int kMaxIterations = 20;
   constexpr double kStop = 1e-12;  // |omega|²: the step leaves an error of its square
-  Real size2 = 1e-300 + f[0][0] * f[0][0];  // |F|², never zero
+  Real size2 = 0.0 * f[0][0] + 1e-300;  // |F|², never zero
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) size2 = size2 + f[i][j] * f[i][j];
   const Real size = square_root(size2);

@@ -17,6 +17,7 @@ namespace acus {
 namespace {
 
 constexpr int kMaxPaths = 64;
+constexpr int kLookEvery = 8;       // ticks, while all that lies ahead is ready
 constexpr int kStepsAhead = 6;      // of a look for the tetrahedra that a tip will enter
 constexpr double kStepAhead = 0.3;  // sizes of the tip's element
 constexpr int kOtherEvents = 8;  // of one needle in one tick, besides the borders that it crosses
@@ -186,7 +187,7 @@ struct Simulation::World {
   std::vector<NeedleMotion> motions;
   TissueMotion tissue_motion;
   Rows rows;
-  std::vector<int> looked_ahead_from;  // per needle, the tip's tetrahedron for which all that lies ahead is ready
+  std::vector<std::uint64_t> next_look;  // per needle, the tick of its next look_ahead()
   Vector3 needle_balance = Vector3::Zero();  // last tick: base forces + weight - inertia of all needles (N)
   double needle_largest_force = 0;
   bool timing = false;
@@ -261,7 +262,8 @@ void Simulation::World::reset() {
     motions[i].begin(needle_states[i], scene.needles[i].base);
   }
   for (GuideHold& guide : guides) guide.reset();
-  looked_ahead_from.assign(scene.needles.size(), -1);
+  economizing = false;
+  next_look.assign(scene.needles.size(), 0);
   needle_balance.setZero();
   needle_largest_force = 0;
   report.tick = 0;
@@ -269,6 +271,8 @@ void Simulation::World::reset() {
   report.flags = 0;
   report.imbalance = report.largest_force = report.residual = 0;
   report.rows = report.sweeps = report.newton_iterations = 0;
+  report.solver = LawMethod::gauss_seidel;
+  report.stage_seconds.fill(0);
   report.events.clear();
   for (int i = 0; i < needles(); ++i) {
     report.needles[i] = NeedleReport{};
@@ -361,7 +365,7 @@ void Simulation::World::hold() {
   for (int i = 0; i < needles(); ++i)
     motions[i].begin(needle_states[i], {needle_states[i].x.col(0), needle_states[i].q[0]});
   for (GuideHold& guide : guides) guide.hold();
-  tissue_motion.reset();
+  tissue_motion.restart();
   needle_balance.setZero();
   report.events.clear();
 }
@@ -396,14 +400,14 @@ std::uint32_t Simulation::World::transitions() {
 // staying in it.
 void Simulation::World::look_ahead() {
   for (int i = 0; i < needles(); ++i) {
+    if (tick < next_look[i]) continue;
     const int here = insertions[i].tetrahedron_ahead(needle_view(i), tissue_view(), paths, 0);
-    if (here < 0 || here == looked_ahead_from[i]) continue;
     bool made = false;
-    for (int step = 0; step <= kStepsAhead && !made; ++step) {
+    for (int step = 0; here >= 0 && step <= kStepsAhead && !made; ++step) {
       const double distance = step * kStepAhead * element_sizes[here];
       made = tissue_motion.prepare(insertions[i].tetrahedron_ahead(needle_view(i), tissue_view(), paths, distance));
     }
-    if (!made) looked_ahead_from[i] = here;
+    if (!made) next_look[i] = tick + kLookEvery;
   }
 }
 

@@ -17,11 +17,16 @@ double largest_displacement(const Simulation& simulation) {
 
 }  // namespace
 
-TEST_CASE("rung exact: base, supports, weight and inertia balance in every tick") {
+TEST_CASE("rungs refined and exact: base, supports, weight and inertia balance in every tick") {
   Scene scene = default_scene();
-  scene.tissue.rung = TissueRung::exact;
+  SUBCASE("refined") { scene.tissue.rung = TissueRung::refined; }
+  SUBCASE("exact") { scene.tissue.rung = TissueRung::exact; }
   scene.tissue.box.cells = {5, 5, 5};
   scene.gravity = {0.3, 0, -9.81};
+  scene.tissue.regions.push_back(scene.tissue.regions[0]);  // damped in another way, at the supports
+  scene.tissue.regions[1].name = "below";
+  scene.tissue.regions[1].box = Box{.max = {kInfinity, kInfinity, 0}};
+  scene.tissue.regions[1].material.rayleigh_stiffness = 0.03;
   InsertionRun insertion(scene);
   double worst = 0, largest = 0;
   int ticks = 0;
