@@ -293,7 +293,7 @@ void Simulation::World::take_commands() {
   tissue_motion.begin(tissue);
 }
 
-// 2. Block-tridiagonal factor and y of every needle.
+// 2. Block-tridiagonal factor and free motion of every needle.
 bool Simulation::World::needle_free_motion() {
   bool exact = true;
   for (int i = 0; i < needles(); ++i) exact = motions[i].linearize(needle_states[i]) && exact;
@@ -327,7 +327,7 @@ SolverResult Simulation::World::solve_laws() {
   return rows.solve(scene.laws.solver, max_sweeps(), scene.laws.tolerance);
 }
 
-// 8. One backward substitution each; returns the largest change of a position (m).
+// 8. Free motion and the rows' forces together; returns the largest change of a position (m).
 double Simulation::World::correct() {
   double change = tissue_motion.correct(rows.lambda());
   for (int i = 0; i < needles(); ++i) change = std::max(change, motions[i].correct(rows.needle_forces(i)));
