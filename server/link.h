@@ -65,9 +65,13 @@ struct EventRecord {
 // When a tick ran. In lockstep it is due when it begins, and never late.
 struct TickTiming {
   double computing = 0;  // s
+  double work = 0;       // s of its thread's processor time for the whole tick; in real time only
   double woke = 0;       // s from when it was due to when it began
   double ended = 0;      // s from when it was due to when all it had to say was handed on
   bool late = false;     // it ended after the next one was due
+
+  // Whether its own work was too much for a period (s). Being held up is not work, before it began or while it ran.
+  bool overran(double period) const { return work > period; }
 };
 struct TickRecord {  // for `stats`
   TickTiming timing;

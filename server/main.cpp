@@ -89,7 +89,7 @@ void report(const Punctuality& punctuality) {
   if (ticks == 0) return;
   report("a tick began", punctuality.woke);
   report("a tick ended", punctuality.ended);
-  spdlog::info("{} ticks were late, {:.3f} in 1,000; {} had to do with less than the scene asks for", punctuality.late,
+  spdlog::info("{} ticks were late, {:.3f} in 1,000; in {} something gave way under `overrun`", punctuality.late,
                1e3 * static_cast<double>(punctuality.late) / static_cast<double>(ticks), punctuality.economized);
 }
 

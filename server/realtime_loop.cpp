@@ -17,14 +17,18 @@ namespace {
 constexpr std::int64_t kNanoseconds = 1'000'000'000;
 constexpr std::int64_t kRoomPoll = 50'000;  // ns between two looks for room, in lockstep
 constexpr int kIdleCheck = 100;             // ms between two looks at the stop flag without a request, in lockstep
+constexpr std::uint32_t kGaveWay = kSweepsCapped | kIterationsCapped | kPublishingReduced;
 constexpr TopicSet kShapes = bit(Topic::needle) | bit(Topic::tissue);
 constexpr double kLongestRecovery = 1e6;  // s; longer ones are as good as for ever
 
-std::int64_t monotonic_now() {
+std::int64_t now_on(clockid_t clock) {
   timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
+  clock_gettime(clock, &now);
   return now.tv_sec * kNanoseconds + now.tv_nsec;
 }
+
+std::int64_t monotonic_now() { return now_on(CLOCK_MONOTONIC); }
+std::int64_t processor_now() { return now_on(CLOCK_THREAD_CPUTIME_ID); }  // of this thread alone
 
 void sleep_until(std::int64_t time) {
   const timespec deadline{time / kNanoseconds, time % kNanoseconds};
@@ -68,27 +72,29 @@ void RealtimeLoop::run_on_deadlines() {
     sleep_until(due);
     const std::int64_t woke = monotonic_now();
     take_requests();
+    const std::int64_t begun = processor_now();
     const bool ticking = !paused_ && !over();
     const double computing = ticking ? tick() : 0;
+    const double work = seconds_between(begun, processor_now());
     const std::int64_t ended = monotonic_now();
     const Deadline next = next_deadline(due, period_of(*world_), ended);
     link_.overruns.fetch_add(next.skipped, std::memory_order_relaxed);
-    const TickTiming timing{computing, seconds_between(due, woke), seconds_between(due, ended), next.skipped > 0};
+    const TickTiming timing{computing, work, seconds_between(due, woke), seconds_between(due, ended), next.skipped > 0};
     if (ticking) keep_time(timing, ended);
     due = next.time;
   }
 }
 
-// What the tick that ended at `now` means for those to come. One that began after the next was due is late whatever it
-// does: with less to do it would have been, too.
+// What the tick that ended at `now` means for those to come. One that was late for want of a processor, not for its own
+// work, would have been late with less to do, too.
 void RealtimeLoop::keep_time(const TickTiming& timing, std::int64_t now) {
   publish_tick(timing);
   punctuality_.woke.add(timing.woke);
   punctuality_.ended.add(timing.ended);
   punctuality_.late += timing.late ? 1 : 0;
-  punctuality_.economized += overrun_.economizing() ? 1 : 0;
-  const bool overran = timing.late && timing.woke < world_->hello.time_step;
-  world_->simulation.economize(overrun_.update(now, overran));
+  const TopicSet wanted = link_.wanted.load(std::memory_order_relaxed);
+  punctuality_.economized += flags(world_->simulation.report(), wanted) & kGaveWay ? 1 : 0;
+  world_->simulation.economize(overrun_.update(now, timing.overran(world_->hello.time_step)));
 }
 
 void RealtimeLoop::run_on_requests() {
@@ -117,14 +123,14 @@ void RealtimeLoop::handle(Request& request) {
       break;
     case Request::Kind::reset:
       world_->simulation.reset();
-      epoch_ = request.epoch;
+      begin_epoch(request.epoch);
       break;
     case Request::Kind::replace_world:
       return replace_world(request);
     case Request::Kind::step:
       for (std::uint32_t i = 0; i < request.ticks && !over(); ++i) {
         const double computing = tick();
-        publish_tick({computing, 0, computing, false});
+        publish_tick({.computing = computing, .ended = computing});
       }
       break;
     case Request::Kind::shutdown:
@@ -136,9 +142,15 @@ void RealtimeLoop::handle(Request& request) {
 
 void RealtimeLoop::replace_world(Request& request) {
   std::unique_ptr<LoadedScene> retired = std::exchange(world_, std::move(request.world));
-  overrun_ = overrun_policy_of(*world_);
-  epoch_ = request.epoch;
+  begin_epoch(request.epoch);
   acknowledge(request, std::move(retired));
+}
+
+// With everything that the scene asks for.
+void RealtimeLoop::begin_epoch(std::uint64_t epoch) {
+  epoch_ = epoch;
+  overrun_ = overrun_policy_of(*world_);
+  world_->simulation.economize(false);
 }
 
 void RealtimeLoop::acknowledge(const Request& request, std::unique_ptr<LoadedScene> retired) {
@@ -186,14 +198,14 @@ void RealtimeLoop::publish() {
 }
 
 // Of so many shapes that the scene asks for, one goes out.
-std::uint64_t RealtimeLoop::shapes_per_sent() const {
+std::uint64_t RealtimeLoop::shape_decimation() const {
   const int every = world_->simulation.scene().overrun.publish_every;
   return overrun_.economizing() ? static_cast<std::uint64_t>(every) : 1;
 }
 
 // With what the loop, not the simulation, left out, if anybody misses it.
 std::uint32_t RealtimeLoop::flags(const TickReport& report, TopicSet wanted) const {
-  const bool reduced = wanted & kShapes && shapes_per_sent() > 1;
+  const bool reduced = wanted & kShapes && shape_decimation() > 1;
   return reduced ? report.flags | kPublishingReduced : report.flags;
 }
 
@@ -234,7 +246,7 @@ void RealtimeLoop::publish_tick(const TickTiming& timing) {
 
 void RealtimeLoop::publish_shapes(const TickReport& report, TopicSet wanted) {
   const auto due = [&](Topic topic, std::uint64_t ticks_between) {
-    return wanted & bit(topic) && report.tick % (ticks_between * shapes_per_sent()) == 0;
+    return wanted & bit(topic) && report.tick % (ticks_between * shape_decimation()) == 0;
   };
   const bool needles = due(Topic::needle, world_->needle_frame_ticks);
   const bool tissue = due(Topic::tissue, world_->tissue_frame_ticks);

@@ -3,8 +3,8 @@
 // `step` request asks for them, and passes on what somebody listens to.
 //
 // In real time it never waits for anything but its next deadline; a state for which there is no room is dropped and
-// counted. When ticks come late, what the scene's `overrun` allows to give way gives way. In lockstep time is the
-// client's: it waits for requests, and for room, so that no state is lost.
+// counted. When a tick's own work is too much, what the scene's `overrun` allows to give way gives way. In lockstep
+// time is the client's: it waits for requests, and for room, so that no state is lost.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct Punctuality {
   DelayHistogram woke;           // s from when a tick was due to when it began
   DelayHistogram ended;          // s from when a tick was due to when all it had to say was handed on
   std::uint64_t late = 0;        // ticks that ended after the next one was due
-  std::uint64_t economized = 0;  // ticks that had to do with less
+  std::uint64_t economized = 0;  // ticks in which something gave way, as their flags say
 };
 
 class RealtimeLoop {
@@ -48,6 +48,7 @@ class RealtimeLoop {
   void take_requests();
   void handle(Request& request);
   void replace_world(Request& request);
+  void begin_epoch(std::uint64_t epoch);
   void acknowledge(const Request& request, std::unique_ptr<LoadedScene> retired = nullptr);
 
   double tick();
@@ -62,7 +63,7 @@ class RealtimeLoop {
   void pack_paths(protocol::TissueShape& shape);
   void publish_tick(const TickTiming& timing);
   std::uint32_t flags(const TickReport& report, TopicSet wanted) const;
-  std::uint64_t shapes_per_sent() const;
+  std::uint64_t shape_decimation() const;
 
   // Room for one more; null if there is none and it must be dropped, which is counted.
   template <class T>

@@ -114,7 +114,7 @@ TEST_CASE(
       CHECK(((force->flags & kPublishingReduced) != 0) == (first_long > 0));
     } else {
       const TickTiming& timing = std::get<TickRecord>(*record).timing;
-      if (first_long == 0 && timing.late && timing.woke < time_step) first_long = tick;
+      if (first_long == 0 && timing.overran(time_step)) first_long = tick;
     }
   }
   CHECK(tick == kManyTicks);
