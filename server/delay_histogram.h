@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The distribution of delays over a run of any length, in bounded memory: counts in bins whose edges grow by a constant
 // factor, from 1 us to 16 s. Quantiles are upper edges of bins, so too large by at most 4.5 %; the largest delay is
-// exact.
+// exact, and stands for all beyond 16 s.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class DelayHistogram {
   double quantile(double q) const {
     const double rank = q * static_cast<double>(count_);
     std::uint64_t below = 0;
-    for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
+    for (std::size_t bin = 0; bin + 1 < bins_.size(); ++bin) {
       below += bins_[bin];
       if (below > 0 && static_cast<double>(below) >= rank) return std::min(upper_edge(bin), max_);
     }

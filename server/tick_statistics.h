@@ -3,6 +3,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
@@ -58,12 +60,13 @@ class TickStatistics {
    private:
     static constexpr std::size_t kMaxSamples = 1 << 17;  // further ticks count, but not for quantiles
 
-    // The smallest time that a fraction q of them does not exceed; 0 without any.
+    // Nearest rank: the smallest time that a fraction q in (0, 1] of them does not exceed; 0 without any.
     double quantile(double q) {
       if (seconds_.empty()) return 0;
-      const auto rank = static_cast<std::ptrdiff_t>(q * static_cast<double>(seconds_.size() - 1));
-      std::nth_element(seconds_.begin(), seconds_.begin() + rank, seconds_.end());
-      return seconds_[static_cast<std::size_t>(rank)];
+      const double rank = std::ceil(q * static_cast<double>(seconds_.size()));
+      const auto nth = seconds_.begin() + static_cast<std::ptrdiff_t>(rank) - 1;
+      std::nth_element(seconds_.begin(), nth, seconds_.end());
+      return *nth;
     }
 
     std::vector<double> seconds_;

@@ -34,7 +34,7 @@ TEST_CASE("delays of no length, and beyond the last bin, have their place") {
   delays.add(100);
   CHECK(delays.count() == 3);
   CHECK(delays.max() == 100);
-  CHECK(delays.quantile(1) > 15);
+  CHECK(delays.quantile(1) == 100);
 }
 
 }  // namespace acus

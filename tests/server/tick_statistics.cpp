@@ -9,7 +9,7 @@ TEST_CASE("quantiles of tick times, the worst of everything else, and a fresh st
   TickStatistics statistics;
   for (int i = 100; i >= 0; --i) {
     TickRecord tick;
-    tick.timing = {i * 1e-3, i * 1e-5, i * 1e-4, i > 98};
+    tick.timing = {i * 1e-3, 0, i * 1e-5, i * 1e-4, i > 98};
     tick.sweeps = i;
     tick.residual = 100 - i;
     if (i == 50) tick.flags = kPathFull;
@@ -37,6 +37,14 @@ TEST_CASE("quantiles of tick times, the worst of everything else, and a fresh st
   CHECK(empty.tick_max == 0);
   CHECK(empty.end_max == 0);
   CHECK(empty.late == 0);
+}
+
+TEST_CASE("of few ticks, the one that a quantile asks for is not exceeded by more than it allows") {
+  TickStatistics statistics;
+  for (int i = 1; i <= 4; ++i) statistics.add({.timing = {.computing = i * 1e-3}});
+  const protocol::Stats stats = statistics.take();
+  CHECK(stats.tick_p50 == 2e-3);
+  CHECK(stats.tick_p99 == 4e-3);
 }
 
 }  // namespace acus
