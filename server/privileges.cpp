@@ -24,6 +24,15 @@ int set_policy(int policy, int priority) {
   return pthread_setschedparam(pthread_self(), policy, &parameters);
 }
 
+// That the calling thread has with SCHED_FIFO; 0 if it is an ordinary one. A thread inherits it from whoever started
+// it, also where it may have no higher one of its own.
+int real_time_priority() {
+  int policy = SCHED_OTHER;
+  sched_param parameters{};
+  pthread_getschedparam(pthread_self(), &policy, &parameters);
+  return policy == SCHED_FIFO ? parameters.sched_priority : 0;
+}
+
 }  // namespace
 
 void lock_memory() {
@@ -41,8 +50,14 @@ void raise_priority(RealtimeThread thread) {
   const int priority = simulation ? kSimulationPriority : kSocketsPriority;
   prctl(PR_SET_TIMERSLACK, kTimerSlack);
   const int error = set_policy(SCHED_FIFO, priority);
+  const int granted = real_time_priority();
   if (error == 0) {
-    spdlog::info("the {} with SCHED_FIFO, priority {}", name, priority);
+    spdlog::info("the {} with SCHED_FIFO, priority {}", name, granted);
+  } else if (granted > 0) {
+    spdlog::warn(
+        "the {} with SCHED_FIFO, priority {} instead of {} ({}): the server's other threads may make ticks late; "
+        "raise the limit 'rtprio' (ulimit -r)",
+        name, granted, priority, std::strerror(error));
   } else {
     spdlog::warn(
         "the {} without SCHED_FIFO ({}): other programs may make ticks late; raise the limit 'rtprio' (ulimit -r)",
