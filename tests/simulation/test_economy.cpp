@@ -29,6 +29,7 @@ Scene scene_of(TissueRung rung) {
   needle.beams = 10;
   needle.constraint_spacing = 2e-3;
   needle.base = {Vector3(0.003, 0.002, 0.151), Quaternion(std::sqrt(0.5), 0, std::sqrt(0.5), 0)};
+  scene.laws.solver = LawMethod::gauss_seidel;
   scene.laws.tolerance = 1e-11;
   return scene;
 }
