@@ -6,12 +6,16 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "client/replay.h"
 #include "client/text_histogram.h"
@@ -71,10 +75,10 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--shapes", arguments.shapes,
                  "file to write with the shapes of needles and tissue, as protocol/README.md says; after --out RUN.csv "
                  "--shapes RUN.shapes, client/picture RUN.csv draws the run");
-  app.add_option(
-      "--timing", arguments.timing,
-      "CSV to write, a row per pose with its round trip; the server's punctuality goes to NAME.stats.csv beside "
-      "it, client/plot-timing NAME.csv draws both");
+  CLI::Option* timing =
+      app.add_option("--timing", arguments.timing,
+                     "CSV to write, a row per pose with its round trip, in real time; the server's punctuality goes to "
+                     "NAME.stats.csv beside it, client/plot-timing NAME.csv draws both");
   app.add_option("--passes", arguments.replay.passes, "through the trajectory, every second one backwards")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
@@ -83,7 +87,8 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--timeout", arguments.timeout_s, "to wait for the server to appear, to answer or to publish (s)")
       ->check(CLI::Range(0.001, 86'400.0))
       ->capture_default_str();
-  app.add_flag("--lockstep", arguments.replay.lockstep, "one tick per pose, for a server that runs in lockstep");
+  app.add_flag("--lockstep", arguments.replay.lockstep, "one tick per pose, for a server that runs in lockstep")
+      ->excludes(timing);
   app.add_flag("--shutdown", arguments.replay.shutdown, "end the server after the run");
 }
 
@@ -196,7 +201,24 @@ int run(Replay& replay) {
   }
 }
 
+// Throws if two results were to go to the same file.
+void check_distinct(const Arguments& arguments) {
+  const std::array<std::pair<const char*, std::string>, 3> results{
+      {{"--out", arguments.out}, {"--shapes", arguments.shapes}, {"--timing", arguments.timing}}};
+  const auto file = [](const std::string& path) { return std::filesystem::weakly_canonical(path); };
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const auto& [option, path] = results[i];
+      const auto& [other, other_path] = results[j];
+      if (path.empty() || other_path.empty() || file(path) != file(other_path)) continue;
+      throw std::runtime_error(std::string(other) + " and " + option + " name the same file, '" + path +
+                               "'; give each its own");
+    }
+  }
+}
+
 int replay_trajectory(Arguments& arguments) {
+  check_distinct(arguments);
   const auto trajectory = read_trajectory(arguments.trajectory);
   std::optional<RunLog> log;
   if (!arguments.out.empty()) log.emplace(arguments.out, !arguments.replay.lockstep);

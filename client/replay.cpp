@@ -13,11 +13,12 @@
 namespace acus::client {
 namespace {
 
-constexpr Timeout kSlice{50};        // between looks at the interrupt flag while nothing arrives
-constexpr double kMaxPoses = 100e6;  // of one needle in a run
-constexpr int kTransits = 15;        // measured, of which the median counts
-constexpr Timeout kTransitPause{3};  // between two of them
-constexpr double kSettling = 0.1;    // s of states from which the server's beat is told
+constexpr Timeout kSlice{50};             // between looks at the interrupt flag while nothing arrives
+constexpr double kMaxPoses = 100e6;       // of one needle in a run
+constexpr int kTransits = 15;             // measured, of which the median counts
+constexpr Timeout kTransitPause{3};       // between two of them
+constexpr double kSettling = 0.1;         // s of states from which the server's beat is told, ...
+constexpr double kLongestSettling = 0.2;  // s of waiting for them: a server that is too slow for its rate has fewer
 
 // Of a tick, that a pose is to arrive before the tick begins: room for poses and ticks that are not quite punctual.
 constexpr double kLead = 0.25;
@@ -142,13 +143,15 @@ void Replay::await_first_states() {
     step();
   } else {
     const auto enough = static_cast<std::uint64_t>(std::ceil(kSettling * server_.rate));
-    receive_until([&] { return all_needles_seen() && statistics_.states() >= enough; }, Patience::in_all,
-                  "the first force states");
+    const double latest = now() + kLongestSettling;
+    const auto settled = [&] { return statistics_.states() >= enough || now() >= latest; };
+    receive_until([&] { return all_needles_seen() && settled(); }, Patience::in_all, "the first force states");
   }
   for (const auto& [name, run] : statistics_.needles()) first_seq_ = std::max(first_seq_, run.last_seq + 1);
 }
 
 void Replay::run_in_real_time() {
+  statistics_.reserve(trajectory_.motions.size() * (periods_in(duration(), rate()) + 1));
   const auto begin = first_departure();
   std::exception_ptr failure;
   std::atomic<bool> ended = false;

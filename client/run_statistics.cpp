@@ -3,11 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "client/client.h"
 
 namespace acus::client {
 namespace {
+
+// About which times (s, not none) lie that recur with a period (s): the direction of their mean on a circle.
+double middle_of(const std::vector<double>& times, double period) {
+  const double turn = 2 * std::numbers::pi / period;
+  double x = 0, y = 0;
+  for (const double time : times) {
+    x += std::cos(turn * (time - times.front()));
+    y += std::sin(turn * (time - times.front()));
+  }
+  return times.front() + std::atan2(y, x) / turn;
+}
 
 double norm(const protocol::Vector3& v) { return std::hypot(v[0], v[1], v[2]); }
 
@@ -98,12 +110,14 @@ std::uint64_t RunStatistics::rejections() const {
   return first_stats_ ? last_stats_->rejected - first_stats_->rejected : 0;
 }
 
+// Offsets are told from the middle of all arrivals, so that few of them wrap round, whenever the first one came.
 double RunStatistics::typical_arrival(double period) const {
+  const double middle = middle_of(arrivals_, period);
   std::vector<double> offsets;
   offsets.reserve(arrivals_.size());
-  for (const double arrival : arrivals_) offsets.push_back(std::remainder(arrival - arrivals_.front(), period));
+  for (const double arrival : arrivals_) offsets.push_back(std::remainder(arrival - middle, period));
   std::sort(offsets.begin(), offsets.end());
-  return arrivals_.front() + percentile(offsets, 0.5);
+  return middle + percentile(offsets, 0.5);
 }
 
 std::vector<RoundTrip> RunStatistics::round_trips(const std::vector<double>& sent_at, std::uint64_t first_seq) const {

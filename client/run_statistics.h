@@ -58,6 +58,9 @@ struct Punctuality {
 
 class RunStatistics {
  public:
+  // Room for so many uses of commands, so that none is made while states come in.
+  void reserve(std::size_t uses) { uses_.reserve(uses); }
+
   // `received` is in seconds on a clock of the caller. Throws Vanished when the world that the run began in is gone:
   // another epoch, or a tick that is not after the last one.
   void take(const protocol::Force& force, double received);

@@ -159,7 +159,8 @@ class Session {
   }
 
   void tick() {
-    next_tick_ += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / script_.rate));
+    next_tick_ +=
+        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / (script_.pace * script_.rate)));
     tick_ = script_.reset_tick && tick_ == *script_.reset_tick ? 1 : tick_ + 1;
     ++ticks_;
     if (script_.lossy_pose > 0 && poses_ >= script_.lossy_pose) {

@@ -19,7 +19,8 @@ struct MockScript {
   std::vector<std::string> guides;
   bool lockstep = false;
   bool paused = false;
-  double rate = 200;                        // Hz, of the ticks
+  double rate = 200;                        // Hz, of the ticks, as it says
+  double pace = 1;                          // of this rate, at which they come in real time
   std::uint64_t first_seq = 0;              // in the states before the first pose
   bool mute = false;                        // hears requests, answers none
   std::uint8_t version = 1;                 // written into replies

@@ -255,6 +255,17 @@ TEST_CASE("a server that comes later is waited for, a paused one is resumed") {
   CHECK(outcome.status == 0);
 }
 
+TEST_CASE("a server that falls far behind its rate is driven all the same") {
+  const Workplace here;
+  MockScript script;
+  script.rate = 5000;
+  script.pace = 0.004;
+  MockServer server(script);
+  const auto outcome = here.replay(server, "--rate 100");  // 0.1 s of states take longer than its timeout
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+}
+
 TEST_CASE("a trajectory for another scene is refused with the names of the needles") {
   const Workplace here;
   MockScript script;
@@ -280,6 +291,19 @@ TEST_CASE("bad arguments and files return 1") {
   CHECK(here.replay(server, "", "missing.csv").status == 1);
   CHECK(here.replay(server, "--out /nowhere/run.csv").status == 1);
   CHECK(here.replay(server, "--shapes /nowhere/run.shapes").status == 1);
+  CHECK(here.replay(server, "--timing /nowhere/timing.csv").status == 1);
+}
+
+TEST_CASE("two results in one file, and the timing of a run in lockstep, are refused before anything is written") {
+  const Workplace here;
+  MockServer server;
+  here.write("run.csv", "kept");
+  const auto same = here.replay(server, "--out " + here.path("run.csv") + " --timing " + here.path("./run.csv"));
+  CHECK(same.status == 1);
+  CHECK(contains(same.output, "--out and --timing name the same file"));
+  CHECK(here.read("run.csv") == "kept");
+  CHECK(here.replay(server, "--lockstep --timing " + here.path("run.csv")).status == 1);
+  CHECK(here.read("run.csv") == "kept");
 }
 
 TEST_CASE("a server that rejects poses returns 2") {

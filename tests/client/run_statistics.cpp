@@ -80,6 +80,16 @@ TEST_CASE("the beat of the ticks is told in spite of skipped ticks and states th
   CHECK(std::remainder(statistics.typical_arrival(kPeriod) - 7.0004, kPeriod) == doctest::Approx(0).epsilon(1e-6));
 }
 
+TEST_CASE("the beat of the ticks is told even if the first state was held up by half a period") {
+  RunStatistics statistics;
+  constexpr double kPeriod = 1e-3;
+  for (std::uint64_t tick = 1; tick <= 200; ++tick) {
+    const double held_up = tick == 1 ? 0.5 * kPeriod : static_cast<double>(tick % 5) * 20e-6;
+    statistics.take(force_at(tick), 7 + static_cast<double>(tick) * kPeriod + held_up);
+  }
+  CHECK(std::remainder(statistics.typical_arrival(kPeriod) - 7, kPeriod) == doctest::Approx(40e-6).epsilon(1e-6));
+}
+
 TEST_CASE("flags are counted one by one, and so are the solvers") {
   RunStatistics statistics;
   auto force = force_at(1);
