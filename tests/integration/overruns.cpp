@@ -25,7 +25,7 @@ needles:
   - length: 0.1
     beams: 10
     base: {position: [0.003, 0.002, 0.151], orientation: [0.7071068, 0, 0.7071068, 0]}
-laws: {tolerance: 1e-9}
+laws: {solver: gauss_seidel, tolerance: 1e-9}
 overrun: {max_sweeps: 1, max_iterations: 1, publish_every: 1000}
 publish: {needle_rate: 1000}
 )";
