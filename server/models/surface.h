@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "server/models/tissue_motion.h"
+#include "server/models/material_point.h"
 
 namespace acus {
 

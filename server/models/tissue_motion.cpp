@@ -5,7 +5,6 @@
 #include <cassert>
 #include <cmath>
 #include <stdexcept>
-#include <utility>
 
 namespace acus {
 
@@ -63,30 +62,6 @@ double factor_error(const SparseCholesky& factor, const SparseMatrix& lower) {
 
 }  // namespace
 
-Eigen::Matrix<double, 3, 4> shape_gradients(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron) {
-  const auto& nodes = mesh.tetrahedra[tetrahedron];
-  const Vector3 a = x.col(nodes[1]) - x.col(nodes[0]), b = x.col(nodes[2]) - x.col(nodes[0]),
-                c = x.col(nodes[3]) - x.col(nodes[0]);
-  const double six_volume = a.dot(b.cross(c));
-  Eigen::Matrix<double, 3, 4> gradients = Eigen::Matrix<double, 3, 4>::Zero();
-  if (!(std::abs(six_volume) > 1e-12 * a.norm() * b.norm() * c.norm())) return gradients;  // flat: nothing to turn
-  gradients.col(1) = b.cross(c) / six_volume;
-  gradients.col(2) = c.cross(a) / six_volume;
-  gradients.col(3) = a.cross(b) / six_volume;
-  gradients.col(0) = -(gradients.col(1) + gradients.col(2) + gradients.col(3));
-  return gradients;
-}
-
-Vector3 material_rotation(const TetrahedralMesh& mesh, const Matrix3X& from, const Matrix3X& x, int tetrahedron) {
-  const auto gradients = shape_gradients(mesh, x, tetrahedron);
-  Vector3 sum = Vector3::Zero();
-  for (int k = 0; k < 4; ++k) {
-    const int node = mesh.tetrahedra[tetrahedron][k];
-    sum += gradients.col(k).cross(Vector3(x.col(node) - from.col(node)));
-  }
-  return sum / 2;
-}
-
 TissueMotion::TissueMotion(const TissueModel& model, double h, TissueMatrix matrix, int max_rows, int max_nodes)
     : model_(model), h_(h), matrix_(matrix), damped_(has_stiffness_damping(model)), assembler_(model) {
   element_rotations_.reset(model);
@@ -97,19 +72,13 @@ TissueMotion::TissueMotion(const TissueModel& model, double h, TissueMatrix matr
   y_.setZero(model.unknowns());
   velocity_.setZero(3, model.nodes());
   damping_force_ = velocity_;
-  rows_.resize(static_cast<std::size_t>(max_rows));
+  on_fixed_.resize(static_cast<std::size_t>(max_rows));
   weight_.setZero();
   for (int i : model.free_nodes) weight_ += model.mass[i] * model.gravity;
   if (!empty()) {
     factorize_rest();
     for (int f = 0; f < static_cast<int>(model.free_nodes.size()); ++f) position_.push_back(factor_.position(3 * f));
-    corridor_.emplace(factor_, std::min(max_nodes, static_cast<int>(model.free_nodes.size())));
-    const int slots = corridor_->capacity();
-    gram_rows_.setZero(3 * slots, max_rows);
-    gram_columns_.setZero(max_rows, 3 * slots);
-    slot_displacement_.setZero(3, slots);
-    slot_read_.resize(static_cast<std::size_t>(slots));
-    slot_forces_.setZero(3 * slots);
+    rows_.emplace(factor_, max_rows, max_nodes);
   }
   if (matrix == TissueMatrix::constant) stiffness_.emplace(model);
   reset();
@@ -136,7 +105,7 @@ void TissueMotion::factorize_rest() {
 
 void TissueMotion::reset() {
   restart();
-  if (corridor_) corridor_->clear();
+  if (rows_) rows_->corridor().clear();
 }
 
 void TissueMotion::restart() {
@@ -150,7 +119,7 @@ void TissueMotion::restart() {
 void TissueMotion::begin(const TissueState& state) {
   x_ = state.x;
   iteration_ = 0;
-  if (corridor_) corridor_->begin_use();
+  if (rows_) rows_->corridor().begin_use();
 }
 
 // Elastic forces at x_k; on the first call of a tick also what the last tick's supports carried.
@@ -209,100 +178,65 @@ bool TissueMotion::linearize(const TissueState& state) {
     if (damped_ && iteration_ == 0)
       assembler_.assemble(x_, element_rotations_, Tangent::turned, {.stiffness_damping = 1}, damping_);
     exact = refactorize();
-    corridor_->clear();
+    rows_->corridor().clear();
   }
   ++iteration_;
   factor_.forward(y_);
   return exact;
 }
 
-void TissueMotion::clear_rows() { row_count_ = 0; }
-
-TissueMotion::Row& TissueMotion::begin_row() {
-  assert(row_count_ < static_cast<int>(rows_.size()));
-  Row& row = rows_[row_count_];
-  row.parts = 0;
-  row.on_fixed.setZero();
-  return row;
+void TissueMotion::clear_rows() {
+  row_count_ = 0;
+  if (rows_) rows_->clear();
 }
 
-bool TissueMotion::add_node(Row& row, int node, const Vector3& force) {
+void TissueMotion::begin_row() {
+  assert(row_count_ < static_cast<int>(on_fixed_.size()));
+  on_fixed_[row_count_].setZero();
+  if (rows_) rows_->begin();
+}
+
+int TissueMotion::end_row() {
+  if (rows_) rows_->end();
+  return row_count_++;
+}
+
+bool TissueMotion::add_node(int node, const Vector3& force) {
   const int free = model_.free_index[node];
-  if (free < 0) {
-    row.on_fixed += force;
-    return true;
-  }
-  const int slot = corridor_->slot(free);
-  if (slot < 0) return false;
-  row.slot[row.parts] = slot;
-  row.force[row.parts++] = to_factor(node, force);
+  if (free >= 0) return rows_->add_force(free, to_factor(node, force));
+  on_fixed_[row_count_] += force;
   return true;
 }
 
-bool TissueMotion::add_part(Row& row, const MaterialPoint& point, const Vector3& force) {
+bool TissueMotion::add_part(const MaterialPoint& point, const Vector3& force) {
   const auto& nodes = model_.mesh->tetrahedra[point.tetrahedron];
   for (int k = 0; k < 4; ++k)
-    if (!add_node(row, nodes[k], point.weights[k] * force)) return false;
+    if (!add_node(nodes[k], point.weights[k] * force)) return false;
   return true;
 }
 
 int TissueMotion::add_row(const TissuePoint& point, const Vector3& force) {
-  Row& row = begin_row();
-  if (!add_part(row, point.a, (1 - point.u) * force)) return -1;
-  if (point.u > 0 && !add_part(row, point.b, point.u * force)) return -1;
-  return row_count_++;
+  begin_row();
+  if (!add_part(point.a, (1 - point.u) * force)) return -1;
+  if (point.u > 0 && !add_part(point.b, point.u * force)) return -1;
+  return end_row();
 }
 
 int TissueMotion::add_couple(int tetrahedron, const Vector3& torque) {
-  Row& row = begin_row();
+  begin_row();
   const auto gradients = shape_gradients(*model_.mesh, x_, tetrahedron);
   for (int k = 0; k < 4; ++k)
-    if (!add_node(row, model_.mesh->tetrahedra[tetrahedron][k], 0.5 * torque.cross(gradients.col(k)))) return -1;
-  return row_count_++;
+    if (!add_node(model_.mesh->tetrahedra[tetrahedron][k], 0.5 * torque.cross(gradients.col(k)))) return -1;
+  return end_row();
 }
 
 int TissueMotion::add_empty_row() {
   begin_row();
-  return row_count_++;
+  return end_row();
 }
 
-// W_t = Sᵀ G S and delta = Sᵀ Yᵀ y, S the rows' forces on the slots. G S first, by rows; turned round, so that all rows
-// that come after one are contiguous, W_t takes one pass over them for each of the few slots that the row acts on. Slots
-// before the first and behind the last that a row acts on are left alone: what other paths have left behind.
 void TissueMotion::add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta) {
-  if (empty()) return;
-  const int n = row_count_;
-  int first = corridor_->used(), last = -1;
-  for (int r = 0; r < n; ++r)
-    for (int k = 0; k < rows_[r].parts; ++k) {
-      first = std::min(first, rows_[r].slot[k]);
-      last = std::max(last, rows_[r].slot[k]);
-    }
-  if (last < 0) return;
-  const int dofs = 3 * (last - first + 1);
-  std::fill(slot_read_.begin() + first, slot_read_.begin() + last + 1, 0);
-  for (int r = 0; r < n; ++r) {
-    const Row& row = rows_[r];
-    auto column = gram_rows_.col(r).head(dofs);
-    column.setZero();
-    for (int k = 0; k < row.parts; ++k) {
-      const int slot = row.slot[k];
-      const Vector3& f = row.force[k];
-      const auto gram = corridor_->gram().block(3 * first, 3 * slot, dofs, 3);
-      column += f[0] * gram.col(0) + f[1] * gram.col(1) + f[2] * gram.col(2);
-      if (std::exchange(slot_read_[slot], 1) == 0) slot_displacement_.col(slot) = corridor_->free_displacement(slot, y_);
-      delta[r] += f.dot(slot_displacement_.col(slot));
-    }
-  }
-  gram_columns_.topLeftCorner(n, dofs) = gram_rows_.topLeftCorner(dofs, n).transpose();
-  for (int r = 0; r < n; ++r) {
-    auto below = W.col(r).segment(r, n - r);
-    for (int k = 0; k < rows_[r].parts; ++k) {
-      const Vector3& f = rows_[r].force[k];
-      const auto columns = gram_columns_.block(r, 3 * (rows_[r].slot[k] - first), n - r, 3);
-      below += f[0] * columns.col(0) + f[1] * columns.col(1) + f[2] * columns.col(2);
-    }
-  }
+  if (rows_) rows_->add_compliance(y_, W, delta);
 }
 
 bool TissueMotion::prepare(int tetrahedron) {
@@ -310,8 +244,8 @@ bool TissueMotion::prepare(int tetrahedron) {
   for (const int node : model_.mesh->tetrahedra[tetrahedron]) {
     const int free = model_.free_index[node];
     if (free < 0) continue;
-    const bool made = !corridor_->holds(free);
-    if (corridor_->slot(free) < 0) return false;
+    const bool made = !rows_->corridor().holds(free);
+    if (rows_->corridor().slot(free) < 0) return false;
     if (made) return true;
   }
   return false;
@@ -320,16 +254,8 @@ bool TissueMotion::prepare(int tetrahedron) {
 double TissueMotion::correct(std::span<const double> lambda) {
   lambda_on_fixed_.setZero();
   if (empty()) return 0;
-  slot_forces_.setZero();
-  for (int r = 0; r < row_count_; ++r) {
-    for (int k = 0; k < rows_[r].parts; ++k)
-      slot_forces_.segment<3>(3 * rows_[r].slot[k]) += lambda[r] * rows_[r].force[k];
-    lambda_on_fixed_ += lambda[r] * rows_[r].on_fixed;
-  }
-  for (int s = 0; s < corridor_->used(); ++s) {
-    const Vector3 force = slot_forces_.segment<3>(3 * s);
-    if (!force.isZero(0)) corridor_->add_force(s, force, y_);
-  }
+  for (int r = 0; r < row_count_; ++r) lambda_on_fixed_ += lambda[r] * on_fixed_[r];
+  rows_->add_forces(lambda, y_);
   factor_.backward(y_);
 
   double largest = 0;

@@ -15,51 +15,21 @@
 // A matrix that is factorised once is kept in single precision (panel_values.h) unless that moves a test displacement
 // by more than kSinglePrecisionError, as it can where materials differ by many orders of magnitude.
 //
-// Rows: y = L⁻¹ (-g), W_t from the corridor's Gram matrix, dx = L⁻ᵀ (y + Y lambda).
+// With y = L⁻¹ (-g) the rows (tissue_rows.h) enter as dx = L⁻ᵀ (y + Y S lambda).
 #pragma once
 
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "server/models/corridor.h"
+#include "server/models/material_point.h"
 #include "server/models/rest_stiffness.h"
 #include "server/models/tissue.h"
+#include "server/models/tissue_rows.h"
 
 namespace acus {
 
 enum class TissueMatrix { constant, turned, refactorized };
-
-// A point of the tissue's material: a tetrahedron and the weights of its four nodes.
-struct MaterialPoint {
-  int tetrahedron = -1;
-  Eigen::Vector4d weights = Eigen::Vector4d::Zero();
-};
-
-inline Vector3 material_position(const TetrahedralMesh& mesh, const Matrix3X& x, const MaterialPoint& p) {
-  const auto& nodes = mesh.tetrahedra[static_cast<std::size_t>(p.tetrahedron)];
-  Vector3 position = Vector3::Zero();
-  for (int k = 0; k < 4; ++k) position += p.weights[k] * x.col(nodes[k]);
-  return position;
-}
-
-// A point between two material points, (1 - u) a + u b; b is not looked at where u is 0.
-struct TissuePoint {
-  MaterialPoint a, b;
-  double u = 0;
-};
-
-inline Vector3 tissue_position(const TetrahedralMesh& mesh, const Matrix3X& x, const TissuePoint& p) {
-  const Vector3 at_a = material_position(mesh, x, p.a);
-  return p.u == 0 ? at_a : Vector3((1 - p.u) * at_a + p.u * material_position(mesh, x, p.b));
-}
-
-// The gradients of a tetrahedron's four shape functions in the configuration x (1/m), one column each.
-Eigen::Matrix<double, 3, 4> shape_gradients(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron);
-
-// The rotation of a tetrahedron's material by small displacements u = x - from (rad, world): half the curl of u,
-// 1/2 sum over its nodes of grad N_k x u_k.
-Vector3 material_rotation(const TetrahedralMesh& mesh, const Matrix3X& from, const Matrix3X& x, int tetrahedron);
 
 class TissueMotion {
  public:
@@ -100,7 +70,7 @@ class TissueMotion {
   const Matrix3X& x() const { return x_; }  // x_k (m)
   std::size_t factor_entries() const { return factor_.factor_entries(); }
   Precision precision() const { return factor_.precision(); }
-  int corridor_nodes() const { return corridor_ ? corridor_->capacity() : 0; }
+  int corridor_nodes() const { return rows_ ? rows_->corridor().capacity() : 0; }
   int longest_column() const { return factor_.tree().longest_way; }  // entries of a column that the corridor keeps
 
   // Forget everything that a run has left behind (rotations, corridor).
@@ -118,18 +88,12 @@ class TissueMotion {
   const Balance& balance() const { return balance_; }
 
  private:
-  struct Row {
-    int parts = 0;      // free nodes that it acts on
-    int slot[8];
-    Vector3 force[8];   // in the factor's frame
-    Vector3 on_fixed;   // sum of the parts on fixed nodes, world
-  };
-
   bool empty() const { return model_.free_nodes.empty(); }
   void factorize_rest();
-  Row& begin_row();
-  bool add_node(Row& row, int node, const Vector3& force);
-  bool add_part(Row& row, const MaterialPoint& point, const Vector3& force);
+  void begin_row();
+  bool add_node(int node, const Vector3& force);
+  bool add_part(const MaterialPoint& point, const Vector3& force);
+  int end_row();
   void evaluate();
   void put_residual(const TissueState& state);
   void evaluate_damping(const TissueState& state);
@@ -150,7 +114,7 @@ class TissueMotion {
   SparseCholesky factor_;
   std::vector<int> position_;            // per free node, of its first unknown in the factor
   std::optional<RestStiffness> stiffness_;  // constant
-  std::optional<Corridor> corridor_;
+  std::optional<TissueRows> rows_;       // none where nothing is free
   SparseMatrix damping_;                 // refactorized: beta K of this tick, lower triangle
   SparseMatrix system_;                  // refactorized: A
   std::vector<int> beside_supports_;     // free nodes that share a tetrahedron with a fixed one
@@ -164,12 +128,8 @@ class TissueMotion {
   VectorX y_;                            // in the factor's order
   Matrix3X velocity_;                    // of the nodes in this tick
   Matrix3X damping_force_;               // of the damping of the stiffness, from the tick's second iteration on
-  std::vector<Row> rows_;
+  std::vector<Vector3> on_fixed_;        // per row, the sum of its forces on fixed nodes, world
   int row_count_ = 0;
-  MatrixX gram_rows_, gram_columns_;     // G S: 3 slots x rows; its transpose
-  Matrix3X slot_displacement_;           // Yᵀ y
-  std::vector<char> slot_read_;          // per slot, whether slot_displacement_ is of this tick
-  VectorX slot_forces_;
   int iteration_ = 0;                    // of this tick, those done
   Vector3 pending_support_ = Vector3::Zero();  // support force of the last tick but for its elastic part
   Balance pending_;

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/models/tissue_motion.h"
+#include "server/models/material_point.h"
 
 namespace acus {
 

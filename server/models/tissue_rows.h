@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The rows of a tick as forces on free nodes of the tissue, in the frame of its factor, and what they do to each other:
+//
+//   W_t = Sᵀ G S,    delta_free = Sᵀ Yᵀ y,    y <- y + Y S lambda
+//
+// S: the rows' forces on the corridor's slots; G, Y: corridor.h; y = L⁻¹ (-g).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/models/corridor.h"
+
+namespace acus {
+
+class TissueRows {
+ public:
+  static constexpr int kMaxParts = 8;  // free nodes that a row acts on
+
+  // The factor must outlive this.
+  TissueRows(const SparseCholesky& factor, int max_rows, int max_nodes);
+
+  Corridor& corridor() { return corridor_; }
+  const Corridor& corridor() const { return corridor_; }
+
+  void clear() { count_ = 0; }
+  // A row is made by begin(), add_force() for each of its nodes and end(), which returns its index; without end() it is
+  // forgotten.
+  void begin();
+  // N on a free node for a unit of the row; false if the corridor is full.
+  bool add_force(int free_node, const Vector3& force);
+  int end() { return count_++; }
+
+  // Adds W_t (m/N) to the lower triangle of W and the free displacements (m) to `delta`.
+  void add_compliance(const VectorX& y, Eigen::Ref<MatrixX> W, std::span<double> delta);
+  // y <- y + Y S lambda
+  void add_forces(std::span<const double> lambda, VectorX& y);
+
+ private:
+  struct Row {
+    int parts = 0;
+    int slot[kMaxParts];
+    Vector3 force[kMaxParts];
+  };
+
+  Corridor corridor_;
+  std::vector<Row> rows_;
+  int count_ = 0;
+  MatrixX gram_rows_, gram_columns_;  // G S: 3 slots x rows; its transpose
+  Matrix3X slot_displacement_;        // Yᵀ y
+  std::vector<char> slot_read_;       // per slot, whether slot_displacement_ is of this call
+  VectorX slot_forces_;               // S lambda
+};
+
+}  // namespace acus
