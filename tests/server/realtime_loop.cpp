@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <memory>
+#include <thread>
 
 namespace acus {
 namespace {
@@ -32,11 +33,12 @@ std::unique_ptr<LoadedScene> heavy_world() {
   return std::make_unique<LoadedScene>(scene);
 }
 
-void ask(Link& link, Request::Kind kind, std::uint32_t ticks = 0) {
+void ask(Link& link, Request::Kind kind, std::uint32_t ticks = 0, std::uint64_t epoch = 0) {
   Request* request = link.requests.writable();
   REQUIRE(request);
   request->kind = kind;
   request->ticks = ticks;
+  request->epoch = epoch;
   link.requests.commit();
   link.to_simulation.signal();
 }
@@ -126,6 +128,30 @@ TEST_CASE(
   for (; const NeedleFrame* frame = world.needle_frames.readable(); world.needle_frames.release()) {
     if (frame->shape.tick > first_long) CHECK(frame->shape.tick % every == 0);
   }
+}
+
+TEST_CASE("a reset begins with everything that the scene asks for") {
+  Link link;
+  link.wanted = bit(Topic::force) | bit(Topic::needle);
+  RealtimeLoop loop(heavy_world(), {.max_ticks = 40}, link);
+  {
+    const std::jthread simulation([&] { loop.run(); });
+    while (link.tick < 5) std::this_thread::yield();
+    ask(link, Request::Kind::reset, 0, 1);
+  }
+
+  std::uint32_t last_before = 0;  // the flags of the last tick before the reset
+  int first_ticks = 0;
+  for (; const Record* record = link.records.readable(); link.records.release()) {
+    const auto* force = std::get_if<ForceRecord>(record);
+    if (!force) continue;
+    if (force->epoch == 0) last_before = force->flags;
+    if (force->epoch == 0 || force->tick > 1) continue;
+    CHECK((force->flags & kPublishingReduced) == 0);
+    ++first_ticks;
+  }
+  CHECK((last_before & kPublishingReduced) != 0);
+  CHECK(first_ticks == 1);
 }
 
 }  // namespace acus
