@@ -26,26 +26,36 @@ enum ExitCode : int { kDone = 0, kBadCommandLine = 1, kBadInput = 2, kFailed = 3
 
 constexpr const char* kDescription =
     "Runs a scene along a trajectory without sockets, as fast as it goes on one core, and prints how long each "
-    "stage of the tick took.\nBlocks of 200 ticks take turns with a calibration, 20 runs each of CHOLMOD's forward "
-    "and backward solve of the tissue's matrix and of a dense Cholesky factorisation; the first 5 ticks and 4 runs "
-    "after a change are not counted, since the caches hold the other's data. Compare the ratios: absolute times of "
-    "shared machines drift. Where others run on the same processor, the tick's processor time, which leaves theirs "
-    "out, tells more than its time.";
+    "stage of the tick took.\nBlocks of 200 ticks take turns with a calibration: 20 runs each of CHOLMOD's own forward "
+    "and backward solve of the tissue's matrix, ordered as the simulation orders it and again in CHOLMOD's default "
+    "order, and of a dense Cholesky factorisation. The first 5 ticks and 4 runs after a change are not counted, since "
+    "the caches hold the other's data. Compare the ratios: absolute times of shared machines drift. Where others run "
+    "on the same processor, processor times and their ratios, which leave theirs out, tell more than those by the "
+    "clock.";
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-bench scenes/benchmark/cube_1000.yaml scenes/benchmark/insertion_60mm.csv\n"
+    "  acus-bench SCENE TRAJECTORY --needle rigid\n"
+    "                                            what the needle's bending costs: stages 2 and 6 against a run "
+    "without\n"
     "  acus-bench SCENE TRAJECTORY --rung linear --solver direct --json linear.json\n"
     "  acus-bench scenes/benchmark/rows_200.yaml scenes/benchmark/insertion_60mm.csv --min-rows 200\n"
     "                                            count only ticks with so many rows of laws\n"
     "  acus-bench SCENE TRAJECTORY --skip 0.5 --repeat 5\n"
     "                                            five times through, each without its first half second\n"
     "  acus-bench SCENE TRAJECTORY --rung exact --ticks 200 --json - | jq .tick\n"
-    "\nExit status: 0 measured; 1 bad command line; 2 the scene or the trajectory cannot be used; 3 anything else.";
+    "\nExit status: 0 measured; 1 bad command line; 2 the scene or the trajectory cannot be used, or no "
+    "tick counted; 3 anything else.";
+
+constexpr const char* kNothingCounted =
+    "no tick counted, so there are no times: the first 5 ticks of each 200 never do; ask for more --ticks, a shorter "
+    "--skip or fewer --min-rows";
 
 struct Arguments {
   std::string scene, trajectory, json;
   std::optional<TissueRung> rung;
   std::optional<LawMethod> solver;
+  std::optional<NeedleRung> needle;
   std::optional<int> core;
   MeasurementPlan plan;
   bool no_calibration = false;
@@ -70,6 +80,7 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->required();
   add_choice(app, "--rung", arguments.rung, "How the tissue is solved, instead of the scene's own tissue.rung");
   add_choice(app, "--solver", arguments.solver, "How the laws are solved, instead of the scene's own laws.solver");
+  add_choice(app, "--needle", arguments.needle, "How all needles bend, instead of their own needles[].rung");
   app.add_option("--json", arguments.json, "Write the results to this file, too; - prints them instead of the table");
   app.add_option("--core", arguments.core, "Processor to run on")->default_str("the last one allowed");
   app.add_option("--ticks", arguments.plan.max_ticks, "End each time through after so many ticks")
@@ -79,7 +90,7 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--skip", arguments.plan.skip, "Seconds at the start of each time through that are not counted")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   app.add_option("--min-rows", arguments.plan.min_rows, "Count only ticks with at least so many rows of laws")
       ->check(CLI::NonNegativeNumber)
@@ -114,13 +125,26 @@ Scene read_scene_as_asked(const Arguments& arguments) {
   Scene scene = read_scene(arguments.scene);
   if (arguments.rung) scene.tissue.rung = *arguments.rung;
   if (arguments.solver) scene.laws.solver = *arguments.solver;
+  if (arguments.needle == NeedleRung::rigid && !scene.guides.empty())
+    throw std::runtime_error("--needle rigid: the scene has guides, which hold flexible needles; leave the option out");
+  if (arguments.needle)
+    for (Needle& needle : scene.needles) needle.rung = *arguments.needle;
   return scene;
+}
+
+void require_written(const std::ofstream& file, const std::string& path) {
+  if (!file) throw std::runtime_error("--json: " + path + " cannot be written; does its folder exist?");
+}
+
+// Before anything is measured; what the file holds stays until there is something to replace it.
+void check_json_path(const std::string& path) {
+  if (!path.empty() && path != "-") require_written(std::ofstream(path, std::ios::app), path);
 }
 
 void write_json(const std::string& path, const std::string& json) {
   std::ofstream file(path, std::ios::trunc);
   file << json << std::flush;
-  if (!file) throw std::runtime_error(path + ": cannot be written; does its folder exist?");
+  require_written(file, path);
 }
 
 using Say = std::function<void(const std::string&)>;
@@ -171,6 +195,7 @@ int run(const Arguments& arguments) {
   run.scene_file = arguments.scene;
   run.trajectory_file = arguments.trajectory;
   run.core = pin_to_core(arguments.core);
+  check_json_path(arguments.json);
 
   std::optional<Experiment> experiment;
   try {
@@ -185,7 +210,9 @@ int run(const Arguments& arguments) {
   Calibration calibration = prepare_calibration(arguments, experiment->simulation, say);
   run.measured = measure_telling(*experiment, calibration, arguments.plan, say);
   print(arguments, run, experiment->simulation, calibration);
-  return kDone;
+  if (!run.measured.times.whole.wall.empty()) return kDone;
+  std::fprintf(stderr, "acus-bench: %s\n", kNothingCounted);
+  return kBadInput;
 }
 
 }  // namespace

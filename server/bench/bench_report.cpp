@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "client/latency.h"
+#include "protocol/messages.h"
 #include "server/simulation/json_text.h"
 #include "server/simulation/scene_fields.h"
 #include "server/simulation/text_table.h"
@@ -15,15 +17,13 @@ namespace acus {
 namespace {
 
 using client::Distribution;
-using client::distribution_of;
-
-// By the bits of TickReport::flags.
-constexpr std::array kFlagNames{"laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",
-                                "path_full",          "not_finite",           "solver_fell_back",  "sweeps_capped",
-                                "iterations_capped",  "publishing_reduced"};
+using protocol::kFlagNames;  // by the bits of TickReport::flags
 static_assert(kPublishingReduced == 1u << (kFlagNames.size() - 1));
 
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
 std::string formatted(const char* format, double value) {
+  if (!std::isfinite(value)) return "-";
   std::array<char, 32> buffer{};
   std::snprintf(buffer.data(), buffer.size(), format, value);
   return buffer.data();
@@ -36,26 +36,34 @@ const char* solver_name(const Simulation& simulation) {
   return NamesOf<LawMethod>::names[static_cast<std::size_t>(simulation.scene().laws.solver)];
 }
 
+// Not numbers where there is nothing to tell of.
+Distribution distribution_of(const std::vector<double>& values) {
+  Distribution d = client::distribution_of(values);
+  if (values.empty()) d.p50 = d.p99 = d.max = kUnknown;
+  return d;
+}
+
 double median(const std::vector<double>& values) { return distribution_of(values).p50; }
 
-// What the goals speak of; not a number where there is no calibration. Of processor times, so that neighbours on the
-// core neither spoil nor flatter them, but for stages, which the wall clock alone measures.
-struct Ratios {
-  double tick_to_calibration, tick_to_least_fill, tick_p99_to_p50, laws_to_dense;
+// What the goals speak of, by one clock. Of processor times neighbours on the core neither spoil nor flatter them.
+struct TickRatios {
+  double to_calibration, to_default_order, p99_to_p50;
 
-  explicit Ratios(const Measurement& m) {
-    const Distribution tick = distribution_of(m.times.whole.processor);
-    tick_to_calibration = ratio(tick.p50, median(m.standard_solves.processor));
-    tick_to_least_fill = ratio(tick.p50, median(m.least_fill_solves.processor));
-    tick_p99_to_p50 = ratio(tick.p99, tick.p50);
-    laws_to_dense = ratio(median(m.times.laws), median(m.dense_factorisations.wall));
+  TickRatios(const Measurement& m, std::vector<double> Spans::*clock) {
+    const Distribution tick = distribution_of(m.times.whole.*clock);
+    to_calibration = tick.p50 / median(m.solves.*clock);
+    to_default_order = tick.p50 / median(m.default_order_solves.*clock);
+    p99_to_p50 = tick.p99 / tick.p50;
   }
-  static double ratio(double a, double b) { return b > 0 ? a / b : std::nan(""); }
 };
+
+// Stages are measured by the wall clock alone.
+double laws_to_dense(const Measurement& m) { return median(m.times.laws) / median(m.dense_factorisations.wall); }
 
 // --------------------------------------------------------------------------------------------------------- table
 
 std::string milliseconds(double seconds) { return formatted("%10.4f", 1e3 * seconds); }
+std::string ratio(double value) { return formatted("%10.3f", value); }
 
 std::string opening(const BenchRun& run, const Simulation& simulation) {
   const Measurement& m = run.measured;
@@ -102,23 +110,22 @@ void add_calibration(TextTable& table, const std::string& name, const Spans& spa
 std::string calibrations(const Measurement& m, const Calibration& calibration) {
   TextTable table;
   table.add({"calibration (ms), median", "      time", " processor", "size"});
-  if (calibration.standard)
-    add_calibration(table, "  CHOLMOD forward + backward", m.standard_solves, fill(*calibration.standard));
-  if (calibration.least_fill)
-    add_calibration(table, "  the same, least fill", m.least_fill_solves, fill(*calibration.least_fill));
+  if (calibration.solve) add_calibration(table, "  CHOLMOD forward + backward", m.solves, fill(*calibration.solve));
+  if (calibration.default_order)
+    add_calibration(table, "  the same, default order", m.default_order_solves, fill(*calibration.default_order));
   if (calibration.dense)
     add_calibration(table, "  dense Cholesky", m.dense_factorisations, std::to_string(DenseCholesky::kRows) + " rows");
   return table.text();
 }
 
 std::string ratios(const Measurement& m) {
-  const Ratios r(m);
+  const TickRatios wall(m, &Spans::wall), processor(m, &Spans::processor);
   TextTable table;
-  table.add({"ratios, of processor times"});
-  table.add({"  tick p50 / calibration", formatted("%8.3f", r.tick_to_calibration)});
-  table.add({"  tick p50 / least fill", formatted("%8.3f", r.tick_to_least_fill)});
-  table.add({"  tick p99 / p50", formatted("%8.3f", r.tick_p99_to_p50)});
-  table.add({"  compliance + solve p50 / dense", formatted("%8.3f", r.laws_to_dense)});
+  table.add({"ratios", "      time", " processor"});
+  table.add({"  tick p50 / calibration", ratio(wall.to_calibration), ratio(processor.to_calibration)});
+  table.add({"  tick p50 / default order", ratio(wall.to_default_order), ratio(processor.to_default_order)});
+  table.add({"  tick p99 / p50", ratio(wall.p99_to_p50), ratio(processor.p99_to_p50)});
+  table.add({"  compliance + solve p50 / dense", ratio(laws_to_dense(m))});
   return table.text();
 }
 
@@ -139,7 +146,8 @@ std::string soundness(const Measurement& m) {
   table.add({"sweeps", formatted("median %.0f, ", sweeps.p50) + formatted("most %.0f", sweeps.max)});
   table.add({"heap allocations in ticks", std::to_string(m.allocations)});
   table.add({"largest residual of the laws", formatted("%.3g N", m.residual_max)});
-  table.add({"largest imbalance of forces", formatted("%.3g N", m.imbalance_max)});
+  table.add({"largest imbalance of forces", formatted("%.3g N; ", m.imbalance_max) +
+                                                formatted("%.2g of the largest force of its tick", m.imbalance_share)});
   table.add({"flags", raised(m.flags)});
   return table.text();
 }
@@ -183,18 +191,23 @@ std::string dense_cholesky(const Spans& spans) {
 
 std::string calibration_json(const Measurement& m, const Calibration& calibration) {
   JsonMembers members;
-  if (calibration.standard) members.emplace_back("standard", solve(m.standard_solves, *calibration.standard));
-  if (calibration.least_fill) members.emplace_back("least_fill", solve(m.least_fill_solves, *calibration.least_fill));
+  if (calibration.solve) members.emplace_back("simulation_order", solve(m.solves, *calibration.solve));
+  if (calibration.default_order)
+    members.emplace_back("default_order", solve(m.default_order_solves, *calibration.default_order));
   if (calibration.dense) members.emplace_back("dense_cholesky", dense_cholesky(m.dense_factorisations));
   return json_object(members);
 }
 
+JsonMembers tick_ratios(const TickRatios& r) {
+  return {{"tick_p50_to_calibration", number(r.to_calibration)},
+          {"tick_p50_to_default_order", number(r.to_default_order)},
+          {"tick_p99_to_p50", number(r.p99_to_p50)}};
+}
+
 std::string ratios_json(const Measurement& m) {
-  const Ratios r(m);
-  return json_object({{"tick_p50_to_calibration", number(r.tick_to_calibration)},
-                      {"tick_p50_to_least_fill", number(r.tick_to_least_fill)},
-                      {"tick_p99_to_p50", number(r.tick_p99_to_p50)},
-                      {"laws_p50_to_dense_cholesky", number(r.laws_to_dense)}});
+  JsonMembers wall = tick_ratios({m, &Spans::wall});
+  wall.emplace_back("laws_p50_to_dense_cholesky", number(laws_to_dense(m)));
+  return json_object({{"wall", json_object(wall)}, {"processor", json_object(tick_ratios({m, &Spans::processor}))}});
 }
 
 std::string flags_json(const FlagCounts& counts) {
@@ -216,7 +229,6 @@ std::string bench_json(const BenchRun& run, const Simulation& simulation, const 
   const Measurement& m = run.measured;
   const Distribution rows = distribution_of(m.rows), sweeps = distribution_of(m.sweeps);
   const Costs costs = simulation.costs();
-  const double solve_seconds = m.standard_solves.wall.empty() ? std::nan("") : median(m.standard_solves.wall);
   return indent_json(json_object({
       {"scene", json_string(run.scene_file)},
       {"trajectory", json_string(run.trajectory_file)},
@@ -233,7 +245,8 @@ std::string bench_json(const BenchRun& run, const Simulation& simulation, const 
       {"ticks", number(m.ticks)},
       {"ticks_counted", number(static_cast<std::uint64_t>(m.times.whole.wall.size()))},
       {"allocations", number(m.allocations)},
-      {"calibration_ms", number(1e3 * solve_seconds)},
+      {"calibration_ms", number(1e3 * median(m.solves.wall))},
+      {"calibration_processor_ms", number(1e3 * median(m.solves.processor))},
       {"tick", distribution(m.times.whole.wall)},
       {"tick_processor", distribution(m.times.whole.processor)},
       {"stages", stages(m.times)},
@@ -242,6 +255,7 @@ std::string bench_json(const BenchRun& run, const Simulation& simulation, const 
       {"ratios", ratios_json(m)},
       {"residual_max", number(m.residual_max)},
       {"imbalance_max", number(m.imbalance_max)},
+      {"imbalance_share", number(m.imbalance_share)},
       {"flags", flags_json(m.flags)},
       {"core", number(run.core)},
       {"load_s", number(run.load_seconds)},

@@ -28,20 +28,26 @@ SparseMatrix tick_matrix(const Simulation& simulation) {
   return matrix;
 }
 
-CholmodSolve::CholmodSolve(const SparseMatrix& lower_triangle, Ordering ordering) {
+std::vector<int> simulation_order(const SparseMatrix& lower_triangle) {
+  SparseCholesky cholesky;
+  cholesky.analyze(lower_triangle, 3);
+  std::vector<int> order(static_cast<std::size_t>(cholesky.size()));
+  for (int i = 0; i < cholesky.size(); ++i) order[static_cast<std::size_t>(cholesky.position(i))] = i;
+  return order;
+}
+
+CholmodSolve::CholmodSolve(const SparseMatrix& lower_triangle, std::vector<int> order) {
   if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
   cholmod_start(&common_);
   common_.supernodal = CHOLMOD_SUPERNODAL;
   common_.final_ll = 1;
   common_.print = 0;
-  if (ordering == Ordering::least_fill) {
-    common_.nmethods = 3;
-    common_.method[0].ordering = CHOLMOD_AMD;
-    common_.method[1].ordering = CHOLMOD_METIS;
-    common_.method[2].ordering = CHOLMOD_NESDIS;
+  if (!order.empty()) {
+    common_.nmethods = 1;
+    common_.method[0].ordering = CHOLMOD_GIVEN;
   }
   cholmod_sparse matrix = Eigen::viewAsCholmod(lower_triangle.selfadjointView<Eigen::Lower>());
-  factor_ = cholmod_analyze(&matrix, &common_);
+  factor_ = cholmod_analyze_p(&matrix, order.empty() ? nullptr : order.data(), nullptr, 0, &common_);
   if (factor_ != nullptr) cholmod_factorize(&matrix, factor_, &common_);
   if (factor_ == nullptr || common_.status != CHOLMOD_OK)
     throw std::runtime_error("calibration: CHOLMOD could not factorise the tissue's matrix");
@@ -66,6 +72,8 @@ Eigen::Map<const VectorX> CholmodSolve::solution() const {
 
 const char* CholmodSolve::ordering_name() const {
   switch (factor_->ordering) {
+    case CHOLMOD_GIVEN:
+      return "the simulation's";
     case CHOLMOD_AMD:
       return "AMD";
     case CHOLMOD_METIS:

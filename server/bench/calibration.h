@@ -4,11 +4,14 @@
 //
 //   substitutions  CHOLMOD's own cholmod_solve2(CHOLMOD_A) with a supernodal factor of the tick's matrix
 //                  A = M/h² + B/h + K of the tissue at rest: permutation, L x = b, Lᵀ x = b, permutation back. Double
-//                  precision, one right-hand side, one thread, workspaces kept.
+//                  precision, one right-hand side, one thread, workspaces kept. Once with the order of elimination that
+//                  the simulation itself uses, once with CHOLMOD's own choice.
 //   dense          Eigen's Cholesky factorisation of a symmetric matrix of 200 rows, in place.
 #pragma once
 
 #include <cholmod.h>
+
+#include <vector>
 
 #include "server/math/sparse_cholesky.h"
 #include "server/math/types.h"
@@ -19,16 +22,14 @@ namespace acus {
 // A of the simulation's scene, lower triangle of the free unknowns; 0 x 0 without tissue.
 SparseMatrix tick_matrix(const Simulation& simulation);
 
-// How CHOLMOD numbers the unknowns.
-enum class Ordering {
-  standard,   // as cholmod_start() leaves it to choose
-  least_fill  // the least entries of AMD, METIS and nested dissection
-};
+// In which order to eliminate the unknowns of that matrix, as the simulation does: the unknown eliminated k-th.
+std::vector<int> simulation_order(const SparseMatrix& lower_triangle);
 
 class CholmodSolve {
  public:
-  // Factorises; throws std::runtime_error if that fails.
-  CholmodSolve(const SparseMatrix& lower_triangle, Ordering ordering);
+  // Factorises in a given order, or, if it is empty, in the one that CHOLMOD chooses by itself. Throws
+  // std::runtime_error if that fails.
+  explicit CholmodSolve(const SparseMatrix& lower_triangle, std::vector<int> order = {});
   ~CholmodSolve();
   CholmodSolve(const CholmodSolve&) = delete;
   CholmodSolve& operator=(const CholmodSolve&) = delete;

@@ -46,8 +46,8 @@ void time_block(Calibrator& calibrator, Spans& spans) {
 }
 
 void calibrate(Calibration& calibration, Measurement& result) {
-  if (calibration.standard) time_block(*calibration.standard, result.standard_solves);
-  if (calibration.least_fill) time_block(*calibration.least_fill, result.least_fill_solves);
+  if (calibration.solve) time_block(*calibration.solve, result.solves);
+  if (calibration.default_order) time_block(*calibration.default_order, result.default_order_solves);
   if (calibration.dense) time_block(*calibration.dense, result.dense_factorisations);
 }
 
@@ -66,7 +66,10 @@ void note(const TickReport& report, Measurement& result) {
   ++result.ticks;
   count_flags(report.flags, result.flags);
   result.residual_max = std::max(result.residual_max, report.residual);
-  result.imbalance_max = std::max(result.imbalance_max, report.imbalance);
+  if (report.imbalance > result.imbalance_max) {
+    result.imbalance_max = report.imbalance;
+    result.imbalance_share = report.imbalance / report.largest_force;
+  }
 }
 
 }  // namespace
@@ -97,15 +100,15 @@ Calibration::Calibration(const Simulation& simulation) {
   dense.emplace();
   const SparseMatrix matrix = tick_matrix(simulation);
   if (matrix.rows() == 0) return;
-  standard.emplace(matrix, Ordering::standard);
-  least_fill.emplace(matrix, Ordering::least_fill);
+  solve.emplace(matrix, simulation_order(matrix));
+  default_order.emplace(matrix);
 }
 
 Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibration& calibration, const Plan& plan,
                     const BlockProgress& progress) {
   const std::uint64_t ticks = std::min(driver.ticks(), plan.max_ticks);
   const std::uint64_t all = ticks * static_cast<std::uint64_t>(plan.repeat);
-  const auto skipped = static_cast<std::uint64_t>(plan.skip * simulation.scene().rate);
+  const double skipped = plan.skip * simulation.scene().rate;
   Measurement result;
   result.times.reserve(all);
   simulation.time_stages(true);
@@ -121,7 +124,8 @@ Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibratio
       const Span span = step(simulation, result);
       const TickReport& report = simulation.report();
       note(report, result);
-      if (in_block < Plan::kUncountedTicks || tick < skipped || report.rows < plan.min_rows) continue;
+      if (in_block < Plan::kUncountedTicks || static_cast<double>(tick) < skipped || report.rows < plan.min_rows)
+        continue;
       result.times.add(span, report);
       result.rows.push_back(report.rows);
       result.sweeps.push_back(report.sweeps);

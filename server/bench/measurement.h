@@ -62,10 +62,11 @@ struct Measurement {
   std::vector<double> sweeps;  // likewise
   std::uint64_t allocations = 0;
   FlagCounts flags{};
-  double residual_max = 0;   // N
-  double imbalance_max = 0;  // N
+  double residual_max = 0;     // N
+  double imbalance_max = 0;    // N
+  double imbalance_share = 0;  // -, imbalance_max over the largest force of the same tick
   // The calibration's runs that count; empty where there is none.
-  Spans standard_solves, least_fill_solves, dense_factorisations;
+  Spans solves, default_order_solves, dense_factorisations;
 };
 
 // What the ticks are compared with, as far as it is wanted and there is tissue to solve for.
@@ -73,7 +74,8 @@ struct Calibration {
   Calibration() = default;  // nothing
   explicit Calibration(const Simulation& simulation);
 
-  std::optional<CholmodSolve> standard, least_fill;
+  std::optional<CholmodSolve> solve;          // in the order of elimination of the simulation: what ratios refer to
+  std::optional<CholmodSolve> default_order;  // in CHOLMOD's own
   std::optional<DenseCholesky> dense;
 };
 

@@ -24,32 +24,53 @@ def scene(name):
     return os.path.join(SCENES, "benchmark", name + ".yaml")
 
 
-class BenchProgram(unittest.TestCase):
-    def test_the_benchmark_scenes_are_measured(self):
-        for name, nodes in [("cube_1000", 1000), ("cube_3375", 3375), ("rows_200", 1000)]:
-            with self.subTest(name):
-                done = bench(scene(name), TRAJECTORY, "--ticks", "400", "--json", "-")
-                self.assertEqual(done.returncode, 0, done.stderr)
-                result = json.loads(done.stdout)
-                self.assertEqual((result["nodes"], result["ticks"], result["allocations"]), (nodes, 400, 0))
-                self.assertEqual((result["rung"], result["solver"]), ("warped", "gauss_seidel"))
-                self.assertGreater(result["rows"], 0)
-                self.assertGreater(result["calibration_ms"], 0)
-                self.assertLess(result["residual_max"], 1e-3)
-                self.assertEqual(list(result["stages"]), STAGES)
-                for times in [result["tick"], *result["stages"].values()]:
-                    self.assertEqual(set(times), DISTRIBUTION)
-                    self.assertTrue(0 <= times["p50_ms"] <= times["p99_ms"] <= times["max_ms"])
+class Scenes(unittest.TestCase):
+    def measured(self, name, nodes):
+        done = bench(scene(name), TRAJECTORY, "--ticks", "400", "--json", "-")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        result = json.loads(done.stdout)
+        self.assertEqual((result["nodes"], result["ticks"], result["allocations"]), (nodes, 400, 0))
+        self.assertEqual((result["rung"], result["solver"]), ("warped", "direct"))
+        self.assertGreater(result["rows"], 0)
+        self.assertGreater(result["calibration_ms"], 0)
+        self.assertLess(result["residual_max"], 1e-3)
+        self.assertLessEqual(result["imbalance_share"], 1)
+        self.assertEqual(set(result["ratios"]), {"wall", "processor"})
+        self.assertEqual(list(result["stages"]), STAGES)
+        for times in [result["tick"], *result["stages"].values()]:
+            self.assertEqual(set(times), DISTRIBUTION)
+            self.assertTrue(0 <= times["p50_ms"] <= times["p99_ms"] <= times["max_ms"])
 
+    def test_cube_1000(self):
+        self.measured("cube_1000", 1000)
+
+    def test_cube_3375(self):
+        self.measured("cube_3375", 3375)
+
+    def test_rows_200(self):
+        self.measured("rows_200", 1000)
+
+
+class Program(unittest.TestCase):
     def test_rung_and_solver_are_those_asked_for(self):
-        options = ["--ticks", "20", "--rung", "exact", "--solver", "direct", "--quiet"]
+        options = ["--ticks", "20", "--rung", "exact", "--solver", "gauss_seidel", "--needle", "rigid", "--quiet"]
         with tempfile.TemporaryDirectory() as folder:
             file = os.path.join(folder, "result.json")
             done = bench(scene("cube_1000"), TRAJECTORY, *options, "--json", file)
             self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
             with open(file, encoding="utf-8") as text:
                 result = json.load(text)
-        self.assertEqual((result["rung"], result["solver"]), ("exact", "direct"))
+        self.assertEqual((result["rung"], result["solver"]), ("exact", "gauss_seidel"))
+
+    def test_no_times_are_told_where_no_tick_counts(self):
+        for options in [["--ticks", "5"], ["--ticks", "30", "--min-rows", "10000"], ["--ticks", "30", "--skip", "9"]]:
+            with self.subTest(options):
+                done = bench(scene("cube_1000"), TRAJECTORY, *options, "--json", "-")
+                self.assertEqual(done.returncode, 2)
+                self.assertIn("no tick counted", done.stderr)
+                result = json.loads(done.stdout)
+                self.assertEqual(result["tick"], {"p50_ms": None, "p99_ms": None, "max_ms": None})
+                self.assertEqual((result["rows"], result["ticks_counted"]), (None, 0))
 
     def test_the_table_is_for_eyes(self):
         done = bench(scene("cube_1000"), TRAJECTORY, "--ticks", "50")
@@ -69,7 +90,8 @@ class BenchProgram(unittest.TestCase):
             ([os.path.join(SCENES, "deep_brain.yaml"), TRAJECTORY], 2, "the trajectory moves 'needle'"),
             ([scene("cube_1000"), TRAJECTORY, "--core", "1000000"], 3, "--core: processor 1000000"),
             ([scene("cube_1000"), TRAJECTORY, "--rung", "wrapped"], 1, "wrapped"),
-            ([scene("cube_1000"), TRAJECTORY, "--ticks", "1", "--json", "/no/such/folder/x.json"], 3, "/no/such"),
+            ([scene("cube_1000"), TRAJECTORY, "--skip", "-1"], 1, "--skip"),
+            (["no.yaml", TRAJECTORY, "--json", "/no/such/folder/x.json"], 3, "--json: /no/such"),
         ]:
             with self.subTest(words):
                 done = bench(*arguments)
