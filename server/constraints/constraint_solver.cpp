@@ -36,25 +36,29 @@ void ConstraintSolver::solve_rounds(const LawSystem& full, const LawState& state
   }
 }
 
-void ConstraintSolver::solve_directly(const LawSystem& full, const LawState& state, SolverResult& result) {
-  const auto target = [](std::span<const double> lambda) { return kExact * force_scale(lambda); };
-  solve_rounds(full, state, result, target,
-               [&](const LawSystem& system, const LawState& others) { result.steps += direct_.solve(system, others); });
+void ConstraintSolver::solve_directly(const LawSystem& full, const LawState& state, StepBudget& budget,
+                                      SolverResult& result) {
+  const auto target = [](std::span<const double> lambda) { return kDirectEnd * force_scale(lambda); };
+  solve_rounds(full, state, result, target, [&](const LawSystem& system, const LawState& others) {
+    result.steps += direct_.solve(system, others, budget);
+  });
+  result.capped = budget.spent() && result.residual > target(state.lambda);
 }
 
-void ConstraintSolver::solve_by_sweeps(const LawSystem& full, int max_sweeps, double tolerance, const LawState& state,
-                                       SolverResult& result) {
+void ConstraintSolver::solve_by_sweeps(const LawSystem& full, double tolerance, const LawState& state,
+                                       StepBudget& budget, SolverResult& result) {
   const auto target = [tolerance](std::span<const double>) { return tolerance; };
   solve_rounds(full, state, result, target, [&](const LawSystem& system, const LawState& others) {
     // Half the tolerance, for what the elimination leaves over.
-    const GaussSeidel::Counts counts = gauss_seidel_.solve(system, max_sweeps - result.sweeps, tolerance / 2, others);
+    const GaussSeidel::Counts counts = gauss_seidel_.solve(system, tolerance / 2, others, budget);
     result.sweeps += counts.sweeps;
     result.steps += counts.direct;
   });
+  result.capped = budget.spent() && result.residual > tolerance;
 }
 
 SolverResult ConstraintSolver::solve(LawMethod method, Eigen::Ref<const MatrixX> W, std::span<const Law> laws,
-                                     std::span<const double> delta_free, int max_sweeps, double tolerance,
+                                     std::span<const double> delta_free, int max_steps, double tolerance,
                                      std::span<double> lambda, std::span<double> delta) {
   const auto n = static_cast<Eigen::Index>(laws.size());
   const LawSystem full{W.topLeftCorner(n, n), laws, delta_free, {scale_.data(), laws.size()}};
@@ -66,15 +70,17 @@ SolverResult ConstraintSolver::solve(LawMethod method, Eigen::Ref<const MatrixX>
   std::fill(lambda.begin(), lambda.end(), 0.0);
   std::copy(delta_free.begin(), delta_free.end(), delta.begin());
   SolverResult result;
-  result.method = method;
   result.residual = law_residual(full, state);
+  StepBudget budget(max_steps);
+  bool by_sweeps = reducible && method == LawMethod::gauss_seidel;
   if (reducible && method == LawMethod::direct) {
-    solve_directly(full, state, result);
-    result.fell_back = !(result.residual <= kExact * force_scale(lambda));
-    if (result.fell_back) result.method = LawMethod::gauss_seidel;
+    solve_directly(full, state, budget, result);
+    reduced_.gather(lambda);  // the best answer, not the last
+    by_sweeps = !budget.spent() && result.residual > std::max(tolerance, kDirectEnd * force_scale(lambda));
   }
-  if (reducible && result.method == LawMethod::gauss_seidel)
-    solve_by_sweeps(full, max_sweeps, tolerance, state, result);
+  if (by_sweeps) solve_by_sweeps(full, tolerance, state, budget, result);
+  result.fell_back = method == LawMethod::direct && result.sweeps > 0;
+  result.method = result.fell_back ? LawMethod::gauss_seidel : method;
   result.converged = result.residual <= tolerance;
   return result;
 }

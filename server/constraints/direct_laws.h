@@ -4,7 +4,7 @@
 // sweeps many more rows pick wrongly where a needle slows down. From there on pivoting (pivoting.h), which needs a few
 // picks where the rows can be told apart, and where that gives up the interior-point method (interior_point.h), which
 // needs a dozen or two iterations whatever the rows are. A contact with friction moves in pivoting alone, so then the
-// two take turns. At most kMaxRounds of each.
+// two take turns. At most kMaxRounds of each. Where the violation is not a number nothing is tried.
 #pragma once
 
 #include "server/constraints/interior_point.h"
@@ -15,15 +15,15 @@ namespace acus {
 
 class DirectLaws {
  public:
-  static constexpr double kExact = 1e-11;  // share of the largest force, see force_scale()
+  static constexpr double kTurnsEnd = 1e-11;  // violation, as share of the largest force, see force_scale()
   static constexpr int kSweeps = 2;
   static constexpr int kMaxRounds = 3;
 
   explicit DirectLaws(int capacity);
 
   // Starts from the forces given; leaves the ones that violate the laws least, these or better ones, and their
-  // displacements.
-  DirectSteps solve(const LawSystem& system, const LawState& state);
+  // displacements. Takes its steps from `budget`, the sweeps among them.
+  DirectSteps solve(const LawSystem& system, const LawState& state, StepBudget& budget);
 
  private:
   Pivoting pivoting_;

@@ -7,16 +7,17 @@
 
 namespace acus {
 
-GaussSeidel::Counts GaussSeidel::solve(const LawSystem& system, int max_sweeps, double tolerance,
-                                       const LawState& state) {
+GaussSeidel::Counts GaussSeidel::solve(const LawSystem& system, double tolerance, const LawState& state,
+                                       StepBudget& budget) {
   Counts counts;
   update_displacements(system, state);
-  while (counts.sweeps < max_sweeps && !(law_residual(system, state) <= tolerance)) {
+  while (law_residual(system, state) > tolerance && budget.take()) {
     sweep(system, state);
     ++counts.sweeps;
     if (counts.sweeps % kFirstDirect != 0) continue;
     update_displacements(system, state);  // rounding errors of the sweeps' running sums
-    if (std::has_single_bit(static_cast<unsigned>(counts.sweeps))) counts.direct += direct_.solve(system, state);
+    if (!std::has_single_bit(static_cast<unsigned>(counts.sweeps))) continue;
+    counts.direct += direct_.solve(system, state, budget);
   }
   return counts;
 }

@@ -23,8 +23,9 @@ class GaussSeidel {
 
   explicit GaussSeidel(DirectLaws& direct) : direct_(direct) {}
 
-  // Sweeps from the forces given, at most `max_sweeps` times, until no law is violated by more than `tolerance` (N).
-  Counts solve(const LawSystem& system, int max_sweeps, double tolerance, const LawState& state);
+  // Sweeps from the forces given until no law is violated by more than `tolerance` (N), `budget` is spent or the
+  // violation is not a number.
+  Counts solve(const LawSystem& system, double tolerance, const LawState& state, StepBudget& budget);
 
  private:
   DirectLaws& direct_;

@@ -86,13 +86,11 @@ void InteriorPoint::begin_range(const LawSystem& system, int row, const LawState
 
 bool InteriorPoint::factorize(const LawSystem& system) {
   const auto n = static_cast<Eigen::Index>(rows_.size());
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const double* from = system.W.col(rows_[j]).data();
-    double* to = matrix_.col(j).data();
-    for (Eigen::Index i = j; i < n; ++i) to[i] = from[rows_[i]];
-    to[j] += system.scale[rows_[j]] * (ranges_[j].stiffness() + kRegularization);
-  }
-  return partial_cholesky(matrix_.topLeftCorner(n, n), n);
+  auto matrix = matrix_.topLeftCorner(n, n);
+  gather_lower(system.W, rows_, matrix);
+  for (Eigen::Index a = 0; a < n; ++a)
+    matrix(a, a) += system.scale[rows_[a]] * (ranges_[a].stiffness() + kRegularization);
+  return partial_cholesky(matrix, n);
 }
 
 // The forces with which every product meets its target, as far as Newton sees, and the changes that they bring.
@@ -100,9 +98,7 @@ void InteriorPoint::find_step(const LawSystem& system) {
   const auto n = static_cast<Eigen::Index>(rows_.size());
   auto lambda = lambda_.head(n);
   for (Eigen::Index a = 0; a < n; ++a) lambda[a] = system.scale[rows_[a]] * ranges_[a].pull() - free_[a];
-  const auto factor = matrix_.topLeftCorner(n, n);
-  factor.triangularView<Eigen::Lower>().solveInPlace(lambda);
-  factor.transpose().triangularView<Eigen::Upper>().solveInPlace(lambda);
+  cholesky_solve(matrix_.topLeftCorner(n, n), lambda);
   for (Eigen::Index a = 0; a < n; ++a) ranges_[a].set_step(lambda[a]);
 }
 
@@ -152,11 +148,12 @@ void InteriorPoint::advance(const LawSystem& system, double step, const LawState
   update_displacements(system, state);
 }
 
-int InteriorPoint::solve(const LawSystem& system, const LawState& state) {
+int InteriorPoint::solve(const LawSystem& system, const LawState& state, StepBudget& budget) {
   begin(system, state);
   int iterations = 0;
   for (double residual = std::numeric_limits<double>::infinity();
-       iterations < kMaxIterations && residual > kExact * force_scale(state.lambda); ++iterations) {
+       iterations < kMaxIterations && residual > kIterationsEnd * force_scale(state.lambda) && budget.take();
+       ++iterations) {
     set_targets(0, false);
     if (!factorize(system)) return iterations;
     find_step(system);

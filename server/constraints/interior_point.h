@@ -11,13 +11,14 @@
 // twice, by Mehrotra's predictor and corrector ["On the implementation of a primal-dual interior point method", 1992].
 // The number of iterations hardly grows with the condition of W or the number of rows: 7 to 25 have been seen. Path
 // following of this kind takes O(n log 1/eps) in the worst case [Wright, "Primal-dual interior-point methods", 1997];
-// kMaxIterations bounds it. It ends where no law is violated by more than kExact of the largest force.
+// kMaxIterations bounds it. It ends where no law is violated by more than kIterationsEnd of the largest force.
 //
 // Rows of contacts with friction keep their forces.
 #pragma once
 
 #include <vector>
 
+#include "server/constraints/law_method.h"
 #include "server/constraints/law_system.h"
 
 namespace acus {
@@ -25,14 +26,15 @@ namespace acus {
 class InteriorPoint {
  public:
   static constexpr int kMaxIterations = 40;
-  static constexpr double kExact = 1e-12;       // share of the largest force, see force_scale()
-  static constexpr double kToBoundary = 0.995;  // share of the way to the nearest bound that a step may go
+  static constexpr double kIterationsEnd = 1e-12;  // violation, as share of the largest force, see force_scale()
+  static constexpr double kToBoundary = 0.995;     // share of the way to the nearest bound that a step may go
   static constexpr double kRegularization = 1e-12;
 
   explicit InteriorPoint(int capacity);
 
-  // Leaves forces within all bounds, and their displacements. Returns the number of iterations.
-  int solve(const LawSystem& system, const LawState& state);
+  // Leaves forces within all bounds, and their displacements. Returns the number of iterations, each of which it takes
+  // from `budget`.
+  int solve(const LawSystem& system, const LawState& state, StepBudget& budget);
 
  private:
   // One side of a row's range: slack >= 0 to its bound and pressure >= 0 on it, both in N (the pressure as w/W_ii), how

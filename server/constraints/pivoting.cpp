@@ -52,7 +52,7 @@ void Pivoting::start(const LawSystem& system, const LawState& state) {
 
 // Every row whose law is violated picks its piece anew; returns how many changed.
 int Pivoting::pick_anew(const LawSystem& system, const LawState& state) {
-  const double slack = kExact * force_scale(state.lambda);
+  const double slack = kPickAbove * force_scale(state.lambda);
   int changed = 0;
   for (int i = 0; i < system.rows(); ++i) {
     if (pieces_[i].kind == Piece::contact || !(law_violation(system, i, state) > slack)) continue;
@@ -77,12 +77,8 @@ void Pivoting::number_rows(int rows) {
 // matrix_ forces_ = rhs_ on lines, matrix_ forces_ + rhs_ = displacements of contacts, with the others at their bounds.
 void Pivoting::fill(const LawSystem& system, const LawState& state) {
   const auto n = static_cast<Eigen::Index>(rows_.size());
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const double* from = system.W.col(rows_[j]).data();
-    double* to = matrix_.col(j).data();
-    for (Eigen::Index i = j; i < n; ++i) to[i] = from[rows_[i]];
-    forces_[j] = state.lambda[rows_[j]];  // where contacts start from
-  }
+  gather_lower(system.W, rows_, matrix_.topLeftCorner(n, n));
+  for (Eigen::Index a = 0; a < n; ++a) forces_[a] = state.lambda[rows_[a]];  // where contacts start from
 
   for (int i = 0; i < system.rows(); ++i) state.lambda[i] = pieces_[i].kind == Piece::bound ? pieces_[i].force : 0;
   update_displacements(system, state);
@@ -115,7 +111,7 @@ void Pivoting::solve_contacts(const LawSystem& system) {
       const Vector3 bar =
           rhs_.segment<kContactRows>(lines_ + c) + K.middleRows<kContactRows>(c).lazyProduct(all) - block * own;
       const Vector3 force = contact_force({normal.limit, friction.limit, friction.cohesion}, block, bar);
-      moved = moved || (force - own).norm() > kExact * std::max(1.0, force.norm());
+      moved = moved || (force - own).norm() > kContactsEnd * std::max(1.0, force.norm());
       own = force;
     }
     if (count == kContactRows) return;
@@ -129,9 +125,7 @@ void Pivoting::refine(const LawSystem& system, const LawState& state) {
     const int i = rows_[a];
     step[a] = viscous_[a] * (pieces_[i].force - state.lambda[i]) - state.delta[i];
   }
-  const auto factor = matrix_.topLeftCorner(lines_, lines_);
-  factor.triangularView<Eigen::Lower>().solveInPlace(step);
-  factor.transpose().triangularView<Eigen::Upper>().solveInPlace(step);
+  cholesky_solve(matrix_.topLeftCorner(lines_, lines_), step);
   for (Eigen::Index a = 0; a < lines_; ++a) state.lambda[rows_[a]] += step[a];
   update_displacements(system, state);
 }
@@ -157,7 +151,7 @@ bool Pivoting::move(const LawSystem& system, const LawState& state) {
   return true;
 }
 
-int Pivoting::solve(const LawSystem& system, const LawState& state) {
+int Pivoting::solve(const LawSystem& system, const LawState& state, StepBudget& budget) {
   const auto n = static_cast<std::size_t>(system.rows());
   const LawState trial{{trial_lambda_.data(), n}, {trial_delta_.data(), n}};
   update_displacements(system, state);
@@ -165,7 +159,7 @@ int Pivoting::solve(const LawSystem& system, const LawState& state) {
   double best = law_residual(system, state);
   start(system, state);
   int picks = 0, fewest = system.rows() + 1, patience = kPatience;
-  for (int changed = system.rows(); changed > 0 && patience > 0 && picks < kMaxPicks; ++picks) {
+  for (int changed = system.rows(); changed > 0 && patience > 0 && picks < kMaxPicks && budget.take(); ++picks) {
     if (!move(system, trial)) break;
     const double residual = law_residual(system, trial);
     if (residual < best) {

@@ -11,13 +11,14 @@
 // A contact with friction is no chain of pieces. It is solved exactly (contact_block.h) at every pick, on the block
 // K = W_CC - W_CS W_SS⁻¹ W_SC that the rows S on lines leave of it; several contacts in turn, until none moves.
 //
-// A row keeps its piece while it violates its law by less than kExact of the largest force, and so a row that stands
-// between two pieces does not swing between them by rounding. Rows on lines get kRegularization of their mean diagonal,
-// and one step of refinement for it, so that points that mesh and beams cannot tell apart share their force.
+// A row keeps its piece while it violates its law by less than kPickAbove of the largest force, and so a row that
+// stands between two pieces does not swing between them by rounding. Rows on lines get kRegularization of their mean
+// diagonal, and one step of refinement for it, so that points that mesh and beams cannot tell apart share their force.
 #pragma once
 
 #include <vector>
 
+#include "server/constraints/law_method.h"
 #include "server/constraints/law_system.h"
 
 namespace acus {
@@ -25,8 +26,9 @@ namespace acus {
 class Pivoting {
  public:
   static constexpr double kRegularization = 1e-12;
-  static constexpr double kExact = 1e-12;       // share of the largest force, see force_scale()
-  static constexpr double kAtBound = 1 - 1e-9;  // a force of that share of a bound stands on it
+  static constexpr double kPickAbove = 1e-12;    // violation, as share of the largest force, see force_scale()
+  static constexpr double kContactsEnd = 1e-12;  // change of a contact's force, as share of it or of 1 N
+  static constexpr double kAtBound = 1 - 1e-9;   // a force of that share of a bound stands on it
   static constexpr int kMaxPicks = 12;
   static constexpr int kPatience = 3;
   static constexpr int kMaxContactRounds = 100;
@@ -35,8 +37,8 @@ class Pivoting {
 
   // Starts on the pieces on which the forces given stand, and leaves the forces that violate the laws least, these or
   // better ones, with their displacements. Disks that do not stand behind their normal row keep their forces. Returns
-  // the number of picks.
-  int solve(const LawSystem& system, const LawState& state);
+  // the number of picks, each of which it takes from `budget`.
+  int solve(const LawSystem& system, const LawState& state, StepBudget& budget);
 
  private:
   // Where a row stands. `force` (N) at a bound; of a row that slides with viscosity the threshold with its sign.

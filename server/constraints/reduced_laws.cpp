@@ -16,7 +16,7 @@ ReducedLaws::ReducedLaws(int capacity) {
   scale_.resize(n);
   lambda_.resize(n);
   delta_.resize(n);
-  storage_.setZero(capacity * capacity);
+  storage_.setZero(static_cast<Eigen::Index>(capacity) * capacity);
   softness_.setZero(capacity);
   y_.setZero(capacity);
   delta_free_.setZero(capacity);
@@ -45,23 +45,12 @@ void ReducedLaws::split(const LawSystem& full) {
   order_.insert(order_.end(), others_.begin(), others_.end());
 }
 
-// The lower triangle of W in the new order.
-void ReducedLaws::fill(const Eigen::Ref<const MatrixX>& W) {
-  auto matrix = factor();
-  const Eigen::Index n = matrix.rows();
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const double* from = W.col(order_[j]).data();
-    double* to = matrix.col(j).data();
-    for (Eigen::Index i = j; i < n; ++i) to[i] = from[order_[i]];
-  }
-}
-
 bool ReducedLaws::factorize(const LawSystem& full) {
   const auto softness = softness_.head(bilateral_count_);
   auto matrix = factor();
   auto diagonal = matrix.diagonal().head(bilateral_count_);
   for (double share = kRegularization; share <= 1; share *= 100) {
-    fill(full.W);
+    gather_lower(full.W, order_, matrix);
     if (bilateral_count_ > 0) diagonal.array() += share * diagonal.mean();  // of W itself: soft rows must not count
     diagonal += softness;
     if (partial_cholesky(matrix, bilateral_count_)) return true;

@@ -45,7 +45,6 @@ class ReducedLaws {
 
  private:
   void split(const LawSystem& full);
-  void fill(const Eigen::Ref<const MatrixX>& W);
   bool factorize(const LawSystem& full);
   // Lower triangle: L of W_BB and below it W_IB L⁻ᵀ; S in full in the last corner. Packed, so that it stays in the
   // caches.

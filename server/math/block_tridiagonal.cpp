@@ -30,10 +30,10 @@ bool BlockTridiagonal::factorize() {
   return true;
 }
 
-void BlockTridiagonal::forward(Eigen::Ref<VectorX> x, int first) const {
-  for (int i = first; i < blocks(); ++i) {
+void BlockTridiagonal::forward(Eigen::Ref<VectorX> x) const {
+  for (int i = 0; i < blocks(); ++i) {
     Vector6 rhs = x.segment<6>(6 * i);
-    if (i > first) rhs.noalias() -= factor_lower_[i - 1] * x.segment<6>(6 * (i - 1));
+    if (i > 0) rhs.noalias() -= factor_lower_[i - 1] * x.segment<6>(6 * (i - 1));
     x.segment<6>(6 * i).noalias() = pivot_inverse_[i] * rhs;
   }
 }

@@ -26,8 +26,8 @@ class BlockTridiagonal {
   // Factorises; false, with no usable factor, if a pivot is not positive.
   bool factorize();
 
-  // x <- L⁻¹ x and x <- L⁻ᵀ x, for x of 6 * blocks() entries. Blocks before `first` must be zero and stay zero.
-  void forward(Eigen::Ref<VectorX> x, int first = 0) const;
+  // x <- L⁻¹ x and x <- L⁻ᵀ x, for x of 6 * blocks() entries.
+  void forward(Eigen::Ref<VectorX> x) const;
   void backward(Eigen::Ref<VectorX> x) const;
 
   // Of the inverse Z = A⁻¹: above the diagonal its blocks follow from those below them in their column, and

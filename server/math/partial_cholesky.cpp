@@ -49,4 +49,18 @@ bool partial_cholesky(Eigen::Ref<MatrixX> A, Eigen::Index count) {
   return true;
 }
 
+void cholesky_solve(const Eigen::Ref<const MatrixX>& L, Eigen::Ref<VectorX> x) {
+  L.triangularView<Eigen::Lower>().solveInPlace(x);
+  L.transpose().triangularView<Eigen::Upper>().solveInPlace(x);
+}
+
+void gather_lower(const Eigen::Ref<const MatrixX>& W, std::span<const int> rows, Eigen::Ref<MatrixX> out) {
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const double* from = W.col(rows[j]).data();
+    double* to = out.col(j).data();
+    for (Eigen::Index i = j; i < n; ++i) to[i] = from[rows[i]];
+  }
+}
+
 }  // namespace acus

@@ -9,11 +9,19 @@
 // Computations", 4.2.9]; products in tiles, so that Eigen finds room for its buffers on the stack. Nothing allocates.
 #pragma once
 
+#include <span>
+
 #include "server/math/types.h"
 
 namespace acus {
 
 // False, with A of no further use, if a pivot is not positive.
 bool partial_cholesky(Eigen::Ref<MatrixX> A, Eigen::Index count);
+
+// x <- (L Lᵀ)⁻¹ x, with the lower triangle of a matrix all of whose unknowns were eliminated.
+void cholesky_solve(const Eigen::Ref<const MatrixX>& L, Eigen::Ref<VectorX> x);
+
+// The lower triangle of some rows of a symmetric W, in the order given: out_ij = W_rows[i],rows[j] for i >= j.
+void gather_lower(const Eigen::Ref<const MatrixX>& W, std::span<const int> rows, Eigen::Ref<MatrixX> out);
 
 }  // namespace acus

@@ -150,7 +150,6 @@ class NeedleMotion {
   const NeedleShape& shape() const { return shape_; }
 
  private:
-
   void add_beams(bool exact);
   void add_inertia(const NeedleState& state);
   Vector6 inertia_force(const NeedleState& state, int node) const;

@@ -464,7 +464,7 @@ void Simulation::step() {
   if (!laws.converged) flags |= kLawsNotConverged;
   if (laws.fell_back) flags |= kSolverFellBack;
   if (flags & kNewtonNotConverged && limit < w.scene.newton.max_iterations) flags |= kIterationsCapped;
-  if (!laws.converged && laws.sweeps == w.max_sweeps() && laws.sweeps < w.scene.laws.max_sweeps) flags |= kSweepsCapped;
+  if (laws.capped && w.max_sweeps() < w.scene.laws.max_sweeps) flags |= kSweepsCapped;
 
   if (w.finite()) {
     w.commit();

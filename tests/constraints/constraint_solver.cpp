@@ -221,5 +221,40 @@ TEST_CASE("numbers that are not finite end in no forces and no claim") {
   }
 }
 
+TEST_CASE("what is not a number takes no step and leaves no force") {
+  Random random(20);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const Law& law : {Law{LawKind::bilateral}, Law{LawKind::unilateral, 2.0}, Law{LawKind::friction, 0.5},
+                         Law{LawKind::friction, 0.5, 3.0}}) {
+    Problem p;
+    p.W = random_compliance(4, random);
+    p.delta_free = random.matrix(4, 1);
+    p.laws = {{LawKind::bilateral}, law, {LawKind::unilateral, 1.0}, {LawKind::friction, 1.0}};
+    p.delta_free[1] = nan;
+    for (const LawMethod method : kBothMethods) {
+      const Answer a = solve(p, method);
+      CHECK_FALSE(a.result.converged);
+      CHECK(a.result.method == method);
+      CHECK(a.result.sweeps + a.result.steps.picks + a.result.steps.iterations == 0);
+      CHECK(a.lambda == VectorX::Zero(4));
+    }
+  }
+}
+
+TEST_CASE("a compliance that is not a number ends the sweeps at once") {
+  Random random(21);
+  Problem p;
+  p.W = random_compliance(3, random);
+  p.W(2, 2) = std::numeric_limits<double>::quiet_NaN();
+  p.delta_free = -random.matrix(3, 1).cwiseAbs();
+  p.laws = {{LawKind::bilateral}, {LawKind::unilateral, 2.0}, {LawKind::friction, 0.5}};
+  for (const LawMethod method : kBothMethods) {
+    const Answer a = solve(p, method);
+    CHECK_FALSE(a.result.converged);
+    CHECK(a.result.sweeps <= 1);
+    CHECK(a.lambda.allFinite());
+  }
+}
+
 }  // namespace
 }  // namespace acus

@@ -137,5 +137,41 @@ TEST_CASE("where the direct method ends short of the answer Gauss-Seidel goes on
   CHECK(off_graphs(p, a) < 1e-8);
 }
 
+int steps_of(const SolverResult& result) { return result.sweeps + result.steps.picks + result.steps.iterations; }
+
+TEST_CASE("few steps bound the direct method: it says so, and the best answer so far is what it returns") {
+  Random random(9);
+  const Problem p = needle_problem(random, 100, 1e-3, 10e-3, 1e8);
+  const Answer exact = solve(p, LawMethod::direct, {1000, 1e-9});
+  REQUIRE(exact.result.converged);
+  CHECK_FALSE(exact.result.capped);
+  REQUIRE(steps_of(exact.result) > 3);
+  double before = kInfinite;
+  for (const int max_steps : {0, 1, 2, 3, 1000}) {
+    const Answer a = solve(p, LawMethod::direct, {max_steps, 1e-9});
+    CAPTURE(max_steps);
+    CHECK(steps_of(a.result) <= max_steps);
+    CHECK(a.result.method == LawMethod::direct);
+    CHECK_FALSE(a.result.fell_back);
+    CHECK(a.result.capped == (max_steps < 1000));
+    CHECK(a.result.converged == (max_steps == 1000));
+    CHECK(a.lambda.allFinite());
+    CHECK(a.result.residual <= before);
+    before = a.result.residual;
+  }
+}
+
+TEST_CASE("a result says that it fell back where sweeps were made, and nowhere else") {
+  Random random(10);
+  for (int repeat = 0; repeat < 200; ++repeat) {
+    const MatrixX g = random.matrix(20, 10);
+    Problem p = problem_on(g * g.transpose(), 2, random);
+    p.delta_free = g * random.matrix(10, 1);
+    const Answer a = solve(p, LawMethod::direct, {1000, 1e-6});
+    CHECK(a.result.fell_back == (a.result.sweeps > 0));
+    CHECK((a.result.method == LawMethod::gauss_seidel) == a.result.fell_back);
+  }
+}
+
 }  // namespace
 }  // namespace acus

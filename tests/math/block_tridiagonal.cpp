@@ -52,20 +52,6 @@ TEST_CASE("forward and backward substitution are those of the dense Cholesky fac
   }
 }
 
-TEST_CASE("a right-hand side that starts late may be entered late") {
-  BlockTridiagonal a = random_chain(12, 4);
-  REQUIRE(a.factorize());
-  for (const int first : {0, 1, 7, 11}) {
-    VectorX whole = VectorX::Zero(72);
-    whole.tail(72 - 6 * first) = Random(5).matrix(72 - 6 * first, 1);
-    VectorX late = whole;
-    a.forward(whole);
-    a.forward(late, first);
-    CHECK(late.head(6 * first).isZero(0));
-    CHECK((late - whole).norm() < 1e-14 * whole.norm());
-  }
-}
-
 TEST_CASE("a matrix that is not positive definite is refused, wherever the pivot fails") {
   for (const int block : {0, 5, 9}) {
     BlockTridiagonal a = random_chain(10, 6);
