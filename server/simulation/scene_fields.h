@@ -263,7 +263,9 @@ struct FieldsOf<LawSolver> {
   static constexpr std::tuple list{
       Field{"solver", &LawSolver::solver, "", any(),
             "gauss_seidel (sweeps over the laws) or direct (pieces of their graphs, solved exactly)"},
-      Field{"max_sweeps", &LawSolver::max_sweeps, "-", between(1, 100000), "limit of Gauss-Seidel sweeps per tick"},
+      Field{"max_sweeps", &LawSolver::max_sweeps, "-", between(1, 100000),
+            "limit of the steps of a solution, whatever the solver: sweeps, choices of pieces and interior-point "
+            "iterations together; one solution per tick, with refined and exact one per iteration"},
       Field{"tolerance", &LawSolver::tolerance, "N", above(0),
             "largest violation of a law, as the force that would mend it"},
   };
@@ -274,7 +276,7 @@ struct FieldsOf<Overrun> {
   static constexpr const char* title = "overrun";
   static constexpr std::tuple list{
       Field{"max_sweeps", &Overrun::max_sweeps, "-", between(1, 100000),
-            "limit of Gauss-Seidel sweeps while ticks come late, where laws.max_sweeps is more"},
+            "limit of the laws' steps, of either solver, while ticks come late, where laws.max_sweeps is more"},
       Field{"max_iterations", &Overrun::max_iterations, "-", between(1, 1000),
             "limit of the tissue's iterations while ticks come late, where newton.max_iterations is more"},
       Field{"publish_every", &Overrun::publish_every, "-", between(1, 1000),

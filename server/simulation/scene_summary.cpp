@@ -157,19 +157,19 @@ std::string guides(const Scene& scene) {
 struct Memory {
   double factor = 0;    // L of the tissue
   double corridor = 0;  // columns of L⁻¹ and their Gram matrix
-  double rows = 0;      // W, the solver's blocks of it, the needles' columns
+  double rows = 0;      // W, the solver's matrices of its size, the needles' panels
   double total() const { return factor + corridor + rows; }
 };
 
 Memory memory(const Scene& scene, const Costs& costs) {
   constexpr double kWord = sizeof(double);
-  constexpr double kSquares = 5;  // rows x rows: W, and the solver's factor, coupling, Schur and subspace matrices
+  constexpr double kSquares = 4;  // rows x rows: W; the matrices of the elimination, pivoting, the interior point
+  constexpr double kPanel = 12;   // numbers per row, of each needle: see models/needle_compliance.h
   const double corridor = 3.0 * costs.corridor_nodes;
   const double rows = costs.max_rows;
-  double needle_unknowns = 0;
-  for (const Needle& needle : scene.needles) needle_unknowns += 6.0 * needle.beams;
+  const double panels = kPanel * static_cast<double>(scene.needles.size());
   return {static_cast<double>(costs.factor_bytes), kWord * corridor * (costs.corridor_column + corridor + 2 * rows),
-          kWord * rows * (kSquares * rows + needle_unknowns)};
+          kWord * rows * (kSquares * rows + panels)};
 }
 
 const char* use_of_factor(TissueRung rung) {
