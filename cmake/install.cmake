@@ -31,6 +31,9 @@ if(TARGET acus-server)
   install(TARGETS acus-server RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/scenes)
 endif()
+if(TARGET acus-bench)  # not where sanitizers are
+  install(TARGETS acus-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
 
 install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
 install(FILES client/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE.client-and-protocol)

@@ -17,6 +17,9 @@ run(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/build -G ${GENERATOR} -D 
 run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
 run(${WORK_DIR}/build/consumer)
 run(${prefix}/bin/acus-replay --help)
+if(EXISTS ${BUILD_DIR}/bin/acus-bench)  # not where sanitizers are
+  run(${prefix}/bin/acus-bench --help)
+endif()
 run(${prefix}/bin/acus-plot --help)
 run(${prefix}/bin/acus-plot-timing --help)
 run(${prefix}/bin/acus-picture --help)
