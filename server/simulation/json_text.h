@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Just enough JSON to write a schema: values are texts, objects keep the order of their members.
+// Just enough JSON to write a schema or the results of a measurement: values are texts, objects keep the order of their members.
 #pragma once
 
 #include <string>
