@@ -9,14 +9,15 @@ void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* old, std::size_t size);
 void* __libc_memalign(std::size_t alignment, std::size_t size);
+void __libc_free(void* memory);
 }
 
 namespace {
 
 constinit thread_local bool counting = false;
-constinit thread_local int allocations = 0;
+constinit thread_local int calls = 0;
 
-void count() { allocations += counting; }
+void count() { calls += counting; }
 
 }  // namespace
 
@@ -38,6 +39,10 @@ void* memalign(std::size_t alignment, std::size_t size) {
   return __libc_memalign(alignment, size);
 }
 void* aligned_alloc(std::size_t alignment, std::size_t size) { return memalign(alignment, size); }
+void free(void* memory) {
+  if (memory != nullptr) count();
+  __libc_free(memory);
+}
 int posix_memalign(void** result, std::size_t alignment, std::size_t size) {
   *result = memalign(alignment, size);
   return *result == nullptr ? ENOMEM : 0;
@@ -47,10 +52,10 @@ int posix_memalign(void** result, std::size_t alignment, std::size_t size) {
 namespace acus {
 
 AllocationCount::AllocationCount() {
-  allocations = 0;
+  calls = 0;
   counting = true;
 }
 AllocationCount::~AllocationCount() { counting = false; }
-int AllocationCount::value() const { return allocations; }
+int AllocationCount::value() const { return calls; }
 
 }  // namespace acus

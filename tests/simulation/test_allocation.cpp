@@ -23,6 +23,15 @@ TEST_CASE("allocations are counted") {
   CHECK(counted == 2);
 }
 
+TEST_CASE("memory given back is counted, nothing given back is not") {
+  void* volatile memory = std::malloc(100);
+  const AllocationCount count;
+  std::free(memory);
+  std::free(nullptr);
+  const int counted = count.value();
+  CHECK(counted == 1);
+}
+
 TEST_CASE("locks are counted") {
   std::mutex mutex;
   int counted = 0;
@@ -38,7 +47,9 @@ void check_scene(const WatchedScene& watched) {
   for (const WatchedWay& way : kWatchedWays) {
     CAPTURE(static_cast<int>(way.rung));
     CAPTURE(static_cast<int>(way.solver));
+    CAPTURE(way.economical);
     Simulation simulation(load_watched(watched, way));
+    simulation.economize(way.economical);
     int allocations = 0, locks = 0;
     to_and_fro(simulation, watched.depth, [&] {
       const AllocationCount allocation_count;
@@ -58,6 +69,8 @@ TEST_CASE("no tick allocates or locks: a bevel in its guide, with torsional fric
 }
 TEST_CASE("no tick allocates or locks: contact with an inclusion, and along it") { check_scene(kWatchedScenes[2]); }
 TEST_CASE("no tick allocates or locks: out on the other side and back") { check_scene(kWatchedScenes[3]); }
+TEST_CASE("no tick allocates or locks: a rigid needle") { check_scene(kWatchedScenes[4]); }
+TEST_CASE("no tick allocates or locks: two needles") { check_scene(kWatchedScenes[5]); }
 
 }  // namespace
 }  // namespace acus::test

@@ -28,7 +28,9 @@ void check_scene(const WatchedScene& watched) {
   for (const WatchedWay& way : kWatchedWays) {
     CAPTURE(static_cast<int>(way.rung));
     CAPTURE(static_cast<int>(way.solver));
+    CAPTURE(way.economical);
     Simulation simulation(load_watched(watched, way));
+    simulation.economize(way.economical);
     const Sealed sealed = run_sealed([&] { to_and_fro(simulation, watched.depth, [&] { simulation.step(); }); });
     CHECK(sealed.watched);
     CHECK(sealed.system_call == -1);
@@ -39,6 +41,8 @@ TEST_CASE("no tick calls the kernel: puncture, cutting, friction, withdrawal") {
 TEST_CASE("no tick calls the kernel: a bevel in its guide, with torsional friction") { check_scene(kWatchedScenes[1]); }
 TEST_CASE("no tick calls the kernel: contact with an inclusion, and along it") { check_scene(kWatchedScenes[2]); }
 TEST_CASE("no tick calls the kernel: out on the other side and back") { check_scene(kWatchedScenes[3]); }
+TEST_CASE("no tick calls the kernel: a rigid needle") { check_scene(kWatchedScenes[4]); }
+TEST_CASE("no tick calls the kernel: two needles") { check_scene(kWatchedScenes[5]); }
 
 }  // namespace
 }  // namespace acus::test

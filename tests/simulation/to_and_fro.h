@@ -5,15 +5,18 @@
 #include <array>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "server/simulation/simulation.h"
 
 namespace acus::test {
 
-// A scene of scenes/ by its name, and how deep its first needle goes (m).
+// A scene of scenes/ by its name, how deep its needles go (m), and what is changed in it.
 struct WatchedScene {
   const char* name;
   double depth;
+  bool rigid = false;          // all needles
+  bool second_needle = false;  // 15 mm beside the first
 };
 
 inline constexpr std::array kWatchedScenes{
@@ -21,35 +24,55 @@ inline constexpr std::array kWatchedScenes{
     WatchedScene{"steering", 0.06},               // a bevel in its guide, torsional friction
     WatchedScene{"inclusion_soft_needle", 0.06},  // contact with an inclusion, and along it
     WatchedScene{"through", 0.06},                // out on the other side and back
+    WatchedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true},
+    WatchedScene{.name = "insertion_pullback", .depth = 0.02, .second_needle = true},
 };
 
 // Ways to solve a scene. Rung `exact` factorises in every tick, where CHOLMOD asks for memory.
 struct WatchedWay {
   TissueRung rung;
   LawMethod solver;
+  bool economical = false;  // Simulation::economize()
 };
 
-inline constexpr std::array kWatchedWays{
-    WatchedWay{TissueRung::none, LawMethod::direct}, WatchedWay{TissueRung::linear, LawMethod::direct},
-    WatchedWay{TissueRung::warped, LawMethod::gauss_seidel}, WatchedWay{TissueRung::warped, LawMethod::direct},
-    WatchedWay{TissueRung::refined, LawMethod::gauss_seidel}};
+inline constexpr std::array kWatchedWays{WatchedWay{TissueRung::none, LawMethod::direct},
+                                         WatchedWay{TissueRung::linear, LawMethod::direct},
+                                         WatchedWay{TissueRung::linear, LawMethod::gauss_seidel},
+                                         WatchedWay{TissueRung::warped, LawMethod::direct},
+                                         WatchedWay{TissueRung::warped, LawMethod::gauss_seidel},
+                                         WatchedWay{TissueRung::refined, LawMethod::direct},
+                                         WatchedWay{TissueRung::refined, LawMethod::gauss_seidel},
+                                         WatchedWay{TissueRung::refined, LawMethod::direct, true},
+                                         WatchedWay{TissueRung::warped, LawMethod::gauss_seidel, true}};
+
+inline void add_second_needle(Scene& scene) {
+  Needle second = scene.needles[0];
+  second.name = "second";
+  second.base.position += Vector3(0.015, 0, 0);
+  scene.needles.push_back(second);
+}
 
 inline Scene load_watched(const WatchedScene& watched, const WatchedWay& way) {
   Scene scene = read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/" + watched.name + ".yaml");
   scene.tissue.rung = way.rung;
   scene.laws.solver = way.solver;
+  if (watched.rigid) scene.needles[0].rung = NeedleRung::rigid;
+  if (watched.second_needle) add_second_needle(scene);
   return scene;
 }
 
-// The base of the first needle goes `depth` (m) along its axis and back at 40 mm/s, spinning; `step` makes each tick.
+// The bases of all needles go `depth` (m) along their axes and back at 40 mm/s, spinning; `step` makes each tick.
 inline void to_and_fro(Simulation& simulation, double depth, const std::function<void()>& step) {
-  const Pose base = simulation.scene().needles[0].base;
-  const Vector3 axis = base.orientation * Vector3::UnitX();
+  const std::vector<Needle>& needles = simulation.scene().needles;
   const double advance = 0.04 / simulation.scene().rate;
   const int ticks = static_cast<int>(depth / advance);
   for (int tick = 0; tick < 2 * ticks; ++tick) {
     const double at = advance * (tick < ticks ? tick : 2 * ticks - tick);
-    simulation.command(0, {1, Pose{base.position + at * axis, base.orientation}, 1e-3 * tick});
+    for (std::size_t i = 0; i < needles.size(); ++i) {
+      const Pose& base = needles[i].base;
+      const Vector3 axis = base.orientation * Vector3::UnitX();
+      simulation.command(static_cast<int>(i), {1, Pose{base.position + at * axis, base.orientation}, 1e-3 * tick});
+    }
     step();
   }
 }
