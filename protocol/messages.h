@@ -114,7 +114,7 @@ enum Flag : std::uint32_t {
   kPathFull = 1u << 4,            // a path reached its capacity and stopped recording
   kNotFinite = 1u << 5,           // a number stopped being finite; the state was held at the last good tick
   kSolverFellBack = 1u << 6,      // the direct solver of the laws found no answer; Gauss-Seidel gave this one
-  kSweepsCapped = 1u << 7,        // ticks came late: the laws' sweeps stopped at the scene's overrun.max_sweeps
+  kSweepsCapped = 1u << 7,        // ticks came late: the laws' solver stopped at the scene's overrun.max_sweeps
   kIterationsCapped = 1u << 8,    // likewise, the tissue's iterations at overrun.max_iterations
   kPublishingReduced = 1u << 9    // likewise, only one of overrun.publish_every shapes goes out
 };

@@ -43,7 +43,8 @@ inline void add_quad(double* p, const Quad& q) {
 inline void transpose(const Quad (&quads)[kLanes], Lanes (&lanes)[4]) {
   Lanes pairs[4];
 #pragma GCC unroll 4
-  for (int i = 0; i < 4; ++i) pairs[i] = __builtin_shufflevector(quads[2 * i], quads[2 * i + 1], 0, 1, 2, 3, 4, 5, 6, 7);
+  for (int i = 0; i < 4; ++i)
+    pairs[i] = __builtin_shufflevector(quads[2 * i], quads[2 * i + 1], 0, 1, 2, 3, 4, 5, 6, 7);
   const Lanes low01 = __builtin_shufflevector(pairs[0], pairs[1], 0, 4, 8, 12, 1, 5, 9, 13);
   const Lanes high01 = __builtin_shufflevector(pairs[2], pairs[3], 0, 4, 8, 12, 1, 5, 9, 13);
   const Lanes low23 = __builtin_shufflevector(pairs[0], pairs[1], 2, 6, 10, 14, 3, 7, 11, 15);

@@ -282,7 +282,8 @@ struct FieldsOf<Overrun> {
       Field{"publish_every", &Overrun::publish_every, "-", between(1, 1000),
             "one of so many needle and tissue states goes out while ticks come late; forces go out every tick"},
       Field{"recovery", &Overrun::recovery, "s", above(0),
-            "without a tick whose own work took longer than its period, after which all is as before"},
+            "without a tick whose own work took longer than its period, after which all is as before; a relapse doubles "
+            "it, up to 64 times"},
   };
 };
 
