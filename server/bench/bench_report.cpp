@@ -147,7 +147,8 @@ std::string soundness(const Measurement& m) {
   table.add({"heap allocations in ticks", std::to_string(m.allocations)});
   table.add({"largest residual of the laws", formatted("%.3g N", m.residual_max)});
   table.add({"largest imbalance of forces", formatted("%.3g N; ", m.imbalance_max) +
-                                                formatted("%.2g of the largest force of its tick", m.imbalance_share)});
+                                                formatted("%.2g", m.imbalance_share) +
+                                                " of the largest force of its tick"});
   table.add({"flags", raised(m.flags)});
   return table.text();
 }

@@ -75,7 +75,8 @@ class Program(unittest.TestCase):
     def test_the_table_is_for_eyes(self):
         done = bench(scene("cube_1000"), TRAJECTORY, "--ticks", "50")
         self.assertEqual(done.returncode, 0, done.stderr)
-        for line in STAGES + ["tick p50 / calibration", "compliance + solve", "heap allocations in ticks     0"]:
+        words = ["tick p50 / calibration", "compliance + solve", "heap allocations in ticks     0", "force of its tick"]
+        for line in STAGES + words:
             self.assertIn(line, done.stdout)
 
     def test_help_teaches_by_examples(self):
