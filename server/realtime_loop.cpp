@@ -146,11 +146,10 @@ void RealtimeLoop::replace_world(Request& request) {
   acknowledge(request, std::move(retired));
 }
 
-// With everything that the scene asks for.
+// The simulation does not economise: it has just been loaded or reset.
 void RealtimeLoop::begin_epoch(std::uint64_t epoch) {
   epoch_ = epoch;
   overrun_ = overrun_policy_of(*world_);
-  world_->simulation.economize(false);
 }
 
 void RealtimeLoop::acknowledge(const Request& request, std::unique_ptr<LoadedScene> retired) {

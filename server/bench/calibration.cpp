@@ -23,8 +23,7 @@ SparseMatrix tick_matrix(const Simulation& simulation) {
   ElementRotations rotations;
   rotations.reset(model);
   SparseMatrix matrix;
-  const double rate = scene.rate;
-  TissueAssembler(model).assemble(mesh.nodes, rotations, Tangent::rest, {rate * rate, rate, 1, rate}, matrix);
+  TissueAssembler(model).assemble(mesh.nodes, rotations, Tangent::rest, tick_factors(1 / scene.rate), matrix);
   return matrix;
 }
 

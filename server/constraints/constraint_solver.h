@@ -3,8 +3,7 @@
 // eliminated (reduced_laws.h); the others are solved
 //
 //   direct         by the pieces of their graphs (direct_laws.h), to kDirectEnd of force_scale(), in a bounded number
-//   of
-//                  factorisations. Starts on the pieces that the rows pick at the forces of the last tick. Where the
+//                  of factorisations. Starts on the pieces that the rows pick at the forces of the last tick. Where the
 //                  best answer is neither that good nor within the tolerance given Gauss-Seidel goes on from there;
 //   gauss_seidel   by sweeps (gauss_seidel.h), to the tolerance given.
 //

@@ -85,13 +85,18 @@ enum class Tangent { rest, turned, exact };  // K0, R K0 Rᵀ, Hessian
 
 // A sum over the elements, restricted to the free unknowns, lower triangle:
 //   mass M + mass_damping alpha M + stiffness K + stiffness_damping beta K
-// (1/h², 1/h, 1, 1/h) gives the tick's matrix M/h² + B/h + K.
 struct MatrixFactors {
   double mass = 0;
   double mass_damping = 0;
   double stiffness = 0;
   double stiffness_damping = 0;
 };
+
+// Of a tick's matrix M/h² + B/h + K.
+constexpr MatrixFactors tick_factors(double h) {
+  return {.mass = 1 / (h * h), .mass_damping = 1 / h, .stiffness = 1, .stiffness_damping = 1 / h};
+}
+
 // Such matrices, all of one pattern, found once.
 class TissueAssembler {
  public:

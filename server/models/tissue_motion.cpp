@@ -2,7 +2,6 @@
 #include "server/models/tissue_motion.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <stdexcept>
 
@@ -78,8 +77,8 @@ TissueMotion::TissueMotion(const TissueModel& model, double h, TissueMatrix matr
   if (!empty()) {
     factorize_rest();
     for (int f = 0; f < static_cast<int>(model.free_nodes.size()); ++f) position_.push_back(factor_.position(3 * f));
-    rows_.emplace(factor_, max_rows, max_nodes);
   }
+  rows_.emplace(factor_, max_rows, max_nodes);
   if (matrix == TissueMatrix::constant) stiffness_.emplace(model);
   reset();
 }
@@ -87,7 +86,7 @@ TissueMotion::TissueMotion(const TissueModel& model, double h, TissueMatrix matr
 void TissueMotion::factorize_rest() {
   SparseMatrix rest;
   const Matrix3X& nodes = model_.mesh->nodes;
-  assembler_.assemble(nodes, element_rotations_, Tangent::rest, {1 / (h_ * h_), 1 / h_, 1, 1 / h_}, rest);
+  assembler_.assemble(nodes, element_rotations_, Tangent::rest, tick_factors(h_), rest);
   factor_.analyze(rest, 3);
   const auto factorize = [&](Precision precision) {
     if (!factor_.factorize(rest, precision)) throw std::runtime_error("the tissue's matrix is not positive definite");
@@ -105,7 +104,7 @@ void TissueMotion::factorize_rest() {
 
 void TissueMotion::reset() {
   restart();
-  if (rows_) rows_->corridor().clear();
+  rows_->corridor().clear();
 }
 
 void TissueMotion::restart() {
@@ -119,7 +118,7 @@ void TissueMotion::restart() {
 void TissueMotion::begin(const TissueState& state) {
   x_ = state.x;
   iteration_ = 0;
-  if (rows_) rows_->corridor().begin_use();
+  rows_->corridor().begin_use();
 }
 
 // Elastic forces at x_k; on the first call of a tick also what the last tick's supports carried.
@@ -185,26 +184,17 @@ bool TissueMotion::linearize(const TissueState& state) {
   return exact;
 }
 
-void TissueMotion::clear_rows() {
-  row_count_ = 0;
-  if (rows_) rows_->clear();
-}
+void TissueMotion::clear_rows() { rows_->clear(); }
 
 void TissueMotion::begin_row() {
-  assert(row_count_ < static_cast<int>(on_fixed_.size()));
-  on_fixed_[row_count_].setZero();
-  if (rows_) rows_->begin();
-}
-
-int TissueMotion::end_row() {
-  if (rows_) rows_->end();
-  return row_count_++;
+  rows_->begin();
+  on_fixed_[rows_->count()].setZero();
 }
 
 bool TissueMotion::add_node(int node, const Vector3& force) {
   const int free = model_.free_index[node];
   if (free >= 0) return rows_->add_force(free, to_factor(node, force));
-  on_fixed_[row_count_] += force;
+  on_fixed_[rows_->count()] += force;
   return true;
 }
 
@@ -219,7 +209,7 @@ int TissueMotion::add_row(const TissuePoint& point, const Vector3& force) {
   begin_row();
   if (!add_part(point.a, (1 - point.u) * force)) return -1;
   if (point.u > 0 && !add_part(point.b, point.u * force)) return -1;
-  return end_row();
+  return rows_->end();
 }
 
 int TissueMotion::add_couple(int tetrahedron, const Vector3& torque) {
@@ -227,16 +217,16 @@ int TissueMotion::add_couple(int tetrahedron, const Vector3& torque) {
   const auto gradients = shape_gradients(*model_.mesh, x_, tetrahedron);
   for (int k = 0; k < 4; ++k)
     if (!add_node(model_.mesh->tetrahedra[tetrahedron][k], 0.5 * torque.cross(gradients.col(k)))) return -1;
-  return end_row();
+  return rows_->end();
 }
 
 int TissueMotion::add_empty_row() {
   begin_row();
-  return end_row();
+  return rows_->end();
 }
 
 void TissueMotion::add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta) {
-  if (rows_) rows_->add_compliance(y_, W, delta);
+  rows_->add_compliance(y_, W, delta);
 }
 
 bool TissueMotion::prepare(int tetrahedron) {
@@ -254,7 +244,7 @@ bool TissueMotion::prepare(int tetrahedron) {
 double TissueMotion::correct(std::span<const double> lambda) {
   lambda_on_fixed_.setZero();
   if (empty()) return 0;
-  for (int r = 0; r < row_count_; ++r) lambda_on_fixed_ += lambda[r] * on_fixed_[r];
+  for (int r = 0; r < rows_->count(); ++r) lambda_on_fixed_ += lambda[r] * on_fixed_[r];
   rows_->add_forces(lambda, y_);
   factor_.backward(y_);
 

@@ -70,7 +70,7 @@ class TissueMotion {
   const Matrix3X& x() const { return x_; }  // x_k (m)
   std::size_t factor_entries() const { return factor_.factor_entries(); }
   Precision precision() const { return factor_.precision(); }
-  int corridor_nodes() const { return rows_ ? rows_->corridor().capacity() : 0; }
+  int corridor_nodes() const { return rows_->corridor().capacity(); }
   int longest_column() const { return factor_.tree().longest_way; }  // entries of a column that the corridor keeps
 
   // Forget everything that a run has left behind (rotations, corridor).
@@ -93,7 +93,6 @@ class TissueMotion {
   void begin_row();
   bool add_node(int node, const Vector3& force);
   bool add_part(const MaterialPoint& point, const Vector3& force);
-  int end_row();
   void evaluate();
   void put_residual(const TissueState& state);
   void evaluate_damping(const TissueState& state);
@@ -114,7 +113,7 @@ class TissueMotion {
   SparseCholesky factor_;
   std::vector<int> position_;            // per free node, of its first unknown in the factor
   std::optional<RestStiffness> stiffness_;  // constant
-  std::optional<TissueRows> rows_;       // none where nothing is free
+  std::optional<TissueRows> rows_;       // made once there is a factor
   SparseMatrix damping_;                 // refactorized: beta K of this tick, lower triangle
   SparseMatrix system_;                  // refactorized: A
   std::vector<int> beside_supports_;     // free nodes that share a tetrahedron with a fixed one
@@ -129,7 +128,6 @@ class TissueMotion {
   Matrix3X velocity_;                    // of the nodes in this tick
   Matrix3X damping_force_;               // of the damping of the stiffness, from the tick's second iteration on
   std::vector<Vector3> on_fixed_;        // per row, the sum of its forces on fixed nodes, world
-  int row_count_ = 0;
   int iteration_ = 0;                    // of this tick, those done
   Vector3 pending_support_ = Vector3::Zero();  // support force of the last tick but for its elastic part
   Balance pending_;

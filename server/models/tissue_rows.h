@@ -17,12 +17,13 @@ class TissueRows {
  public:
   static constexpr int kMaxParts = 8;  // free nodes that a row acts on
 
-  // The factor must outlive this.
+  // The factor must outlive this; one of no unknowns leaves rows without forces.
   TissueRows(const SparseCholesky& factor, int max_rows, int max_nodes);
 
   Corridor& corridor() { return corridor_; }
   const Corridor& corridor() const { return corridor_; }
 
+  int count() const { return count_; }
   void clear() { count_ = 0; }
   // A row is made by begin(), add_force() for each of its nodes and end(), which returns its index; without end() it is
   // forgotten.
