@@ -44,12 +44,7 @@ TEST_CASE("locks are counted") {
 }
 
 void check_scene(const WatchedScene& watched) {
-  for (const WatchedWay& way : kWatchedWays) {
-    CAPTURE(static_cast<int>(way.rung));
-    CAPTURE(static_cast<int>(way.solver));
-    CAPTURE(way.economical);
-    Simulation simulation(load_watched(watched, way));
-    simulation.economize(way.economical);
+  for_each_way(watched, [&](Simulation& simulation) {
     int allocations = 0, locks = 0;
     to_and_fro(simulation, watched.depth, [&] {
       const AllocationCount allocation_count;
@@ -60,7 +55,7 @@ void check_scene(const WatchedScene& watched) {
     });
     CHECK(allocations == 0);
     CHECK(locks == 0);
-  }
+  });
 }
 
 TEST_CASE("no tick allocates or locks: puncture, cutting, friction, withdrawal") { check_scene(kWatchedScenes[0]); }

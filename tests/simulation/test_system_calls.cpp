@@ -25,16 +25,11 @@ TEST_CASE("a system call is noticed, and which") {
 
 void check_scene(const WatchedScene& watched) {
   if (!can_watch()) return;
-  for (const WatchedWay& way : kWatchedWays) {
-    CAPTURE(static_cast<int>(way.rung));
-    CAPTURE(static_cast<int>(way.solver));
-    CAPTURE(way.economical);
-    Simulation simulation(load_watched(watched, way));
-    simulation.economize(way.economical);
+  for_each_way(watched, [&](Simulation& simulation) {
     const Sealed sealed = run_sealed([&] { to_and_fro(simulation, watched.depth, [&] { simulation.step(); }); });
     CHECK(sealed.watched);
     CHECK(sealed.system_call == -1);
-  }
+  });
 }
 
 TEST_CASE("no tick calls the kernel: puncture, cutting, friction, withdrawal") { check_scene(kWatchedScenes[0]); }

@@ -2,6 +2,8 @@
 // The scenes and the ways to solve them on which ticks are watched for what they must not do, and the motion.
 #pragma once
 
+#include <doctest/doctest.h>
+
 #include <array>
 #include <functional>
 #include <string>
@@ -59,6 +61,19 @@ inline Scene load_watched(const WatchedScene& watched, const WatchedWay& way) {
   if (watched.rigid) scene.needles[0].rung = NeedleRung::rigid;
   if (watched.second_needle) add_second_needle(scene);
   return scene;
+}
+
+// Loads the scene once for each way to solve it, the way captured, and calls watch(simulation).
+template <class Watch>
+void for_each_way(const WatchedScene& watched, Watch watch) {
+  for (const WatchedWay& way : kWatchedWays) {
+    CAPTURE(static_cast<int>(way.rung));
+    CAPTURE(static_cast<int>(way.solver));
+    CAPTURE(way.economical);
+    Simulation simulation(load_watched(watched, way));
+    simulation.economize(way.economical);
+    watch(simulation);
+  }
 }
 
 // The bases of all needles go `depth` (m) along their axes and back at 40 mm/s, spinning; `step` makes each tick.
