@@ -93,6 +93,32 @@ NeedleBeam needle_beam(const NeedleModel& model, const NeedleShape& shape, int e
   return beam;
 }
 
+double elastic_energy(const NeedleModel& model, const NeedleShape& shape) {
+  double energy = 0;
+  for (int e = 0; e < model.beams; ++e) {
+    const NeedleBeam beam = needle_beam(model, shape, e);
+    energy += beam_energy(beam.stiffness, beam.a, beam.b);
+  }
+  return energy;
+}
+
+double kinetic_energy(const NeedleModel& model, const NeedleState& state) {
+  double energy = 0;
+  for (int i = 0; i < model.nodes(); ++i) {
+    const Vector3 axis = state.q[i] * Vector3::UnitX();
+    const Vector3 spin = state.v.col(i).tail<3>();
+    const double along = axis.dot(spin);
+    energy += model.mass[i] * state.v.col(i).head<3>().squaredNorm() / 2;
+    energy += model.inertia_axial[i] * along * along / 2;
+    energy += model.inertia_transverse[i] * (spin - along * axis).squaredNorm() / 2;
+  }
+  return energy;
+}
+
+double potential_energy(const NeedleModel& model, const NeedleState& state) {
+  return -model.gravity.dot(state.x * model.mass);
+}
+
 CurvePoint curve_point(const NeedleModel& model, const NeedleShape& shape, double s) {
   const double length = model.beam_length();
   CurvePoint c;

@@ -105,6 +105,11 @@ struct CurvePoint {
   double h10, h11;     // m, beam length included
 };
 
+// What the needle stores (J); gravity's share is zero where the nodes are in the origin.
+double elastic_energy(const NeedleModel& model, const NeedleShape& shape);
+double kinetic_energy(const NeedleModel& model, const NeedleState& state);
+double potential_energy(const NeedleModel& model, const NeedleState& state);
+
 CurvePoint curve_point(const NeedleModel& model, const NeedleShape& shape, double s);
 
 // Hᵀ n for a force along n at the point: generalised forces on the two nodes of its beam, (f1, m1, f2, m2).

@@ -153,6 +153,14 @@ double elastic_energy(const TissueModel& model, const Matrix3X& x, const Element
   return energy;
 }
 
+double kinetic_energy(const TissueModel& model, const TissueState& state) {
+  return state.v.colwise().squaredNorm().dot(model.mass) / 2;
+}
+
+double potential_energy(const TissueModel& model, const TissueState& state) {
+  return -model.gravity.dot(state.x * model.mass);
+}
+
 namespace {
 
 // Quaternions of length one; that of a node without elements becomes no rotation.

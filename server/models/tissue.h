@@ -76,6 +76,9 @@ void damping_forces(const TissueModel& model, const Matrix3X& v, ElementRotation
 
 // Elastic energy (J).
 double elastic_energy(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations);
+double kinetic_energy(const TissueModel& model, const TissueState& state);
+// Of gravity, zero where the nodes are in the origin; fixed nodes count, too.
+double potential_energy(const TissueModel& model, const TissueState& state);
 
 // Rotation of every node, the volume-weighted mean of its elements' (4 x nodes, w x y z).
 void node_rotations(const TissueModel& model, const ElementRotations& rotations, Matrix4X& q);

@@ -102,6 +102,13 @@ void TissueMotion::factorize_rest() {
   for (const int node : beside_supports_) damping_sums_.push_back(sums.middleCols<3>(3 * model_.free_index[node]));
 }
 
+double TissueMotion::elastic_energy(const Matrix3X& x) {
+  if (!stiffness_) return acus::elastic_energy(model_, x, element_rotations_);
+  Matrix3X forces(3, x.cols());
+  stiffness_->forces(x, forces);
+  return forces.cwiseProduct(x - model_.mesh->nodes).sum() / 2;
+}
+
 void TissueMotion::reset() {
   restart();
   rows_->corridor().clear();

@@ -73,6 +73,9 @@ class TissueMotion {
   int corridor_nodes() const { return rows_->corridor().capacity(); }
   int longest_column() const { return factor_.tree().longest_way; }  // entries of a column that the corridor keeps
 
+  // Energy of the rung's own elastic forces at x (3 x nodes, m), in J.
+  double elastic_energy(const Matrix3X& x);
+
   // Forget everything that a run has left behind (rotations, corridor).
   void reset();
   // Forget what the last tick has left behind; the corridor's columns stay right.

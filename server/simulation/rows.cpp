@@ -101,4 +101,10 @@ std::span<const double> Rows::needle_forces(int needle) {
   return {needle_lambda_.data(), count};
 }
 
+double Rows::elastic_energy() const {
+  double energy = 0;
+  for (int i = 0; i < count(); ++i) energy += laws_[i].compliance * lambda_[i] * lambda_[i] / 2;
+  return energy;
+}
+
 }  // namespace acus

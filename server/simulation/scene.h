@@ -124,8 +124,17 @@ struct GmshMesh {
 // How the tissue is solved; see section "rungs" of MODEL.md.
 enum class TissueRung { none, linear, warped, refined, exact };
 
+// What a tetrahedron's volume change means; see section "Elements" of MODEL.md.
+enum class TissueElement { linear, nodal_pressure };
+
+// Which of the give around a needle that larger elements cannot resolve is added to its rows: that across the shaft
+// (where a region has no foundation_stiffness of its own), also along it, also ahead of the tip.
+enum class LocalCompliance { lateral, shaft, all };
+
 struct Tissue {
   TissueRung rung = TissueRung::warped;
+  TissueElement element = TissueElement::linear;
+  LocalCompliance local_compliance = LocalCompliance::lateral;
   BoxMesh box;
   std::optional<GmshMesh> gmsh;  // instead of the box
   Pose pose;                     // mesh frame in the world

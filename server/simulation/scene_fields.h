@@ -168,12 +168,28 @@ struct FieldsOf<GmshMesh> {
 };
 
 template <>
+struct NamesOf<TissueElement> {
+  static constexpr std::array names{"linear", "nodal_pressure"};
+};
+
+template <>
+struct NamesOf<LocalCompliance> {
+  static constexpr std::array names{"lateral", "shaft", "all"};
+};
+
+template <>
 struct FieldsOf<Tissue> {
   static constexpr const char* title = "tissue";
   static constexpr std::tuple list{
       Field{"rung", &Tissue::rung, "", any(),
             "how the tissue is solved: none (no tissue), linear (no rotations, fastest), warped (fixed factor, real time), "
             "refined (warped, iterated) or exact (refactorised, the reference)"},
+      Field{"element", &Tissue::element, "", any(),
+            "linear (tetrahedra that lock as poisson_ratio nears 0.5) or nodal_pressure (volume changes averaged at the "
+            "nodes, which does not lock; a larger factor)"},
+      Field{"local_compliance", &Tissue::local_compliance, "", any(),
+            "which give of the tissue around a needle, that elements larger than it cannot resolve, is added: lateral "
+            "(across the shaft, see foundation_stiffness), shaft (also along it), all (also ahead of the tip)"},
       choice("mesh", "the tetrahedra, from one of two sources",
              Field{"box", &Tissue::box, "", any(), "a box that is cut into tetrahedra"},
              Field{"gmsh", &Tissue::gmsh, "", any(), "a mesh file"}),

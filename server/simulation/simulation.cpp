@@ -158,6 +158,8 @@ struct Simulation::World {
   int max_iterations() const { return economized(scene.newton.max_iterations, scene.overrun.max_iterations); }
   int economized(int limit, int lower) const { return economizing ? std::min(limit, lower) : limit; }
   void balance_of_forces();
+  double potential_energy() const;
+  Energy energy();
   void refuse_tip_inside(int needle) const;
 
   // Constant after load.
@@ -188,6 +190,7 @@ struct Simulation::World {
   TissueMotion tissue_motion;
   Rows rows;
   std::vector<std::uint64_t> next_look;  // per needle, the tick of its next look_ahead()
+  double potential_at_start = 0;             // J
   Vector3 needle_balance = Vector3::Zero();  // last tick: base forces + weight - inertia of all needles (N)
   double needle_largest_force = 0;
   bool timing = false;
@@ -262,6 +265,8 @@ void Simulation::World::reset() {
     motions[i].begin(needle_states[i], scene.needles[i].base);
   }
   for (GuideHold& guide : guides) guide.reset();
+  rows.clear();
+  potential_at_start = potential_energy();
   economizing = false;
   next_look.assign(scene.needles.size(), 0);
   needle_balance.setZero();
@@ -386,6 +391,24 @@ void Simulation::World::balance_of_forces() {
   }
 }
 
+double Simulation::World::potential_energy() const {
+  double energy = acus::potential_energy(tissue_model, tissue);
+  for (int i = 0; i < needles(); ++i) energy += acus::potential_energy(needle_models[i], needle_states[i]);
+  return energy;
+}
+
+Energy Simulation::World::energy() {
+  Energy energy;
+  energy.kinetic = kinetic_energy(tissue_model, tissue);
+  energy.elastic = tissue_motion.elastic_energy(tissue.x) + rows.elastic_energy();
+  energy.potential = potential_energy() - potential_at_start;
+  for (int i = 0; i < needles(); ++i) {
+    energy.kinetic += kinetic_energy(needle_models[i], needle_states[i]);
+    energy.elastic += elastic_energy(needle_models[i], motions[i].shape());
+  }
+  return energy;
+}
+
 // 9. Contact, puncture, borders, growth of paths, exit, withdrawal.
 std::uint32_t Simulation::World::transitions() {
   report.events.clear();
@@ -486,6 +509,7 @@ void Simulation::reset() { world_->reset(); }
 void Simulation::economize(bool on) { world_->economizing = on; }
 void Simulation::time_stages(bool on) { world_->timing = on; }
 
+Energy Simulation::energy() const { return world_->energy(); }
 const TickReport& Simulation::report() const { return world_->report; }
 const Scene& Simulation::scene() const { return world_->scene; }
 const TetrahedralMesh& Simulation::mesh() const { return world_->mesh; }

@@ -31,6 +31,15 @@ struct Costs {
   int max_rows = 0;                // scalar rows of the laws in one tick
 };
 
+// What is stored in needles and tissue (J).
+struct Energy {
+  double kinetic = 0;
+  double elastic = 0;    // of elements and beams, and of the rows that give way by themselves
+  double potential = 0;  // of gravity, zero at the state after loading
+
+  double total() const { return kinetic + elastic + potential; }
+};
+
 // Told before each step of loading a scene what that step makes: "mesh", "regions", ..., "factor", ...
 using Progress = std::function<void(const char* what)>;
 
@@ -63,6 +72,9 @@ class Simulation {
   std::span<const int> regions() const;                  // region of each tetrahedron
   int needle_node_count(int needle) const;
   Costs costs() const;
+
+  // Of the current state. Goes through all elements: for tests and studies, not for every tick.
+  Energy energy() const;
 
   // Current state, valid until the next step().
   Eigen::Ref<const Matrix3X> tissue_positions() const;                    // 3 x n, m, world
