@@ -30,8 +30,8 @@ Command command_of(const client::BasePose& pose, std::uint64_t seq) {
 
 }  // namespace
 
-TrajectoryDriver::TrajectoryDriver(Simulation& simulation, client::Trajectory trajectory)
-    : simulation_(simulation), trajectory_(std::move(trajectory)) {
+TrajectoryDriver::TrajectoryDriver(Simulation& simulation, client::Trajectory trajectory, double ahead)
+    : simulation_(simulation), trajectory_(std::move(trajectory)), ahead_(ahead) {
   for (const client::Motion& motion : trajectory_.motions)
     bodies_.push_back(body_number(simulation_.scene(), motion.needle));
 }
@@ -43,7 +43,7 @@ std::uint64_t TrajectoryDriver::ticks_until(double time) const {
 
 void TrajectoryDriver::command() {
   const std::uint64_t tick = simulation_.report().tick;
-  const double now = trajectory_.begin() + static_cast<double>(tick) / simulation_.scene().rate;
+  const double now = trajectory_.begin() + static_cast<double>(tick) / simulation_.scene().rate + ahead_;
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     simulation_.command(bodies_[i], command_of(trajectory_.motions[i].at(now), tick + 1));
 }

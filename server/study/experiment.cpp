@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/study/experiment.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <ctime>
+
+#include "server/bench/trajectory_driver.h"
+#include "server/models/material_point.h"
+#include "server/models/surface.h"
+
+namespace acus {
+
+namespace {
+
+double processor_time() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// The material point at p, or the nearest that the mesh has: a curved surface moves with the mesh.
+MaterialPoint material_point_at(const TetrahedralMesh& mesh, const Vector3& p) {
+  MaterialPoint best;
+  double least = -kInfinity;
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
+    const Eigen::Vector4d weights = barycentric(mesh, mesh.nodes, t, p);
+    if (weights.minCoeff() <= least) continue;
+    least = weights.minCoeff();
+    best = {t, weights};
+  }
+  return best;
+}
+
+class Probes {
+ public:
+  Probes(const Simulation& simulation, const Matrix3X& points) : mesh_(simulation.mesh()), rest_(points) {
+    for (const auto& p : points.colwise()) material_.push_back(material_point_at(mesh_, p));
+  }
+
+  Matrix3X displacements(const Matrix3X& x) const {
+    Matrix3X u(3, rest_.cols());
+    for (std::size_t i = 0; i < material_.size(); ++i)
+      u.col(static_cast<Eigen::Index>(i)) =
+          material_position(mesh_, x, material_[i]) - rest_.col(static_cast<Eigen::Index>(i));
+    return u;
+  }
+
+ private:
+  const TetrahedralMesh& mesh_;
+  const Matrix3X& rest_;
+  std::vector<MaterialPoint> material_;
+};
+
+void prepare(Recording& recording, const Simulation& simulation, std::uint64_t ticks) {
+  recording.h = 1 / simulation.scene().rate;
+  recording.tip.assign(simulation.scene().needles.size(), Matrix3X(3, ticks));
+  recording.base_force = recording.tip;
+}
+
+void note(Recording& recording, const TickReport& report) {
+  for (std::size_t i = 0; i < report.needles.size(); ++i) {
+    recording.tip[i].col(static_cast<Eigen::Index>(recording.ticks)) = report.needles[i].tip_position;
+    recording.base_force[i].col(static_cast<Eigen::Index>(recording.ticks)) = report.needles[i].base_force;
+  }
+  ++recording.ticks;
+  recording.flagged += report.flags != 0;
+  recording.sweeps += report.sweeps;
+  recording.iterations += report.newton_iterations;
+  recording.residual = std::max(recording.residual, report.residual);
+}
+
+}  // namespace
+
+Experiment read_experiment(const std::string& scenes_folder, const std::string& name) {
+  Experiment experiment{read_scene(scenes_folder + "/" + name + ".yaml"),
+                        client::read_trajectory(scenes_folder + "/trajectories/" + name + ".csv")};
+  for (Needle& needle : experiment.scene.needles) needle.smoothing = 0;
+  for (Guide& guide : experiment.scene.guides) guide.smoothing = 0;
+  return experiment;
+}
+
+double duration(const Experiment& experiment) { return experiment.motion.end() - experiment.motion.begin(); }
+
+Recording record(const Experiment& experiment, const Matrix3X& probe_points) {
+  Simulation simulation(experiment.scene);
+  TrajectoryDriver driver(simulation, experiment.motion, 1 / experiment.scene.rate);
+  const Probes probes(simulation, probe_points);
+  const auto ticks = static_cast<std::uint64_t>(std::lround(duration(experiment) * experiment.scene.rate));
+  const auto ticks_per_probing = static_cast<std::uint64_t>(std::lround(kProbeInterval * experiment.scene.rate));
+  Recording recording;
+  prepare(recording, simulation, ticks);
+  while (recording.ticks < ticks) {
+    driver.command();
+    const double start = processor_time();
+    simulation.step();
+    recording.processor_seconds += processor_time() - start;
+    note(recording, simulation.report());
+    if (recording.ticks % ticks_per_probing == 0)
+      recording.probes.push_back(probes.displacements(simulation.tissue_positions()));
+  }
+  recording.sweeps /= static_cast<double>(ticks);
+  recording.iterations /= static_cast<double>(ticks);
+  return recording;
+}
+
+Matrix3X nodes_of(const Experiment& experiment) { return load_mesh(experiment.scene).nodes; }
+
+}  // namespace acus

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What Acus finds out about itself: studies that run many simulations in process and write tables. acus-study runs
+// them, scripts/report draws what they write.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace acus {
+
+struct StudyPlan {
+  std::string scenes = "scenes";  // folder with the project's scenes and, below it, trajectories/
+  std::string out = ".";          // folder that the tables go to; exists
+  bool quick = false;             // a short form that still goes through every kind of run
+  // Told what has been done of what, in runs, and what comes next.
+  std::function<void(int done, int of, const std::string& next)> progress = [](int, int, const std::string&) {};
+};
+
+// errors.csv, orders.csv, dominance.csv: how far scenes of the project are from a converged reference, and how long
+// they take, over every knob (errors.h).
+void study_errors(const StudyPlan& plan);
+
+// locking.csv, mesh_dependence.csv: what elements and meshes do to forces and shapes (locking.h, mesh_dependence.h).
+void study_refinement(const StudyPlan& plan);
+
+// stability.csv: extreme cases and pairs of them, with a verdict each (stability.h).
+void study_stability(const StudyPlan& plan);
+
+}  // namespace acus

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/study/study.h"
+
+namespace acus {
+
+void study_refinement(const StudyPlan&) {}
+
+}  // namespace acus
