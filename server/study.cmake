@@ -1,6 +1,6 @@
 # acus-study: many simulations in process, and what they show as tables.
 add_library(acus_study STATIC
-  study/csv.cpp study/experiment.cpp study/study_errors.cpp study/study_refinement.cpp study/study_stability.cpp)
+  study/csv.cpp study/error_settings.cpp study/errors.cpp study/experiment.cpp study/study_errors.cpp study/study_refinement.cpp study/study_stability.cpp)
 target_link_libraries(acus_study PUBLIC acus_bench)
 
 add_executable(acus-study study/study_main.cpp)

@@ -11,13 +11,14 @@ namespace acus {
 struct StudyPlan {
   std::string scenes = "scenes";  // folder with the project's scenes and, below it, trajectories/
   std::string out = ".";          // folder that the tables go to; exists
+  std::string scene;              // of the study of errors: this one only; empty: all
   bool quick = false;             // a short form that still goes through every kind of run
   // Told what has been done of what, in runs, and what comes next.
   std::function<void(int done, int of, const std::string& next)> progress = [](int, int, const std::string&) {};
 };
 
-// errors.csv, orders.csv, dominance.csv: how far scenes of the project are from a converged reference, and how long
-// they take, over every knob (errors.h).
+// errors_SCENE.csv: how far scenes of the project are from a converged reference, and how long they take, over every
+// knob (errors.h).
 void study_errors(const StudyPlan& plan);
 
 // locking.csv, mesh_dependence.csv: what elements and meshes do to forces and shapes (locking.h, mesh_dependence.h).

@@ -1,8 +1,144 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <utility>
+
+#include "server/simulation/scene_fields.h"
+#include "server/study/csv.h"
+#include "server/study/error_settings.h"
+#include "server/study/errors.h"
 #include "server/study/study.h"
 
 namespace acus {
 
-void study_errors(const StudyPlan&) {}
+namespace {
+
+const std::vector<std::string> kColumns{"scene",
+                                        "knob",
+                                        "setting",
+                                        "error",  // what was run, compared with what
+                                        "h",
+                                        "rung",
+                                        "iterations",
+                                        "solver",
+                                        "tolerance",
+                                        "max_sweeps",  // s, ..., N
+                                        "nodes",
+                                        "beams",
+                                        "spacing",  // m
+                                        "tip_max",
+                                        "tip_rms",
+                                        "force_max",
+                                        "force_rms",
+                                        "tissue_max",
+                                        "tissue_rms",  // m, N, m: errors
+                                        "tip_size",
+                                        "force_size",
+                                        "tissue_size",  // m, N, m: largest of the reference
+                                        "run_time",
+                                        "ms_per_tick",  // processor s per simulated s, ms
+                                        "mean_iterations",
+                                        "mean_sweeps",
+                                        "residual",
+                                        "flagged",
+                                        "ticks"};  // per tick, N
+
+struct Run {
+  Scene scene;
+  int nodes;
+  Recording recording;
+};
+
+std::vector<Cell> cells(const Setting& setting, const Run& run, const Comparison& comparison,
+                        const Recording& reference) {
+  const Scene& s = run.scene;
+  const Recording& r = run.recording;
+  const Errors e = errors(r, reference), size = magnitudes(reference);
+  const double ticks = static_cast<double>(r.ticks);
+  return {setting.knob,
+          setting.value,
+          comparison.kind,
+          setting.h,
+          name_of(s.tissue.rung),
+          s.newton.max_iterations,
+          name_of(s.laws.solver),
+          s.laws.tolerance,
+          s.laws.max_sweeps,
+          run.nodes,
+          s.needles[0].beams,
+          s.needles[0].constraint_spacing,
+          e.tip.max,
+          e.tip.rms,
+          e.force.max,
+          e.force.rms,
+          e.tissue.max,
+          e.tissue.rms,
+          size.tip.max,
+          size.force.max,
+          size.tissue.max,
+          r.processor_seconds / (ticks * setting.h),
+          1e3 * r.processor_seconds / ticks,
+          r.iterations,
+          r.sweeps,
+          r.residual,
+          r.flagged,
+          r.ticks};
+}
+
+// All runs of one scene and their rows in its table.
+class SceneStudy {
+ public:
+  SceneStudy(const StudiedScene& studied, const StudyPlan& plan)
+      : name_(studied.name),
+        plan_(plan),
+        experiment_(read_experiment(plan.scenes, studied.name)),
+        probes_(nodes_of(experiment_)),
+        settings_(settings_of(studied)),
+        table_(plan.out + "/errors_" + name_ + ".csv", kColumns) {
+    for (client::Motion& motion : experiment_.motion.motions)
+      for (client::Sample& sample : motion.samples) sample.time /= studied.pace;
+  }
+
+  void run() {
+    const int count = static_cast<int>(settings_.size());
+    for (const Setting& setting : settings_) {
+      plan_.progress(
+          static_cast<int>(runs_.size()), count,
+          name_ + ", " + setting.knob + " " + setting.value + ", tick of " + format_number(1e3 * setting.h) + " ms");
+      runs_.push_back(make(setting));
+      for (const Comparison& comparison : setting.comparisons) write(setting, comparison);
+    }
+    plan_.progress(count, count, name_ + " done");
+  }
+
+ private:
+  Run make(const Setting& setting) const {
+    Experiment experiment = experiment_;
+    experiment.scene.rate = 1 / setting.h;
+    setting.change(experiment.scene);
+    const int nodes = static_cast<int>(nodes_of(experiment).cols());
+    return {experiment.scene, nodes, record(experiment, probes_)};
+  }
+
+  void write(const Setting& setting, const Comparison& comparison) {
+    std::vector<Cell> row{name_};
+    for (Cell& cell : cells(setting, runs_.back(), comparison, runs_[comparison.with].recording))
+      row.push_back(std::move(cell));
+    table_.row(row);
+  }
+
+  std::string name_;
+  const StudyPlan& plan_;
+  Experiment experiment_;
+  Matrix3X probes_;
+  std::vector<Setting> settings_;
+  CsvFile table_;
+  std::vector<Run> runs_;  // per setting so far
+};
+
+}  // namespace
+
+void study_errors(const StudyPlan& plan) {
+  for (const StudiedScene& studied : studied_scenes(plan.quick))
+    if (plan.scene.empty() || plan.scene == studied.name) SceneStudy(studied, plan).run();
+}
 
 }  // namespace acus

@@ -73,6 +73,7 @@ int main(int argc, char** argv) {
   app.add_flag("--quick", plan.quick, "A short form that still goes through every kind of run");
   app.add_option("--out", plan.out, "Folder for the tables; made if it is not there")->capture_default_str();
   app.add_option("--scenes", plan.scenes, "Folder of the project's scenes")->capture_default_str();
+  app.add_option("--scene", plan.scene, "Only this scene of the study of errors")->default_str("all");
   for (const StudyCommand& study : kStudies) app.add_subcommand(study.name, study.meaning);
   try {
     app.parse(argc, argv);
