@@ -12,13 +12,13 @@
 
 namespace acus {
 
-namespace {
-
 double processor_time() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
+
+namespace {
 
 // The material point at p, or the nearest that the mesh has: a curved surface moves with the mesh.
 MaterialPoint material_point_at(const TetrahedralMesh& mesh, const Vector3& p) {
