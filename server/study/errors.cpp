@@ -27,9 +27,12 @@ class Accumulator {
   std::size_t count_ = 0;
 };
 
+constexpr double kSameTick = 1e-9;  // ticks
+
 // A series at time t, column k holding what is at (k + 1) h; before the first column and after the last it stays.
 Vector3 at(const Matrix3X& series, double h, double t) {
-  const double place = std::clamp(t / h - 1, 0.0, static_cast<double>(series.cols() - 1));
+  double place = std::clamp(t / h - 1, 0.0, static_cast<double>(series.cols() - 1));
+  if (std::abs(place - std::round(place)) < kSameTick) place = std::round(place);
   const auto before = static_cast<Eigen::Index>(place);
   const auto after = std::min(before + 1, series.cols() - 1);
   const double u = place - static_cast<double>(before);
