@@ -82,7 +82,7 @@ void Insertion::leave_contact_or_puncture(const Transition& now, std::vector<Pat
   const auto vacant = std::min_element(paths.begin(), paths.end(), forgotten_before);
   if (vacant->needle >= 0) return;  // a needle in every path: the surface keeps its cap
   report(now, EventKind::puncture, region, tip_.contact);
-  place_mouth(now.needle.tip(), now.tissue);
+  place_mouth(now.needle.tip(), now.tissue, kContactMargin + surface_compliance(now.tissue) * tip_.contact);
   const MaterialPoint mouth = obstacle_->material;
   vacant->begin(mouth, parameters_.constraint_spacing);
   enter(static_cast<int>(vacant - paths.begin()), paths);
@@ -90,9 +90,10 @@ void Insertion::leave_contact_or_puncture(const Transition& now, std::vector<Pat
   if (vacant->exited) vacant->begin(mouth, parameters_.constraint_spacing);  // grazing an edge: not inside yet
 }
 
-// The mouth is where the needle crosses the surface; the point of contact is where the tip was a tick ago.
-void Insertion::place_mouth(const CurvePoint& tip, const TissueView& tissue) {
-  const auto crossing = tissue.surface.entry(tissue.x, tip.position - kContactMargin * tip.tangent, tip.position);
+// The mouth is where the needle crosses the surface, `depth` (m) before the tip at most; the point of contact is where
+// the tip was a tick ago.
+void Insertion::place_mouth(const CurvePoint& tip, const TissueView& tissue, double depth) {
+  const auto crossing = tissue.surface.entry(tissue.x, tip.position - depth * tip.tangent, tip.position);
   if (crossing) obstacle_->material = tissue.surface.material(*crossing);
 }
 
@@ -170,11 +171,21 @@ std::uint32_t Insertion::slide(const Transition& now, Path& path, const Material
   return 0;
 }
 
-// Moves the path's end to the tip, through every border that does not hold it, to the first one that does. The end lies
+// Up to where a tip has cut that bears f_c: behind it by what gives way there, but never back.
+Vector3 Insertion::cut_place(const Transition& now, const Path& path) const {
+  const TissueView& tissue = now.tissue;
+  const Vector3 from = tissue.position(path.end), tip = now.needle.tip().position;
+  const double give = cutting_compliance(tissue, path) * tissue.interaction(path.end).cutting_force;
+  if (give == 0) return tip;
+  const Vector3 direction = cutting_direction(now.needle);
+  return direction.dot(tip - from) > give ? Vector3(tip - give * direction) : from;
+}
+
+// Moves the path's end to where the tip has cut, through every border that does not hold it, to the first one that does. The end lies
 // in tetrahedron `start`, or on its face towards `came_from`.
 std::uint32_t Insertion::grow(const Transition& now, Path& path, int start, int came_from) {
   const TissueView& tissue = now.tissue;
-  const Vector3 to = now.needle.tip().position;
+  const Vector3 to = cut_place(now, path);
   std::uint32_t flags = 0;
   for (int i = 0; i < kMaxCrossings && start >= 0; ++i) {
     const Vector3 from = tissue.position(path.end);

@@ -32,6 +32,22 @@
 // as it slides, once the force along the border is more than f_c + mu times the contact force. Kept to its cutting
 // direction, a tip that grazes the border would be wedged in. At f_p the border gives way.
 //
+// With tissue.local_compliance beyond `lateral` springs stand in series with more of the laws (rows.h, local_compliance.h):
+//
+// `shaft`: c = k/l in the friction row of a vertex that owns the length l. The row's delta is the slip,
+//
+//   delta = W lambda + delta_free + c (lambda - lambda_n),       lambda_n = l t_n,
+//
+// t_n the friction per length that the vertex bore at the end of the last tick. It is this, and so the strain of the
+// tissue beside it, that stays when l changes; a vertex that comes alongside takes over that of the one before it. So
+// force is continuous as vertices come and go. Within the threshold the spring gives back all that it took; what a
+// shaft that slips enters with comes along with its share of energy, k t²/2 per metre.
+//
+// `all`: s in the contact row (surface_compliance()) and the cutting row (tip_compliance()). The tip stands s lambda
+// beyond the mesh's surface, or beyond the path's end: tissue which is really at the tip stands behind it in the mesh.
+// A tip that cuts leaves its path's end s f_c behind along the cutting direction, so that the force stays at f_c as the
+// end moves on. At a border the spring is that of the cut, but gives no more than it gave at f_c.
+//
 // Torsional friction, if the needle has it, is one more row per vertex (rows.h) with the threshold of its friction row
 // times the needle's share.
 //
@@ -100,6 +116,7 @@ class Insertion {
     double s = 0;                       // m, where it stands along the needle
     bool sliding = true;
     double friction = 0;                // N
+    double traction = 0;                // t_n, N/m, the same per length owned
     bool turning = true;                // slips about the axis
     double torsion = 0;                 // N
     Vector3 lateral = Vector3::Zero();  // N, world
@@ -140,6 +157,7 @@ class Insertion {
   Mouth find_mouth(const Vector3& place, const TissueView& tissue, std::span<const Path> paths) const;
   void locate_inside(const NeedleView& needle, const TissueView& tissue, const Path& path);
   void share_length(double end);
+  void take_over_traction(int first, int last);
   Vector3 path_tangent(const TissueView& tissue, const Path& path, int vertex, const Vector3& needle_tangent) const;
   Vector3 end_tangent(const TissueView& tissue, const Path& path, const Vector3& needle_tangent) const;
   Vector3 young_direction(const Vector3& along, const Vector3& needle_tangent) const;
@@ -148,12 +166,15 @@ class Insertion {
   int holding_vertices(const Path& path) const;
   Vector3 cutting_direction(const NeedleView& needle) const;
 
-  double obstacle_gap(const NeedleView& needle, const TissueView& tissue, double recovery) const;
-  bool add_contact(const NeedleView& needle, double puncture_force, double gap, Rows& rows) const;
+  double surface_compliance(const TissueView& tissue) const;
+  double cutting_compliance(const TissueView& tissue, const Path& path) const;
+  double border_compliance(const TissueView& tissue, const Path& path) const;
+  double obstacle_gap(const NeedleView& needle, const TissueView& tissue, double recovery, double compliance) const;
+  bool add_contact(const NeedleView& needle, double puncture_force, double gap, double compliance, Rows& rows) const;
   bool add_contact_friction(const NeedleView& needle, const TissueView& tissue, double friction, double cohesion,
                             int normal_row, Rows& rows) const;
   bool add_surface(const NeedleView& needle, const TissueView& tissue, Rows& rows) const;
-  bool add_border_contact(const NeedleView& needle, const TissueView& tissue, Rows& rows) const;
+  bool add_border_contact(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const;
   bool add_border(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const;
   bool add_tip(const NeedleView& needle, const TissueView& tissue, const Path& path, Rows& rows) const;
   bool add_shaft(const NeedleView& needle, const TissueView& tissue, const Path& path, const ShaftPoint& point,
@@ -164,11 +185,12 @@ class Insertion {
                     Rows& rows) const;
 
   void leave_contact_or_puncture(const Transition& now, std::vector<Path>& paths);
-  void place_mouth(const CurvePoint& tip, const TissueView& tissue);
+  void place_mouth(const CurvePoint& tip, const TissueView& tissue, double depth);
   std::uint32_t advance_end(const Transition& now, Path& path);
   std::uint32_t meet_border(const Transition& now, Path& path);
   void leave_border(const Transition& now);
   std::uint32_t slide(const Transition& now, Path& path, const MaterialPoint& end);
+  Vector3 cut_place(const Transition& now, const Path& path) const;
   std::uint32_t grow(const Transition& now, Path& path, int start, int came_from);
   std::uint32_t lay_vertices(const Transition& now, Path& path, int start, const Vector3& from, const Vector3& to);
   void report(const Transition& now, EventKind kind, int region, double force) const;

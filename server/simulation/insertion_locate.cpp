@@ -23,9 +23,11 @@ constexpr double kSoftest = 1e6;
 void Insertion::locate(const NeedleView& needle, const TissueView& tissue, std::vector<Path>& paths) {
   left_out_ = false;
   obstacle_.reset();
+  const int first = shaft_.empty() ? 0 : shaft_.front().vertex, last = shaft_.empty() ? -1 : shaft_.back().vertex;
   shaft_.clear();
   if (path_ < 0) locate_outside(needle, tissue, paths);
   if (path_ >= 0) locate_inside(needle, tissue, paths[path_]);
+  take_over_traction(first, last);
 }
 
 void Insertion::locate_outside(const NeedleView& needle, const TissueView& tissue, std::vector<Path>& paths) {
@@ -150,6 +152,16 @@ void Insertion::share_length(double end) {
   }
 }
 
+// Vertices that were not alongside in the last tick, from `first` to `last`, are as strained as the one before them.
+void Insertion::take_over_traction(int first, int last) {
+  double before = 0;
+  for (const ShaftPoint& point : shaft_) {
+    double& traction = memory_[point.vertex].traction;
+    if (point.vertex < first || point.vertex > last) traction = before;
+    before = traction;
+  }
+}
+
 Vector3 Insertion::cutting_direction(const NeedleView& needle) const {
   return needle.shape.frames.back() * cutting_direction_;
 }
@@ -209,7 +221,9 @@ void Insertion::find_border(const NeedleView& needle, const TissueView& tissue, 
     return;
   }
   Vector3 from = tissue.position(path.end);
-  const Vector3 to = from + reach * cutting_direction(needle);
+  const Vector3 direction = cutting_direction(needle);
+  const Vector3 to = from + reach * direction;
+  const Vector3 unloaded = needle.tip().position - cutting_compliance(tissue, path) * tip_.cutting * direction;
   int start = path.end.tetrahedron, came_from = -1;
   for (int i = 0; i < kMaxCrossings; ++i) {
     const Trace trace = trace_segment(tissue.mesh, tissue.x, start, from, to, tissue.regions, came_from);
@@ -218,7 +232,7 @@ void Insertion::find_border(const NeedleView& needle, const TissueView& tissue, 
     const int region = tissue.regions[trace.next];
     if (tissue.border(trace.end, region).holds) {
       obstacle_ = closest_on(region, from);
-      obstacle_->under = at_end_ && obstacle_->at.normal.dot(needle.tip().position - obstacle_->at.position) < 0;
+      obstacle_->under = at_end_ && obstacle_->at.normal.dot(unloaded - obstacle_->at.position) < 0;
       return;
     }
     came_from = trace.end.tetrahedron;

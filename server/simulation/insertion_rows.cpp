@@ -17,6 +17,8 @@ constexpr double kRecoverySpeed = 0.1;  // m/s
 // A point holds as if it stood for at least this length of shaft (in spacings).
 constexpr double kLeastOwned = 0.1;
 
+double holding_length(double owned, double spacing) { return std::max(owned, kLeastOwned * spacing); }
+
 }  // namespace
 
 bool Insertion::build_rows(const NeedleView& needle, const TissueView& tissue, std::span<const Path> paths,
@@ -33,19 +35,41 @@ bool Insertion::build_rows(const NeedleView& needle, const TissueView& tissue, s
   return all;
 }
 
+// What gives way under the tip (m/N) on a surface,
+double Insertion::surface_compliance(const TissueView& tissue) const {
+  const double puncture_force = tissue.interaction(obstacle_->material).puncture_force;
+  return tissue.surface_compliance(obstacle_->material, parameters_.outer_diameter, puncture_force);
+}
+
+// at the end of its path,
+double Insertion::cutting_compliance(const TissueView& tissue, const Path& path) const {
+  return tissue.tip_compliance(path.end, parameters_.outer_diameter, tissue.interaction(path.end).cutting_force);
+}
+
+// and at a border, where what lies before the tip is pressed flat by f_c.
+double Insertion::border_compliance(const TissueView& tissue, const Path& path) const {
+  const double flat = tissue.interaction(path.end).cutting_force;
+  return cutting_compliance(tissue, path) * (tip_.contact > flat ? flat / tip_.contact : 1);
+}
+
 // Distance of the tip from the obstacle along its normal (m). What the tip was behind it at the start of the tick, torn
-// out of its path sideways or carried over a border by the tick before, is made good at `recovery` (m/s), not at once; a
-// recovery of 0 leaves it where it is.
-double Insertion::obstacle_gap(const NeedleView& needle, const TissueView& tissue, double recovery) const {
+// out of its path sideways or carried over a border by the tick before, and not by the give of what lies between, is
+// made good at `recovery` (m/s), not at once; a recovery of 0 leaves it where it is.
+double Insertion::obstacle_gap(const NeedleView& needle, const TissueView& tissue, double recovery,
+                               double compliance) const {
   const Vector3& n = obstacle_->at.normal;
-  const double start = n.dot(needle.start_tip() - tissue.start_position(obstacle_->material));
-  const double apart = n.dot(needle.tip().position - tissue.position(obstacle_->material));
+  const double give = compliance * std::max(tip_.contact, tip_.cutting);
+  const double start = give + n.dot(needle.start_tip() - tissue.start_position(obstacle_->material));
+  const double before_it = obstacle_->under ? 0 : compliance * tip_.cutting;  // what is cut gives way first
+  const double apart = before_it + n.dot(needle.tip().position - tissue.position(obstacle_->material));
   return apart - std::min(0.0, start + recovery * needle.h);
 }
 
 // The tip against the obstacle, along its normal.
-bool Insertion::add_contact(const NeedleView& needle, double puncture_force, double gap, Rows& rows) const {
+bool Insertion::add_contact(const NeedleView& needle, double puncture_force, double gap, double compliance,
+                            Rows& rows) const {
   Row row{needle_, RowRole::contact, -1, needle.tip(), {obstacle_->material, {}, 0}, obstacle_->at.normal, gap};
+  row.compliance = compliance;
   return rows.add(row, {LawKind::unilateral, puncture_force}, tip_.contact);
 }
 
@@ -74,13 +98,17 @@ bool Insertion::add_contact_friction(const NeedleView& needle, const TissueView&
 bool Insertion::add_surface(const NeedleView& needle, const TissueView& tissue, Rows& rows) const {
   const Interaction& law = tissue.interaction(obstacle_->material);
   const int normal_row = rows.count();
-  return add_contact(needle, law.puncture_force, obstacle_gap(needle, tissue, 0), rows) &&
+  const double compliance = surface_compliance(tissue), gap = obstacle_gap(needle, tissue, 0, compliance);
+  return add_contact(needle, law.puncture_force, gap, compliance, rows) &&
          add_contact_friction(needle, tissue, law.friction_contact, 0, normal_row, rows);
 }
 
-bool Insertion::add_border_contact(const NeedleView& needle, const TissueView& tissue, Rows& rows) const {
+bool Insertion::add_border_contact(const NeedleView& needle, const TissueView& tissue, const Path& path,
+                                   Rows& rows) const {
   const Border& border = tissue.border(obstacle_->material, obstacle_->region);
-  return add_contact(needle, border.puncture_force, obstacle_gap(needle, tissue, kRecoverySpeed), rows);
+  const double compliance = border_compliance(tissue, path);
+  const double gap = obstacle_gap(needle, tissue, kRecoverySpeed, compliance);
+  return add_contact(needle, border.puncture_force, gap, compliance, rows);
 }
 
 // A tip that rests against a border inside.
@@ -88,7 +116,7 @@ bool Insertion::add_border(const NeedleView& needle, const TissueView& tissue, c
   const double friction = tissue.border(obstacle_->material, obstacle_->region).friction_contact;
   const double cohesion = tissue.interaction(path.end).cutting_force;
   const int normal_row = rows.count();
-  return add_border_contact(needle, tissue, rows) &&
+  return add_border_contact(needle, tissue, path, rows) &&
          add_contact_friction(needle, tissue, friction, cohesion, normal_row, rows);
 }
 
@@ -99,9 +127,10 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
   if (!path.exited && cutting_force > 0) {
     Row row{needle_, RowRole::cutting, -1, tip, {path.end, {}, 0}, -cutting_direction(needle), 0};
     row.gap = row.n.dot(tip.position - tissue.position(path.end));
+    row.compliance = cutting_compliance(tissue, path);
     all = rows.add(row, {LawKind::unilateral, cutting_force}, tip_.cutting);
   }
-  if (obstacle_) all = add_border_contact(needle, tissue, rows) && all;
+  if (obstacle_) all = add_border_contact(needle, tissue, path, rows) && all;
   Vector3 across[2];
   perpendicular_basis(tip_tangent_, across[0], across[1]);
   Vector3 apart = tip.position - tissue.position(tip_point_);
@@ -128,8 +157,8 @@ bool Insertion::add_shaft(const NeedleView& needle, const TissueView& tissue, co
   const CurvePoint on_needle = curve_point(needle.model, needle.shape, point.s);
   const Vector3 apart = on_needle.position - tissue.position(material);
   Row row{needle_, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0, point.softness};
-  const double owned = std::max(point.owned, kLeastOwned * path.spacing);
-  const double compliance = tissue.lateral_compliance(material, needle.model.diameter) / owned;
+  const double holding = holding_length(point.owned, path.spacing);
+  const double compliance = tissue.lateral_compliance(material, needle.model.diameter) / holding;
   Vector3 across[2];
   perpendicular_basis(point.tangent, across[0], across[1]);
   bool all = true;
@@ -143,6 +172,7 @@ bool Insertion::add_shaft(const NeedleView& needle, const TissueView& tissue, co
   const bool at_tip = !at_end_ && &point == &shaft_.back() && tip_point_.u < 0.5;
   if (!at_tip) all = add_support(tissue, row, rows) && all;
   row.n = point.tangent;
+  row.compliance = tissue.axial_compliance(material, needle.model.diameter) / holding;
   return add_friction(needle, tissue, point, row, rows) && all;
 }
 
@@ -167,12 +197,14 @@ bool Insertion::add_friction(const NeedleView& needle, const TissueView& tissue,
   if (threshold(false) > 0 || viscosity > 0) {
     const Vector3 before = needle.start_position(point.s) - tissue.start_position(material);
     row.role = RowRole::friction;
-    row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before);
+    row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before) -
+              row.compliance * memory.traction * point.owned;
     all = rows.add(row, {LawKind::friction, threshold(memory.sliding), viscosity}, memory.friction);
   }
   const double share = parameters_.torsional_friction;
   if (share * threshold(false) == 0) return all;
   row.role = RowRole::torsion;
+  row.compliance = 0;
   row.radius = needle.model.diameter / 2;
   row.gap = row.radius * row.n.dot(needle.turned(row.on_needle) -
                                    material_rotation(tissue.mesh, tissue.x_start, tissue.x, material.tetrahedron));
@@ -186,7 +218,10 @@ void Insertion::read_forces(const Rows& rows, NeedleReport& report) {
   report.cutting_force.setZero();
   report.friction_force.setZero();
   report.lateral_force.setZero();
-  for (const ShaftPoint& p : shaft_) memory_[p.vertex].lateral.setZero();
+  for (const ShaftPoint& p : shaft_) {
+    memory_[p.vertex].lateral.setZero();
+    memory_[p.vertex].friction = 0;
+  }
 
   for (int i = 0; i < rows.count(); ++i) {
     const Row& row = rows.row(i);
@@ -230,6 +265,10 @@ void Insertion::read_forces(const Rows& rows, NeedleReport& report) {
         continue;
     }
     if (row.index < 0) report.tip_force += force;
+  }
+  for (const ShaftPoint& p : shaft_) {
+    Memory& memory = memory_[p.vertex];
+    memory.traction = p.owned > 0 ? memory.friction / p.owned : 0;
   }
   if (at_end_ && !(obstacle_ && obstacle_->under)) end_force_ = tip_.lateral;
 }

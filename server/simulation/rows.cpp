@@ -67,6 +67,7 @@ void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
   W.diagonal() = W.diagonal().cwiseMax(kLeastCompliance);
   W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
   soften();
+  for (int i = 0; i < n; ++i) W(i, i) += rows_[i].compliance;
 }
 
 // The two lateral rows of a point follow each other and are equally soft, whichever way their directions stand.
@@ -103,7 +104,7 @@ std::span<const double> Rows::needle_forces(int needle) {
 
 double Rows::elastic_energy() const {
   double energy = 0;
-  for (int i = 0; i < count(); ++i) energy += laws_[i].compliance * lambda_[i] * lambda_[i] / 2;
+  for (int i = 0; i < count(); ++i) energy += (laws_[i].compliance + rows_[i].compliance) * lambda_[i] * lambda_[i] / 2;
   return energy;
 }
 

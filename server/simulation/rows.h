@@ -6,6 +6,16 @@
 // Torsion rows act by couples instead: lambda (N) is the force on the needle's surface, r lambda about n the couple on
 // the needle and its opposite on the material, delta = r nᵀ(theta - omega) the slip of the surface in the tick.
 // Guide rows act on the needle alone: a guide is held from outside.
+//
+// A row may stand in series with a spring of its own, the material that the mesh does not resolve: delta is then what
+// is left for the law,
+//
+//   delta = W lambda + delta_free + c lambda,
+//
+// and a row on displacements takes what the spring already bore off its gap, c lambda_n with lambda_n the force at the
+// start of the tick. The spring stores c lambda²/2, which comes back in full while the law sticks. In contrast to a
+// law's compliance, which is a foundation under a bilateral row, this one is part of W for the solver and goes with any
+// law.
 #pragma once
 
 #include <span>
@@ -43,6 +53,7 @@ struct Row {
   double softness = 0;          // -, tip_lateral, lateral: compliance over the mean W of the pair, on top of
                                 // the law's own
   double radius = 0;            // r (m), torsion only
+  double compliance = 0;        // c (m/N), >= 0, of the spring in series
 };
 
 class Rows {

@@ -148,7 +148,7 @@ struct Simulation::World {
   NeedleView needle_view(int i) const { return {needle_models[i], start_shapes[i], motions[i].shape(), h}; }
   TissueView tissue_view() const {
     return {mesh, surface, borders, scene.tissue.regions, interactions,
-            element_sizes, regions, tissue.x, tissue_motion.x()};
+            element_sizes, regions, tissue.x, tissue_motion.x(), scene.tissue.local_compliance};
   }
   int needles() const { return static_cast<int>(scene.needles.size()); }
   bool iterates() const { return scene.tissue.rung == TissueRung::refined || scene.tissue.rung == TissueRung::exact; }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "server/math/rotation.h"
+#include "server/simulation/local_compliance.h"
 
 namespace acus {
 
@@ -23,6 +24,21 @@ double TissueView::lateral_compliance(const MaterialPoint& p, double d) const {
   const Region& r = tissue_regions[region(p)];
   if (r.interaction.foundation_stiffness) return 1 / *r.interaction.foundation_stiffness;
   return foundation_compliance(r.material, element_sizes[p.tetrahedron], d);
+}
+
+double TissueView::axial_compliance(const MaterialPoint& p, double d) const {
+  if (local_compliance == LocalCompliance::lateral) return 0;
+  return acus::axial_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d);
+}
+
+double TissueView::surface_compliance(const MaterialPoint& p, double d, double f) const {
+  if (local_compliance != LocalCompliance::all) return 0;
+  return acus::surface_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, f);
+}
+
+double TissueView::tip_compliance(const MaterialPoint& p, double d, double f) const {
+  if (local_compliance != LocalCompliance::all) return 0;
+  return acus::tip_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, f);
 }
 
 Vector3 NeedleView::turned(const CurvePoint& point) const {

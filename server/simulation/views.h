@@ -22,6 +22,7 @@ struct TissueView {
   std::span<const int> regions;               // per tetrahedron
   const Matrix3X& x_start;                    // at the start of the tick (m)
   const Matrix3X& x;                          // x_k
+  LocalCompliance local_compliance = LocalCompliance::lateral;
 
   int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
   const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
@@ -32,6 +33,11 @@ struct TissueView {
   std::optional<Vector3> border_normal(const MaterialPoint& p) const;
   // Of the tissue beside a shaft of diameter d (m): m²/N, see foundation_compliance().
   double lateral_compliance(const MaterialPoint& p, double d) const;
+  // Along the same shaft, m²/N, zero where the scene leaves it out; see local_compliance.h.
+  double axial_compliance(const MaterialPoint& p, double d) const;
+  // Of the tissue under a tip on a surface, or ahead of one inside, that bears f (N) at most: m/N, likewise.
+  double surface_compliance(const MaterialPoint& p, double d, double f) const;
+  double tip_compliance(const MaterialPoint& p, double d, double f) const;
   Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
   Vector3 position(const TissuePoint& p) const { return tissue_position(mesh, x, p); }
   Vector3 start_position(const MaterialPoint& p) const { return material_position(mesh, x_start, p); }
