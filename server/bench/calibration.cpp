@@ -4,7 +4,7 @@
 #include <Eigen/CholmodSupport>
 #include <stdexcept>
 
-#include "server/models/tissue.h"
+#include "server/models/tissue_assembler.h"
 
 // Present when the BLAS behind CHOLMOD is OpenBLAS.
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
@@ -19,7 +19,8 @@ SparseMatrix tick_matrix(const Simulation& simulation) {
   std::vector<Material> materials;
   for (const Region& region : scene.tissue.regions) materials.push_back(region.material);
   const TissueModel model =
-      make_tissue_model(mesh, simulation.regions(), materials, find_fixed_nodes(scene, mesh), scene.gravity);
+      make_tissue_model(mesh, simulation.regions(), materials, find_fixed_nodes(scene, mesh), scene.gravity,
+                        scene.tissue.element);
   ElementRotations rotations;
   rotations.reset(model);
   SparseMatrix matrix;

@@ -45,20 +45,32 @@ double corotational_energy(const TetrahedronShape<double>& t, const double (&x)[
   return t.volume * (t.mu * squares + 0.5 * t.lambda * trace * trace);
 }
 
+VolumeStrain volume_strain(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]) {
+  const Decomposition d(t, x, q);
+  VolumeStrain strain{d.s[0][0] + d.s[1][1] + d.s[2][2] - 3, {}};
+  for (int i = 0; i < 3; ++i) {
+    for (int a = 0; a < 3; ++a)
+      strain.gradient(i, a + 1) = t.volume * (d.r[i][0] * t.gradient[a][0] + d.r[i][1] * t.gradient[a][1] +
+                                              d.r[i][2] * t.gradient[a][2]);
+    strain.gradient(i, 0) = -(strain.gradient(i, 1) + strain.gradient(i, 2) + strain.gradient(i, 3));
+  }
+  return strain;
+}
+
 Eigen::Matrix<double, 12, 12> corotational_tangent(const TetrahedronShape<double>& t, const double (&x)[4][3],
-                                                   const double (&q)[4], bool exact) {
+                                                   const double (&q)[4], bool exact, double p) {
   const Decomposition d(t, x, q);
   Matrix3 r, s;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) r(i, j) = d.r[i][j], s(i, j) = d.s[i][j];
 
-  // d²psi = 2 mu dF:dF + lambda (R:dF)² + (lambda tr E - 2 mu) dR:dF, and dR:dF = aᵀ G⁻¹ a.
+  // d²psi = 2 mu dF:dF + lambda (R:dF)² + (lambda tr E + p - 2 mu) dR:dF, and dR:dF = aᵀ G⁻¹ a.
   Row9 trace_map;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) trace_map(3 * i + j) = r(i, j);
   const Eigen::Matrix<double, 3, 9> axial = axial_map(r);
   const Matrix3 g = exact ? Matrix3(s.trace() * Matrix3::Identity() - s) : Matrix3(2 * Matrix3::Identity());
-  const double turning = (exact ? t.lambda * (s.trace() - 3) : 0) - 2 * t.mu;
+  const double turning = (exact ? t.lambda * (s.trace() - 3) + p : 0) - 2 * t.mu;
   const Eigen::Matrix<double, 9, 9> c = 2 * t.mu * Eigen::Matrix<double, 9, 9>::Identity() +
                                         t.lambda * trace_map.transpose() * trace_map +
                                         turning * axial.transpose() * g.inverse() * axial;

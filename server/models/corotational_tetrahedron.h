@@ -140,19 +140,34 @@ inline void nodal_forces(const TetrahedronShape<Real>& t, const Real (&r)[3][3],
   }
 }
 
-// force[node][axis] = dPsi/dx (N); q is the element's rotation, updated.
+// force[node][axis] = dPsi/dx (N); q is the element's rotation, updated. Returns theta = tr(E).
 template <class Real>
-inline void corotational_forces(const TetrahedronShape<Real>& t, const Real (&x)[4][3], Real (&q)[4],
+inline Real corotational_forces(const TetrahedronShape<Real>& t, const Real (&x)[4][3], Real (&q)[4],
                                 Real (&force)[4][3]) {
   Real f[3][3], r[3][3], s[3][3];
   deformation_gradient(t, x, f);
   polar_rotation(f, q, r, s);
   nodal_forces(t, r, s, -1, force);
+  return s[0][0] + s[1][1] + s[2][2] - 3.0;
 }
 
-// force = R K0 Rᵀ u for small displacements u[node][axis] (m) and a rotation q that stays.
+// force = V p dtheta/dx = V p R grad N: what a pressure p (Pa, tension positive) adds, for a rotation q that stays.
 template <class Real>
-inline void turned_stiffness_forces(const TetrahedronShape<Real>& t, const Real (&u)[4][3], const Real (&q)[4],
+inline void pressure_forces(const TetrahedronShape<Real>& t, const Real& p, const Real (&q)[4], Real (&force)[4][3]) {
+  Real r[3][3];
+  quaternion_matrix(q, r);
+  const Real scale = t.volume * p;
+  for (int i = 0; i < 3; ++i) {
+    for (int a = 0; a < 3; ++a)
+      force[a + 1][i] =
+          scale * (r[i][0] * t.gradient[a][0] + r[i][1] * t.gradient[a][1] + r[i][2] * t.gradient[a][2]);
+    force[0][i] = -(force[1][i] + force[2][i] + force[3][i]);
+  }
+}
+
+// force = R K0 Rᵀ u for small displacements u[node][axis] (m) and a rotation q that stays. Returns dtheta/dx u.
+template <class Real>
+inline Real turned_stiffness_forces(const TetrahedronShape<Real>& t, const Real (&u)[4][3], const Real (&q)[4],
                                     Real (&force)[4][3]) {
   Real f[3][3], r[3][3], a[3][3], e[3][3];
   deformation_gradient(t, u, f);
@@ -161,14 +176,23 @@ inline void turned_stiffness_forces(const TetrahedronShape<Real>& t, const Real 
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) e[i][j] = 0.5 * (a[i][j] + a[j][i]);
   nodal_forces(t, r, e, 0, force);
+  return e[0][0] + e[1][1] + e[2][2];
 }
 
 // The energy Psi (J) at node positions x, with the rotation found from the warm start q.
 double corotational_energy(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]);
 
-// Second derivative of Psi (N/m), unknowns in the order node * 3 + axis. `exact` gives the Hessian, which can be
-// indefinite under compression; otherwise R K Rᵀ, the rest stiffness turned with the element, always semidefinite.
+// theta = tr(E) with the rotation found from the warm start q, and V dtheta/dx = V R grad N (m²), one column per node.
+struct VolumeStrain {
+  double value;
+  Eigen::Matrix<double, 3, 4> gradient;
+};
+VolumeStrain volume_strain(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]);
+
+// Second derivative of Psi + V p theta for a pressure p that stays (Pa), in N/m; unknowns in the order node * 3 + axis.
+// `exact` gives the Hessian, which can be indefinite under compression; otherwise R K Rᵀ, the rest stiffness turned with
+// the element, always semidefinite, whatever p is.
 Eigen::Matrix<double, 12, 12> corotational_tangent(const TetrahedronShape<double>& t, const double (&x)[4][3],
-                                                   const double (&q)[4], bool exact);
+                                                   const double (&q)[4], bool exact, double p = 0);
 
 }  // namespace acus

@@ -7,19 +7,25 @@ namespace acus {
 
 RestStiffness::RestStiffness(const TissueModel& model) : mesh_(*model.mesh) {
   std::vector<std::map<int, Matrix3>> rows(static_cast<std::size_t>(model.nodes()));
+  const auto add = [&](int i, int j, const Matrix3& k) {  // i <= j
+    rows[i].try_emplace(j, Matrix3::Zero()).first->second += k;
+  };
+  PatchGradients patches(model.pressure);
   const double unturned[4] = {1, 0, 0, 0};
   for (int t = 0; t < mesh_.tetrahedron_count(); ++t) {
     const auto& nodes = mesh_.tetrahedra[t];
     double x[4][3];
-    for (int a = 0; a < 4; ++a)
-      for (int i = 0; i < 3; ++i) x[a][i] = mesh_.nodes(i, nodes[a]);
+    gather_nodes(mesh_.nodes, nodes, x);
     const Eigen::Matrix<double, 12, 12> k = corotational_tangent(model.elements[t], x, unturned, false);
     for (int a = 0; a < 4; ++a)
       for (int b = 0; b < 4; ++b) {
         if (nodes[a] > nodes[b]) continue;
-        rows[nodes[a]].try_emplace(nodes[b], Matrix3::Zero()).first->second += k.block<3, 3>(3 * a, 3 * b);
+        add(nodes[a], nodes[b], k.block<3, 3>(3 * a, 3 * b));
       }
+    if (model.pressure.patches() > 0)
+      patches.add(t, nodes, volume_strain(model.elements[t], x, unturned).gradient);
   }
+  patches.for_each_block([&](int i, int j, const Matrix3& k, double) { add(j, i, k.transpose()); });
   for (const auto& row : rows) {
     start_.push_back(static_cast<int>(blocks_.size()));
     for (const auto& [column, k] : row) {

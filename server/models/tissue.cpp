@@ -23,6 +23,20 @@ TetrahedronShape<double> make_element(const TetrahedralMesh& mesh, int t, const 
   return shape;
 }
 
+// Leaves to the elements their share of lambda and gives the rest to the nodes.
+void average_pressure(TissueModel& model, std::span<const int> region_of, std::size_t regions) {
+  std::vector<double> volumes, modulus(regions, 0.0), damping(regions, 0.0);
+  for (std::size_t t = 0; t < model.elements.size(); ++t) {
+    TetrahedronShape<double>& shape = model.elements[t];
+    const double share = std::min(shape.lambda, NodalPressure::kElementShare * shape.mu);
+    volumes.push_back(shape.volume);
+    modulus[region_of[t]] = shape.lambda - share;
+    damping[region_of[t]] = model.rayleigh_stiffness[t];
+    shape.lambda = share;
+  }
+  model.pressure = make_nodal_pressure(*model.mesh, region_of, volumes, modulus, damping);
+}
+
 void fill_lane(ElementBatch& batch, int lane, const TetrahedronShape<double>& s, const std::array<int, 4>& nodes) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) batch.shape.gradient[i][j][lane] = s.gradient[i][j];
@@ -44,16 +58,11 @@ std::vector<ElementBatch> make_batches(const TissueModel& model) {
   return batches;
 }
 
-void gather(const Matrix3X& x, const std::array<int, 4>& nodes, double (&out)[4][3]) {
-  for (int k = 0; k < 4; ++k)
-    for (int i = 0; i < 3; ++i) out[k][i] = x(i, nodes[k]);
-}
-
 }  // namespace
 
 TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> region_of,
                               std::span<const Material> materials, const std::vector<bool>& fixed,
-                              const Vector3& gravity) {
+                              const Vector3& gravity, TissueElement element) {
   TissueModel model;
   model.mesh = &mesh;
   model.gravity = gravity;
@@ -69,6 +78,7 @@ TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> 
       model.mass_damping[node] += material.rayleigh_mass * quarter;
     }
   }
+  if (element == TissueElement::nodal_pressure) average_pressure(model, region_of, materials.size());
   model.batches = make_batches(model);
   for (std::size_t b = 0; b < model.batches.size(); ++b) {
     Lanes& damping = model.batch_damping.emplace_back();
@@ -95,18 +105,26 @@ void ElementRotations::reset(const TissueModel& model) {
   }
   x.setZero(4, model.nodes());
   forces.setZero(4, model.nodes());
+  patches.setZero(model.pressure.patches());
 }
 
 namespace {
 
-// Nodal forces of all elements from nodal vectors: element(batch number, nodal vectors, forces) does eight at a time.
+void add_to_nodes(const ElementBatch& batch, const Lanes (&force)[4][3], double* total) {
+  Quad quads[kLanes];
+  for (int k = 0; k < 4; ++k) {
+    transpose(force[k][0], force[k][1], force[k][2], Lanes{}, quads);
+    for (int lane = 0; lane < kLanes; ++lane) add_quad(total + 4 * batch.nodes[k][lane], quads[lane]);
+  }
+}
+
+// Nodal forces of all elements from nodal vectors, into scratch.forces: element(batch number, nodal vectors, forces)
+// does eight at a time.
 template <class Element>
-void sum_over_elements(const TissueModel& model, const Matrix3X& x, ElementRotations& scratch, Matrix3X& forces,
-                       Element element) {
+void sum_over_elements(const TissueModel& model, const Matrix3X& x, ElementRotations& scratch, Element element) {
   scratch.x.topRows<3>() = x;
   scratch.forces.setZero();
   const double* position = scratch.x.data();
-  double* total = scratch.forces.data();
   for (std::size_t b = 0; b < model.batches.size(); ++b) {
     const ElementBatch& batch = model.batches[b];
     Lanes local[4][3], force[4][3];
@@ -118,39 +136,72 @@ void sum_over_elements(const TissueModel& model, const Matrix3X& x, ElementRotat
       for (int i = 0; i < 3; ++i) local[k][i] = axes[i];
     }
     element(b, local, force);
-    for (int k = 0; k < 4; ++k) {
-      transpose(force[k][0], force[k][1], force[k][2], Lanes{}, quads);
-      for (int lane = 0; lane < kLanes; ++lane) add_quad(total + 4 * batch.nodes[k][lane], quads[lane]);
-    }
+    add_to_nodes(batch, force, scratch.forces.data());
   }
-  forces = scratch.forces.topRows<3>();
+}
+
+// The same for elements that return their volume strain, to which the patches then answer.
+template <class Element>
+void sum_with_patches(const TissueModel& model, const Matrix3X& x, ElementRotations& scratch, bool damping,
+                      Element element) {
+  const NodalPressure& pressure = model.pressure;
+  VectorX& patches = scratch.patches;
+  patches.setZero();
+  sum_over_elements(model, x, scratch, [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
+    add_volume_change(pressure, b, model.batches[b].shape.volume * element(b, local, force), patches);
+  });
+  patches.array() *= pressure.modulus.array() / pressure.volume.array();
+  if (damping) patches.array() *= pressure.damping.array();
+  for (std::size_t b = 0; b < model.batches.size(); ++b) {
+    Lanes force[4][3];
+    pressure_forces(model.batches[b].shape, mean_pressure(pressure, b, patches), scratch.batches[b].q, force);
+    add_to_nodes(model.batches[b], force, scratch.forces.data());
+  }
 }
 
 }  // namespace
 
 void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces) {
-  sum_over_elements(model, x, rotations, forces, [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
-    corotational_forces(model.batches[b].shape, local, rotations.batches[b].q, force);
-  });
+  const auto element = [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
+    return corotational_forces(model.batches[b].shape, local, rotations.batches[b].q, force);
+  };
+  if (model.pressure.patches() == 0) {
+    sum_over_elements(model, x, rotations, element);
+  } else {
+    sum_with_patches(model, x, rotations, false, element);
+  }
+  forces = rotations.forces.topRows<3>();
 }
 
 void damping_forces(const TissueModel& model, const Matrix3X& v, ElementRotations& rotations, Matrix3X& forces) {
-  sum_over_elements(model, v, rotations, forces, [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
-    turned_stiffness_forces(model.batches[b].shape, local, rotations.batches[b].q, force);
+  const auto element = [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
+    const Lanes rate = turned_stiffness_forces(model.batches[b].shape, local, rotations.batches[b].q, force);
     for (auto& node : force)
       for (Lanes& component : node) component *= model.batch_damping[b];
-  });
+    return rate;
+  };
+  if (model.pressure.patches() == 0) {
+    sum_over_elements(model, v, rotations, element);
+  } else {
+    sum_with_patches(model, v, rotations, true, element);
+  }
+  forces = rotations.forces.topRows<3>();
 }
 
 double elastic_energy(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations) {
+  const NodalPressure& pressure = model.pressure;
+  VectorX volume_change = VectorX::Zero(pressure.patches());
   double energy = 0;
   for (int t = 0; t < model.mesh->tetrahedron_count(); ++t) {
     double local[4][3], q[4];
-    gather(x, model.mesh->tetrahedra[t], local);
+    gather_nodes(x, model.mesh->tetrahedra[t], local);
     rotations.element(t, q);
     energy += corotational_energy(model.elements[t], local, q);
+    if (pressure.patches() == 0) continue;
+    const double change = model.elements[t].volume * volume_strain(model.elements[t], local, q).value;
+    for (const int patch : pressure.of_element[t]) volume_change[patch] += change / 4;
   }
-  return energy;
+  return energy + (pressure.modulus.array() / pressure.volume.array() * volume_change.array().square()).sum() / 2;
 }
 
 double kinetic_energy(const TissueModel& model, const TissueState& state) {
@@ -190,77 +241,6 @@ void node_rotations(const TissueModel& model, const ElementRotations& rotations,
       for (int lane = 0; lane < kLanes; ++lane) add_quad(total + 4 * batch.nodes[k][lane], weighted[lane]);
   }
   normalize(q);
-}
-
-namespace {
-
-// Unknown of local coordinate a (node * 3 + axis) of a tetrahedron, -1 where its node is fixed.
-int unknown_of(const TissueModel& model, const std::array<int, 4>& nodes, int a) {
-  const int free = model.free_index[nodes[a / 3]];
-  return free < 0 ? -1 : 3 * free + a % 3;
-}
-
-// Calls visit(index in the packed triangle, a, b) for a >= b.
-template <class Visit>
-void for_lower_triangle(Visit visit) {
-  int index = 0;
-  for (int a = 0; a < 12; ++a)
-    for (int b = 0; b <= a; ++b) visit(index++, a, b);
-}
-
-int position_in(const SparseMatrix& matrix, int row, int column) {
-  const int* begin = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column];
-  const int* end = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column + 1];
-  return static_cast<int>(std::lower_bound(begin, end, row) - matrix.innerIndexPtr());
-}
-
-}  // namespace
-
-TissueAssembler::TissueAssembler(const TissueModel& model) : model_(model) {
-  const int n = model.unknowns();
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int i = 0; i < n; ++i) entries.emplace_back(i, i, 0.0);
-  for (const auto& nodes : model.mesh->tetrahedra)
-    for_lower_triangle([&](int, int a, int b) {
-      const int row = unknown_of(model, nodes, a), column = unknown_of(model, nodes, b);
-      if (row >= 0 && column >= 0) entries.emplace_back(std::max(row, column), std::min(row, column), 0.0);
-    });
-  pattern_.resize(n, n);
-  pattern_.setFromTriplets(entries.begin(), entries.end());
-
-  for (const auto& nodes : model.mesh->tetrahedra) {
-    auto& positions = positions_.emplace_back();
-    for_lower_triangle([&](int index, int a, int b) {
-      const int row = unknown_of(model, nodes, a), column = unknown_of(model, nodes, b);
-      positions[index] =
-          row < 0 || column < 0 ? -1 : position_in(pattern_, std::max(row, column), std::min(row, column));
-    });
-  }
-  for (int i = 0; i < n; ++i) diagonal_.push_back(position_in(pattern_, i, i));
-}
-
-void TissueAssembler::assemble(const Matrix3X& x, const ElementRotations& rotations, Tangent tangent,
-                               const MatrixFactors& factors, SparseMatrix& matrix) const {
-  if (matrix.nonZeros() != pattern_.nonZeros()) matrix = pattern_;
-  double* values = matrix.valuePtr();
-  std::fill_n(values, matrix.nonZeros(), 0.0);
-  const Matrix3X& where = tangent == Tangent::rest ? model_.mesh->nodes : x;
-  for (int t = 0; t < model_.mesh->tetrahedron_count(); ++t) {
-    double local[4][3], q[4] = {1, 0, 0, 0};
-    gather(where, model_.mesh->tetrahedra[t], local);
-    if (tangent != Tangent::rest) rotations.element(t, q);
-    const double factor = factors.stiffness + factors.stiffness_damping * model_.rayleigh_stiffness[t];
-    const Eigen::Matrix<double, 12, 12> k =
-        corotational_tangent(model_.elements[t], local, q, tangent == Tangent::exact);
-    for_lower_triangle([&](int index, int a, int b) {
-      if (positions_[t][index] >= 0) values[positions_[t][index]] += factor * k(a, b);
-    });
-  }
-  for (std::size_t f = 0; f < model_.free_nodes.size(); ++f) {
-    const int node = model_.free_nodes[f];
-    const double d = factors.mass * model_.mass[node] + factors.mass_damping * model_.mass_damping[node];
-    for (std::size_t i = 0; i < 3; ++i) values[diagonal_[3 * f + i]] += d;
-  }
 }
 
 }  // namespace acus

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Soft tissue: corotational linear tetrahedra (corotational_tetrahedron.h), lumped masses, Rayleigh damping per region,
-// gravity, fixed nodes. Unknowns are the free nodes' displacements, three per node, numbered 3 * free_index + axis.
+// Soft tissue: corotational linear tetrahedra (corotational_tetrahedron.h), with or without nodal pressures
+// (nodal_pressure.h), lumped masses, Rayleigh damping per region, gravity, fixed nodes. Unknowns are the free nodes'
+// displacements, three per node, numbered 3 * free_index + axis.
 #pragma once
 
 #include <array>
 #include <span>
 #include <vector>
 
-#include "server/math/sparse_cholesky.h"
 #include "server/math/types.h"
 #include "server/models/corotational_tetrahedron.h"
 #include "server/models/material.h"
+#include "server/models/nodal_pressure.h"
 #include "server/models/tetrahedral_mesh.h"
+#include "server/models/tissue_element.h"
 
 namespace acus {
 
@@ -26,8 +28,9 @@ struct ElementBatch {
 // Constant after load.
 struct TissueModel {
   const TetrahedralMesh* mesh = nullptr;             // not owned; world placement
-  std::vector<TetrahedronShape<double>> elements;    // per tetrahedron
+  std::vector<TetrahedronShape<double>> elements;    // per tetrahedron; lambda without what `pressure` has of it
   std::vector<ElementBatch> batches;
+  NodalPressure pressure;
   std::vector<double> rayleigh_stiffness;            // beta per tetrahedron (s)
   std::vector<Lanes> batch_damping;                  // the same per batch
   VectorX mass;                                      // per node (kg)
@@ -43,7 +46,13 @@ struct TissueModel {
 // `region_of` per tetrahedron indexes `materials`; `fixed` per node. The mesh must outlive the model.
 TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> region_of,
                               std::span<const Material> materials, const std::vector<bool>& fixed,
-                              const Vector3& gravity);
+                              const Vector3& gravity, TissueElement element = TissueElement::linear);
+
+// out[node][axis]: the columns of x at the nodes of a tetrahedron.
+inline void gather_nodes(const Matrix3X& x, const std::array<int, 4>& nodes, double (&out)[4][3]) {
+  for (std::size_t k = 0; k < 4; ++k)
+    for (int i = 0; i < 3; ++i) out[k][i] = x(i, nodes[k]);
+}
 
 struct TissueState {
   Matrix3X x;  // 3 x nodes (m), world
@@ -59,6 +68,7 @@ struct ElementRotations {
   };
   std::vector<Batch> batches;
   Matrix4X x, forces;  // scratch of elastic_forces(): four numbers per node, the last unused
+  VectorX patches;     // scratch: per patch, its change of volume (m³), then its pressure (Pa)
 
   void reset(const TissueModel& model);
   void element(int tetrahedron, double (&q)[4]) const {
@@ -82,38 +92,5 @@ double potential_energy(const TissueModel& model, const TissueState& state);
 
 // Rotation of every node, the volume-weighted mean of its elements' (4 x nodes, w x y z).
 void node_rotations(const TissueModel& model, const ElementRotations& rotations, Matrix4X& q);
-
-// Which element stiffness a matrix is made of.
-enum class Tangent { rest, turned, exact };  // K0, R K0 Rᵀ, Hessian
-
-// A sum over the elements, restricted to the free unknowns, lower triangle:
-//   mass M + mass_damping alpha M + stiffness K + stiffness_damping beta K
-struct MatrixFactors {
-  double mass = 0;
-  double mass_damping = 0;
-  double stiffness = 0;
-  double stiffness_damping = 0;
-};
-
-// Of a tick's matrix M/h² + B/h + K.
-constexpr MatrixFactors tick_factors(double h) {
-  return {.mass = 1 / (h * h), .mass_damping = 1 / h, .stiffness = 1, .stiffness_damping = 1 / h};
-}
-
-// Such matrices, all of one pattern, found once.
-class TissueAssembler {
- public:
-  explicit TissueAssembler(const TissueModel& model);
-
-  // Overwrites `matrix`, which must be empty or come from this assembler.
-  void assemble(const Matrix3X& x, const ElementRotations& rotations, Tangent tangent, const MatrixFactors& factors,
-                SparseMatrix& matrix) const;
-
- private:
-  const TissueModel& model_;
-  SparseMatrix pattern_;                        // lower triangle, zeros
-  std::vector<std::array<int, 78>> positions_;  // per element: where the lower triangle of its 12 x 12 goes, -1: nowhere
-  std::vector<int> diagonal_;                   // per unknown
-};
 
 }  // namespace acus

@@ -9,14 +9,16 @@ namespace acus {
 
 namespace {
 
-// The free nodes of tetrahedra that have a fixed node.
+// The free nodes of tetrahedra and patches that have a fixed node.
 std::vector<int> nodes_beside_supports(const TissueModel& model) {
   std::vector<bool> beside(static_cast<std::size_t>(model.nodes()));
-  for (const auto& nodes : model.mesh->tetrahedra) {
+  const auto mark = [&](std::span<const int> nodes) {
     const auto is_fixed = [&](int node) { return model.free_index[node] < 0; };
-    if (std::none_of(nodes.begin(), nodes.end(), is_fixed)) continue;
+    if (std::none_of(nodes.begin(), nodes.end(), is_fixed)) return;
     for (const int node : nodes) beside[node] = beside[node] || !is_fixed(node);
-  }
+  };
+  for (const auto& nodes : model.mesh->tetrahedra) mark(nodes);
+  for (int patch = 0; patch < model.pressure.patches(); ++patch) mark(model.pressure.nodes_of(patch));
   std::vector<int> list;
   for (const int node : model.free_nodes)
     if (beside[node]) list.push_back(node);

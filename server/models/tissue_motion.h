@@ -25,6 +25,7 @@
 #include "server/models/material_point.h"
 #include "server/models/rest_stiffness.h"
 #include "server/models/tissue.h"
+#include "server/models/tissue_assembler.h"
 #include "server/models/tissue_rows.h"
 
 namespace acus {
@@ -119,7 +120,7 @@ class TissueMotion {
   std::optional<TissueRows> rows_;       // made once there is a factor
   SparseMatrix damping_;                 // refactorized: beta K of this tick, lower triangle
   SparseMatrix system_;                  // refactorized: A
-  std::vector<int> beside_supports_;     // free nodes that share a tetrahedron with a fixed one
+  std::vector<int> beside_supports_;     // free nodes that a matrix entry couples to a fixed one
   std::vector<Matrix3> damping_sums_;    // for each of them, sum over free rows of beta K0
   Vector3 weight_;                       // of the free nodes (N)
   Matrix3X x_;                           // x_k

@@ -16,6 +16,7 @@
 #include "server/math/types.h"
 #include "server/models/material.h"
 #include "server/models/tetrahedral_mesh.h"
+#include "server/models/tissue_element.h"
 
 namespace acus {
 
@@ -123,9 +124,6 @@ struct GmshMesh {
 
 // How the tissue is solved; see section "rungs" of MODEL.md.
 enum class TissueRung { none, linear, warped, refined, exact };
-
-// What a tetrahedron's volume change means; see section "Elements" of MODEL.md.
-enum class TissueElement { linear, nodal_pressure };
 
 // Which of the give around a needle that larger elements cannot resolve is added to its rows: that across the shaft
 // (where a region has no foundation_stiffness of its own), also along it, also ahead of the tip.

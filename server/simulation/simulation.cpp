@@ -206,7 +206,8 @@ Simulation::World::World(const Scene& s, const Progress& progress)
       interactions(interactions_of(s)),
       element_sizes(element_sizes_of(mesh)),
       tissue_model(announced(progress, "elements", [&] {
-        return make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity);
+        return make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity,
+                                 s.tissue.element);
       })),
       surface(announced(progress, "surfaces", [&] { return Surface(mesh); })),
       borders(s.tissue, mesh, regions),

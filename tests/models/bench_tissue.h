@@ -5,19 +5,20 @@
 #include <functional>
 #include <vector>
 
-#include "server/models/tissue.h"
+#include "server/models/tissue_assembler.h"
 
 namespace acus {
 
 // The mesh must outlive the model.
 inline TissueModel bench_tissue(const TetrahedralMesh& mesh, const Material& material,
                                 const std::function<bool(const Vector3&)>& is_fixed = nullptr,
-                                const Vector3& gravity = Vector3::Zero()) {
+                                const Vector3& gravity = Vector3::Zero(),
+                                TissueElement element = TissueElement::linear) {
   const std::vector<int> region(mesh.tetrahedra.size(), 0);
   std::vector<bool> fixed(static_cast<std::size_t>(mesh.node_count()), false);
   if (is_fixed)
     for (int i = 0; i < mesh.node_count(); ++i) fixed[static_cast<std::size_t>(i)] = is_fixed(mesh.nodes.col(i));
-  return make_tissue_model(mesh, region, {&material, 1}, fixed, gravity);
+  return make_tissue_model(mesh, region, {&material, 1}, fixed, gravity, element);
 }
 
 inline Material undamped_material() {

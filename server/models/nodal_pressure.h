@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Element `nodal_pressure`: linear tetrahedra that do not lock. A linear tetrahedron has one volume change, and a mesh
+// has five to six times as many of them as nodes: as nu -> 0.5 they forbid nearly every displacement. Here most of the
+// bulk stiffness answers the mean volume change around a node instead, of which there is one per node:
+//
+//   Psi = sum_e V_e (mu |E_e|² + lambda_s/2 theta_e²) + sum_a V_a (lambda - lambda_s)/2 theta_a²
+//   theta_e = tr E_e,   V_a = sum_e V_e/4,   theta_a = sum_e (V_e/4) theta_e / V_a,   over the elements e around node a
+//
+// With the pressures p_a = (lambda - lambda_s) theta_a (tension positive) its gradient is that of the element with one
+// term more, P_e = R (2 mu E + (lambda_s theta_e + p_e) I), p_e the mean of the four p_a, and its second derivative
+//
+//   K = K_e(lambda_s) + sum_a (lambda - lambda_s)/V_a g_a g_aᵀ + sum_e V_e p_e d²theta_e,   g_a = sum_e (V_e/4) dtheta_e
+//
+// so the energy is never above that of the linear element, a linear displacement is answered alike, forces balance
+// element by element, and nodes couple that share the surroundings of a node (two edges apart).
+// [Bonet, Burton 1998, "A simple average nodal pressure tetrahedral element for incompressible and nearly incompressible
+// dynamic explicit applications", there with the volume ratio instead of tr E; Puso, Solberg 2006, "A stabilized nodally
+// integrated tetrahedral", for the part that stays with the elements]
+//
+// A patch is a node within one region: at a border each region has its own mean, so that a stiff inclusion keeps its
+// pressure to itself.
+//
+// The share of the elements, lambda_s = min(lambda, kElementShare mu), stands against displacements that change the
+// elements' volumes but no node's mean.
+//
+// Limits: pressures are not smooth from node to node where loads are not (there is no inf-sup bound: the smallest
+// singular value of the nodal divergence falls with the element size); displacements are.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "server/math/lanes.h"
+#include "server/math/types.h"
+#include "server/models/tetrahedral_mesh.h"
+
+namespace acus {
+
+// Constant after load. Without patches for element `linear`.
+struct NodalPressure {
+  static constexpr double kElementShare = 1;  // lambda_s / mu, of larger lambda
+
+  // The patches of the nodes of a batch of elements.
+  struct Batch {
+    int patches[4][kLanes];
+  };
+
+  VectorX volume;                              // per patch: V_a (m³)
+  VectorX modulus;                             // per patch: lambda - lambda_s (Pa)
+  VectorX damping;                             // per patch: beta (s)
+  std::vector<std::array<int, 4>> of_element;  // per tetrahedron: the patches of its nodes
+  std::vector<Batch> batches;
+  std::vector<int> first_node;                 // per patch, of its nodes in `nodes`; the end behind the last
+  std::vector<int> nodes;                      // of each patch's elements, ascending
+
+  int patches() const { return static_cast<int>(volume.size()); }
+  std::span<const int> nodes_of(int patch) const {
+    return std::span(nodes).subspan(static_cast<std::size_t>(first_node[patch]),
+                                    static_cast<std::size_t>(first_node[patch + 1] - first_node[patch]));
+  }
+};
+
+// `region_of` and `volumes` (m³) per tetrahedron, `modulus` (Pa) and `damping` (s) per region. No patches where every
+// modulus is zero.
+NodalPressure make_nodal_pressure(const TetrahedralMesh& mesh, std::span<const int> region_of,
+                                  const std::vector<double>& volumes, const std::vector<double>& modulus,
+                                  const std::vector<double>& damping);
+
+// sums[a] += V_e/4 theta_e for the elements of a batch, volume_change = V_e theta_e (m³).
+void add_volume_change(const NodalPressure& model, std::size_t batch, const Lanes& volume_change, VectorX& sums);
+
+// The mean pressure p_e (Pa) of the elements of a batch from those of the patches.
+Lanes mean_pressure(const NodalPressure& model, std::size_t batch, const VectorX& pressures);
+double mean_pressure(const NodalPressure& model, int tetrahedron, const VectorX& pressures);
+
+// The vectors g_a of a configuration.
+class PatchGradients {
+ public:
+  explicit PatchGradients(const NodalPressure& model);
+
+  void clear() { columns_.setZero(); }
+  // Adds an element's share; `gradient` = V_e dtheta_e/dx (m²), one column for each of its nodes.
+  void add(int tetrahedron, const std::array<int, 4>& nodes, const Eigen::Matrix<double, 3, 4>& gradient);
+
+  // Calls visit(i, j, (lambda - lambda_s)/V_a g_i g_jᵀ in N/m, beta) for every pair i >= j of a patch's nodes.
+  template <class Visit>
+  void for_each_block(Visit visit) const {
+    for (int patch = 0; patch < model_.patches(); ++patch) {
+      if (model_.modulus[patch] == 0) continue;
+      const auto nodes = model_.nodes_of(patch);
+      const auto g = columns_.middleCols(model_.first_node[patch], static_cast<Eigen::Index>(nodes.size()));
+      const double factor = model_.modulus[patch] / model_.volume[patch];
+      for (int i = 0; i < static_cast<int>(nodes.size()); ++i)
+        for (int j = 0; j <= i; ++j)
+          visit(nodes[i], nodes[j], Matrix3(factor * g.col(i) * g.col(j).transpose()), model_.damping[patch]);
+    }
+  }
+
+ private:
+  const NodalPressure& model_;
+  Matrix3X columns_;  // of all patches, numbered like NodalPressure::nodes (m²)
+};
+
+}  // namespace acus
