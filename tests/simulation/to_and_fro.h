@@ -19,6 +19,7 @@ struct WatchedScene {
   double depth;
   bool rigid = false;          // all needles
   bool second_needle = false;  // 15 mm beside the first
+  TissueElement element = TissueElement::linear;
 };
 
 inline constexpr std::array kWatchedScenes{
@@ -28,6 +29,7 @@ inline constexpr std::array kWatchedScenes{
     WatchedScene{"through", 0.06},                // out on the other side and back
     WatchedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true},
     WatchedScene{.name = "insertion_pullback", .depth = 0.02, .second_needle = true},
+    WatchedScene{.name = "inclusion_soft_needle", .depth = 0.02, .element = TissueElement::nodal_pressure},
 };
 
 // Ways to solve a scene. Rung `exact` factorises in every tick, where CHOLMOD asks for memory.
@@ -57,6 +59,7 @@ inline void add_second_needle(Scene& scene) {
 inline Scene load_watched(const WatchedScene& watched, const WatchedWay& way) {
   Scene scene = read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/" + watched.name + ".yaml");
   scene.tissue.rung = way.rung;
+  scene.tissue.element = watched.element;
   scene.laws.solver = way.solver;
   if (watched.rigid) scene.needles[0].rung = NeedleRung::rigid;
   if (watched.second_needle) add_second_needle(scene);
