@@ -12,8 +12,9 @@
 // J = I_y + I_z = 1/6 (no warping) or Saint-Venant's 0.1406.
 //
 // They disagree by up to 0.6 in a coordinate: about 8 elements each, and different torsion of the square section,
-// J = I_y + I_z = 1/6 (no warping) or Saint-Venant's 0.1406. The limit of fine beams is therefore taken from Kirchhoff's
-// equations of the rod, integrated here by shooting (S. S. Antman, "Nonlinear Problems of Elasticity", 2005, ch. 8).
+// J = I_y + I_z = 1/6 (no warping) or Saint-Venant's 0.1406. The limit of fine beams is therefore taken from
+// Kirchhoff's equations of the rod, integrated here by shooting (S. S. Antman, "Nonlinear Problems of Elasticity",
+// 2005, ch. 8).
 //
 // What differs here. A circular section bends alike in all directions, as the square does, and has GJ = EI for nu = 0,
 // which is the J = 1/6 of the square: both are met exactly. EA is set to that of the square (a circle of the same I has
@@ -109,20 +110,25 @@ struct Published {
   Vector3 tip;
 };
 
-const Published kPublished[] = {
-    {"Bathe and Bolourchi 1979", 300, {22.5, 59.2, 39.5}},    {"Bathe and Bolourchi 1979", 600, {15.9, 47.2, 53.4}},
-    {"Simo and Vu-Quoc 1986", 300, {22.33, 58.84, 40.08}},    {"Simo and Vu-Quoc 1986", 450, {18.62, 52.32, 48.39}},
-    {"Simo and Vu-Quoc 1986", 600, {15.79, 47.23, 53.37}},    {"Cardona and Geradin 1988", 300, {22.14, 58.64, 40.35}},
-    {"Cardona and Geradin 1988", 450, {18.38, 52.11, 48.59}}, {"Cardona and Geradin 1988", 600, {15.55, 47.04, 53.50}},
-    {"Crisfield 1990", 300, {22.16, 58.53, 40.53}},           {"Crisfield 1990", 450, {18.43, 51.93, 48.79}},
-    {"Crisfield 1990", 600, {15.61, 46.84, 53.71}}};
+const Published kPublished[] = {{"Bathe and Bolourchi 1979", 300, {22.5, 59.2, 39.5}},
+                                {"Bathe and Bolourchi 1979", 600, {15.9, 47.2, 53.4}},
+                                {"Simo and Vu-Quoc 1986", 300, {22.33, 58.84, 40.08}},
+                                {"Simo and Vu-Quoc 1986", 450, {18.62, 52.32, 48.39}},
+                                {"Simo and Vu-Quoc 1986", 600, {15.79, 47.23, 53.37}},
+                                {"Cardona and Geradin 1988", 300, {22.14, 58.64, 40.35}},
+                                {"Cardona and Geradin 1988", 450, {18.38, 52.11, 48.59}},
+                                {"Cardona and Geradin 1988", 600, {15.55, 47.04, 53.50}},
+                                {"Crisfield 1990", 300, {22.16, 58.53, 40.53}},
+                                {"Crisfield 1990", 450, {18.43, 51.93, 48.79}},
+                                {"Crisfield 1990", 600, {15.61, 46.84, 53.71}}};
 
 TEST_CASE("the 45-degree bend ends within the scatter of the published tips") {
   Vector3 found[3];
   for (int i = 0; i < 3; ++i) found[i] = tip(64, 300 + 150 * i);
   for (const Published& p : kPublished) {
     const Vector3& measured = found[static_cast<int>(p.load - 300) / 150];
-    const std::string name = "45° bend, " + std::string(p.author) + ", load " + std::to_string(static_cast<int>(p.load));
+    const std::string name =
+        "45° bend, " + std::string(p.author) + ", load " + std::to_string(static_cast<int>(p.load));
     // The oldest figures are as far as 1.0 from Crisfield's, and those as far as 0.45 from the others.
     const double tolerance = p.author == std::string("Bathe and Bolourchi 1979") ? 0.7 : 0.35;
     for (int axis = 0; axis < 3; ++axis)

@@ -25,11 +25,11 @@ NeedleModel cantilever(int beams) {
 struct Elastica {
   double load, shortening, deflection, slope;
 };
-constexpr Elastica kMattiasson[] = {
-    {1, 0.05643, 0.30172, 0.46135}, {2, 0.16064, 0.49346, 0.78175}, {3, 0.25442, 0.60325, 0.98602},
-    {4, 0.32894, 0.66996, 1.12124}, {5, 0.38763, 0.71379, 1.21537}, {6, 0.43459, 0.74457, 1.28370},
-    {7, 0.47293, 0.76737, 1.33496}, {8, 0.50483, 0.78498, 1.37443}, {9, 0.53182, 0.79906, 1.40547},
-    {10, 0.55500, 0.81061, 1.43029}};
+constexpr Elastica kMattiasson[] = {{1, 0.05643, 0.30172, 0.46135}, {2, 0.16064, 0.49346, 0.78175},
+                                    {3, 0.25442, 0.60325, 0.98602}, {4, 0.32894, 0.66996, 1.12124},
+                                    {5, 0.38763, 0.71379, 1.21537}, {6, 0.43459, 0.74457, 1.28370},
+                                    {7, 0.47293, 0.76737, 1.33496}, {8, 0.50483, 0.78498, 1.37443},
+                                    {9, 0.53182, 0.79906, 1.40547}, {10, 0.55500, 0.81061, 1.43029}};
 
 Elastica loaded_cantilever(int beams, double load) {
   const NeedleModel model = cantilever(beams);
@@ -87,8 +87,7 @@ TEST_CASE("an end moment rolls a needle up twice") {
   for (int i = 0; i < 2; ++i) {
     const NeedleModel model = cantilever(i == 0 ? 40 : 80);
     const double couple = 4 * std::numbers::pi * model.stiffness.bending / model.length;
-    const NeedleState state =
-        find_equilibrium(model, {}, tip_load(model, Vector3::Zero(), {0, 0, couple}), 40).state;
+    const NeedleState state = find_equilibrium(model, {}, tip_load(model, Vector3::Zero(), {0, 0, couple}), 40).state;
     const double off = off_polygon(model, state, half_angle(model.stiffness, couple)) / model.length;
     CHECK(agrees("rolled up twice, distance from the discrete polygon / L", 0, off, 1e-9));
     distance[i] = state.x.col(model.beams).norm() / model.length;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The laws' solvers against a dense oracle that tries every combination of pieces of the graphs (laws.h), to seven rows.
+// The laws' solvers against a dense oracle that tries every combination of pieces of the graphs (laws.h), to seven
+// rows.
 //
 // The laws meet their lines in exactly one point, as the graphs are monotone and W is positive definite (R. W. Cottle,
 // J.-S. Pang, R. E. Stone, "The Linear Complementarity Problem", 1992, Theorem 3.1.6: a symmetric positive definite
@@ -61,7 +62,8 @@ class Enumeration {
       chosen_.push_back(piece);
       system_.row(row) = piece.beta * p_.W.row(row).cast<Real>();
       system_(row, row) += piece.alpha;
-      rhs_[row] = static_cast<Real>(piece.gamma) - static_cast<Real>(piece.beta) * static_cast<Real>(p_.delta_free[row]);
+      rhs_[row] =
+          static_cast<Real>(piece.gamma) - static_cast<Real>(piece.beta) * static_cast<Real>(p_.delta_free[row]);
       choose(row + 1);
     }
   }

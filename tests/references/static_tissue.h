@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Equilibrium of a block of tissue under prescribed displacements of its fixed nodes and loads on its free ones, by
-// solvers that the server does not use: conjugate gradients on the assembled stiffness. And integrals over its elements.
+// solvers that the server does not use: conjugate gradients on the assembled stiffness. And integrals over its
+// elements.
 #pragma once
 
 #include <functional>
@@ -36,8 +37,8 @@ void for_each_point(const TetrahedralMesh& mesh, int tetrahedron, const std::fun
 // Nodal loads of a force per volume (N/m³): integrals of N_a b.
 Matrix3X body_load(const TetrahedralMesh& mesh, const VectorField& force);
 
-// Integrals over the cube of the squared errors of displacement (m) and its gradient (-), as roots, relative to those of
-// the exact fields.
+// Integrals over the cube of the squared errors of displacement (m) and its gradient (-), as roots, relative to those
+// of the exact fields.
 struct FieldErrors {
   double displacement, gradient;
 };

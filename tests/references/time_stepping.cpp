@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Backward Euler against its own exact recurrence, to rounding, and against the differential equation, with order one.
-// Oscillators of one degree of freedom are made of the server's models: a single tetrahedron on three fixed corners that
-// moves along its height or across, and a needle of a single beam that stretches or twists. Its equation
+// Oscillators of one degree of freedom are made of the server's models: a single tetrahedron on three fixed corners
+// that moves along its height or across, and a needle of a single beam that stretches or twists. Its equation
 //
 //   m x'' + (alpha m + beta k) x' + k x = 0
 //
@@ -123,7 +123,8 @@ TEST_CASE("a tetrahedron swings by the recurrence of backward Euler, to rounding
   for (const auto& c : cases)
     for (const double h : {1e-4, 1e-3, 1e-2}) {
       const Oscillator o = tetrahedron_oscillator(material, c.along);
-      const double off = off_recurrence(o, h, 0.2 * kEdge, run_tetrahedron(c.matrix, material, c.along, h, 300, 0.2 * kEdge));
+      const double off =
+          off_recurrence(o, h, 0.2 * kEdge, run_tetrahedron(c.matrix, material, c.along, h, 300, 0.2 * kEdge));
       CHECK(agrees(std::string("tetrahedron, ") + c.name + ", h = " + std::to_string(h) + " s, off recurrence", 0, off,
                    1e-11));
     }
@@ -140,8 +141,8 @@ NeedleModel single_beam() {
 
 Oscillator beam_oscillator(const NeedleModel& model, bool twist) {
   const BeamStiffness& s = model.stiffness;
-  return {twist ? model.inertia_axial[1] : model.mass[1], (twist ? s.torsion : s.axial) / s.length,
-          model.rayleigh_mass, model.rayleigh_stiffness};
+  return {twist ? model.inertia_axial[1] : model.mass[1], (twist ? s.torsion : s.axial) / s.length, model.rayleigh_mass,
+          model.rayleigh_stiffness};
 }
 
 // Stretch (m) or twist (rad) of the tip after each tick.
@@ -172,8 +173,9 @@ TEST_CASE("a beam stretches and twists by the recurrence of backward Euler, to r
     for (const double h : {1e-5, 1e-4, 1e-2}) {
       const double x0 = twist ? 1.0 : 1e-3;
       const double off = off_recurrence(beam_oscillator(model, twist), h, x0, run_beam(model, twist, h, 300, x0));
-      CHECK(agrees(std::string("beam, ") + (twist ? "twist" : "stretch") + ", h = " + std::to_string(h) +
-                       " s, off recurrence", 0, off, 1e-10));
+      CHECK(agrees(
+          std::string("beam, ") + (twist ? "twist" : "stretch") + ", h = " + std::to_string(h) + " s, off recurrence",
+          0, off, 1e-10));
     }
 }
 
@@ -190,12 +192,14 @@ TEST_CASE("tetrahedron and beam approach the differential equation with order on
     for (int i = 0; i < 2; ++i) {
       const int ticks = 800 << i;
       const double x0 = body == 0 ? 1e-3 : body == 1 ? 1e-3 : 0.5, h = time / ticks;
-      const std::vector<double> x = body == 0 ? run_tetrahedron(TissueMatrix::refactorized, material, true, h, ticks, x0)
-                                              : run_beam(beam, body == 2, h, ticks, x0);
+      const std::vector<double> x = body == 0
+                                        ? run_tetrahedron(TissueMatrix::refactorized, material, true, h, ticks, x0)
+                                        : run_beam(beam, body == 2, h, ticks, x0);
       error[i] = std::abs(x.back() / x0 - free_response(o, time));
     }
     CHECK(error[1] < 0.01);
-    CHECK(agrees(std::string("backward Euler, order in h, ") + names[body], 1, observed_order(error[0], error[1]), 0.05));
+    CHECK(
+        agrees(std::string("backward Euler, order in h, ") + names[body], 1, observed_order(error[0], error[1]), 0.05));
   }
 }
 
@@ -236,13 +240,15 @@ TEST_CASE("tissue without supports falls freely, and slower with drag") {
         motion.commit(state);
         speed = (speed + h) / (1 + alpha * h);
         fallen += h * speed;
-        off = std::max(off, (state.x - mesh.nodes - (fallen * gravity).replicate(1, model.nodes())).cwiseAbs().maxCoeff());
+        off = std::max(off,
+                       (state.x - mesh.nodes - (fallen * gravity).replicate(1, model.nodes())).cwiseAbs().maxCoeff());
       }
       const std::string name = "free fall, matrix " + std::to_string(static_cast<int>(matrix)) + ", alpha " +
                                std::to_string(static_cast<int>(alpha));
       CHECK(agrees(name + ", off recurrence (m)", 0, off, 1e-9));
       if (alpha == 0) CHECK(agrees(name + ", height / g (s²)", kTime * (kTime + h) / 2, fallen, 1e-12));
-      if (alpha > 0) CHECK(agrees(name + ", speed / g (s)", (1 - std::exp(-alpha * kTime)) / alpha, speed, 1e-3 * kTime));
+      if (alpha > 0)
+        CHECK(agrees(name + ", speed / g (s)", (1 - std::exp(-alpha * kTime)) / alpha, speed, 1e-3 * kTime));
     }
 }
 

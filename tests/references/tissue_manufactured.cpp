@@ -7,8 +7,8 @@
 //   S. C. Brenner, L. R. Scott, "The Mathematical Theory of Finite Element Methods" (2008), Theorems 11.2.16 and
 //     11.3.3: linear elements, error of order 1 in the gradient and 2 in the displacement, in the L2 norm.
 //
-// Meshes are jittered, so that no symmetry makes the elements better than they are. Poisson's ratio 0.3; towards 0.5 the
-// orders hold but their constants grow (locking).
+// Meshes are jittered, so that no symmetry makes the elements better than they are. Poisson's ratio 0.3; towards 0.5
+// the orders hold but their constants grow (locking).
 #include <doctest/doctest.h>
 
 #include <Eigen/SVD>
@@ -84,7 +84,8 @@ TEST_CASE("manufactured solution, small displacements: orders two and one") {
     const TetrahedralMesh mesh = make_cube(6 << i, 0.15);
     const TissueModel model = bench_tissue(mesh, material, on_cube);
     const Matrix3X load = body_load(mesh, [&](const Vector3& p) { return waves.load(p, mu, lambda); });
-    errors[i] = field_errors(mesh, solve_linear(model, u, load), u, [&](const Vector3& p) { return waves.gradient(p); });
+    errors[i] =
+        field_errors(mesh, solve_linear(model, u, load), u, [&](const Vector3& p) { return waves.gradient(p); });
   }
   check_orders("manufactured, linear", errors[0], errors[1]);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A point force inside an unbounded body and on a half-space. The exact displacements are prescribed on the faces of the
-// cube that are not free, so that the cube is a part of that body, and compared at the nodes at a distance from the force.
+// A point force inside an unbounded body and on a half-space. The exact displacements are prescribed on the faces of
+// the cube that are not free, so that the cube is a part of that body, and compared at the nodes at a distance from the
+// force.
 //
 // Sources
 //   Kelvin 1848; A. E. H. Love, "A Treatise on the Mathematical Theory of Elasticity" (1927), art. 130.
@@ -67,7 +68,8 @@ TEST_CASE("Kelvin: a point force inside, away from it") {
   for (int i = 0; i < 2; ++i) {
     const TetrahedralMesh mesh = make_cube(8 << i, 0);
     const TissueModel model = bench_tissue(mesh, material, on_cube);
-    errors[i] = error_around(model, Vector3::Zero(), force, [&](const Vector3& p) { return kelvin(material, force, p); });
+    errors[i] =
+        error_around(model, Vector3::Zero(), force, [&](const Vector3& p) { return kelvin(material, force, p); });
   }
   CHECK(agrees("Kelvin, relative error at 0.45 to 0.8 m, elements of 0.125 m", 0, errors[1], 0.025));
   CHECK(agrees("Kelvin, order away from the force", 2, observed_order(errors[0], errors[1]), 0.15));

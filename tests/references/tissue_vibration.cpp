@@ -6,8 +6,9 @@
 //   T. J. R. Hughes, "The Finite Element Method" (1987), sec. 7.3.2: in one dimension lumped masses give the frequency
 //     (2c/d) sin(pi d/4L) with elements of length d, from below with order two.
 //
-// Poisson's ratio is zero, so the bar does not narrow and the closed form holds for any section. Tetrahedra share masses
-// among the nodes of a section otherwise than they share its force, so the one-dimensional figure is a neighbour only.
+// Poisson's ratio is zero, so the bar does not narrow and the closed form holds for any section. Tetrahedra share
+// masses among the nodes of a section otherwise than they share its force, so the one-dimensional figure is a neighbour
+// only.
 #include <doctest/doctest.h>
 
 #include <Eigen/SparseCholesky>
