@@ -12,19 +12,19 @@ namespace {
 // A Deviation of the vectors that it is given.
 class Accumulator {
  public:
-  void add(const Vector3& difference) {
-    const double square = difference.squaredNorm();
-    largest_ = std::max(largest_, square);
-    sum_ += square;
-    ++count_;
-  }
-  Deviation result() const {
-    return {std::sqrt(largest_), count_ > 0 ? std::sqrt(sum_ / static_cast<double>(count_)) : 0.0};
+  void add(const Vector3& difference) { lengths_.push_back(difference.norm()); }
+
+  Deviation result() {
+    if (lengths_.empty()) return {};
+    const Eigen::Map<const VectorX> all(lengths_.data(), static_cast<Eigen::Index>(lengths_.size()));
+    const Deviation result{all.maxCoeff(), all.norm() / std::sqrt(static_cast<double>(lengths_.size())), 0};
+    const auto place = lengths_.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(lengths_.size() - 1));
+    std::nth_element(lengths_.begin(), place, lengths_.end());
+    return {result.max, result.rms, *place};
   }
 
  private:
-  double largest_ = 0, sum_ = 0;
-  std::size_t count_ = 0;
+  std::vector<double> lengths_;
 };
 
 constexpr double kSameTick = 1e-9;  // ticks

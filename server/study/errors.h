@@ -8,10 +8,13 @@
 
 namespace acus {
 
-// Of the length of a difference vector: its maximum, and its root mean square over time and needles or probes.
+// Of the length of a difference vector, over time and needles or probes: its maximum, its root mean square, and what 95
+// of 100 are below. A puncture that comes a tick earlier or later differs by its whole drop of force for that tick: it
+// makes the maximum, and a floor of (drop) sqrt(h/duration) under the root mean square; the percentile does not see it.
 struct Deviation {
   double max = 0;
   double rms = 0;
+  double p95 = 0;
 };
 
 struct Errors {

@@ -53,6 +53,46 @@ class Probes {
   std::vector<MaterialPoint> material_;
 };
 
+constexpr double kRounding = 10e-3;    // s, to both sides of a corner
+constexpr double kSampling = 0.25e-3;  // s, of the rounded motion
+constexpr int kHalfWidth = 40;         // samples in kRounding
+
+// Weights of a cubic B-spline that reaches from -kRounding to kRounding, at the samples; their sum is 1.
+std::vector<double> spline_weights() {
+  std::vector<double> weights;
+  double sum = 0;
+  for (int k = -kHalfWidth; k <= kHalfWidth; ++k) {
+    const double x = 2.0 * std::abs(k) / kHalfWidth;
+    weights.push_back(x < 1 ? 2.0 / 3 - x * x + x * x * x / 2 : (2 - x) * (2 - x) * (2 - x) / 6);
+    sum += weights.back();
+  }
+  for (double& w : weights) w /= sum;
+  return weights;
+}
+
+// The motion with position and spin averaged by the spline, so that acceleration is continuous. Straight stretches and
+// rests stay as they are; so does the orientation.
+client::Motion rounded(const client::Motion& motion) {
+  static const std::vector<double> weights = spline_weights();
+  const double begin = motion.samples.front().time;
+  const auto count = static_cast<int>(std::lround((motion.samples.back().time - begin + kRounding) / kSampling));
+  client::Motion result{motion.needle, {}};
+  for (int i = 0; i <= count; ++i) {
+    const double time = begin + i * kSampling;
+    client::BasePose mean = motion.at(time);
+    mean.position.fill(0);
+    if (mean.spin) mean.spin = 0;
+    for (int k = -kHalfWidth; k <= kHalfWidth; ++k) {
+      const client::BasePose pose = motion.at(time + k * kSampling);
+      const double w = weights[static_cast<std::size_t>(k + kHalfWidth)];
+      for (std::size_t axis = 0; axis < 3; ++axis) mean.position[axis] += w * pose.position[axis];
+      if (mean.spin) *mean.spin += w * *pose.spin;
+    }
+    result.samples.push_back({time, mean});
+  }
+  return result;
+}
+
 void prepare(Recording& recording, const Simulation& simulation, std::uint64_t ticks) {
   recording.h = 1 / simulation.scene().rate;
   recording.tip.assign(simulation.scene().needles.size(), Matrix3X(3, ticks));
@@ -73,11 +113,15 @@ void note(Recording& recording, const TickReport& report) {
 
 }  // namespace
 
-Experiment read_experiment(const std::string& scenes_folder, const std::string& name) {
+Experiment read_experiment(const std::string& scenes_folder, const std::string& name, double pace) {
   Experiment experiment{read_scene(scenes_folder + "/" + name + ".yaml"),
                         client::read_trajectory(scenes_folder + "/trajectories/" + name + ".csv")};
   for (Needle& needle : experiment.scene.needles) needle.smoothing = 0;
   for (Guide& guide : experiment.scene.guides) guide.smoothing = 0;
+  for (client::Motion& motion : experiment.motion.motions) {
+    for (client::Sample& sample : motion.samples) sample.time /= pace;
+    motion = rounded(motion);
+  }
   return experiment;
 }
 

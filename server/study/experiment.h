@@ -19,8 +19,10 @@ struct Experiment {
   client::Trajectory motion;
 };
 
-// scenes/NAME.yaml with scenes/trajectories/NAME.csv, without smoothing.
-Experiment read_experiment(const std::string& scenes_folder, const std::string& name);
+// scenes/NAME.yaml with scenes/trajectories/NAME.csv, `pace` times as fast. The motion's corners are rounded here instead
+// of by the scene's smoothing, the same for every time step: a base whose speed jumps within a tick has an inertial force
+// that grows with 1/h.
+Experiment read_experiment(const std::string& scenes_folder, const std::string& name, double pace = 1);
 
 // What is kept of a run, from its first tick on. Series of one needle after the other.
 struct Recording {

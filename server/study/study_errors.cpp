@@ -26,10 +26,13 @@ const std::vector<std::string> kColumns{"scene",
                                         "spacing",  // m
                                         "tip_max",
                                         "tip_rms",
+                                        "tip_p95",  // m: errors
                                         "force_max",
                                         "force_rms",
+                                        "force_p95",  // N
                                         "tissue_max",
-                                        "tissue_rms",  // m, N, m: errors
+                                        "tissue_rms",
+                                        "tissue_p95",  // m
                                         "tip_size",
                                         "force_size",
                                         "tissue_size",  // m, N, m: largest of the reference
@@ -67,10 +70,13 @@ std::vector<Cell> cells(const Setting& setting, const Run& run, const Comparison
           s.needles[0].constraint_spacing,
           e.tip.max,
           e.tip.rms,
+          e.tip.p95,
           e.force.max,
           e.force.rms,
+          e.force.p95,
           e.tissue.max,
           e.tissue.rms,
+          e.tissue.p95,
           size.tip.max,
           size.force.max,
           size.tissue.max,
@@ -89,13 +95,10 @@ class SceneStudy {
   SceneStudy(const StudiedScene& studied, const StudyPlan& plan)
       : name_(studied.name),
         plan_(plan),
-        experiment_(read_experiment(plan.scenes, studied.name)),
+        experiment_(read_experiment(plan.scenes, studied.name, studied.pace)),
         probes_(nodes_of(experiment_)),
         settings_(settings_of(studied)),
-        table_(plan.out + "/errors_" + name_ + ".csv", kColumns) {
-    for (client::Motion& motion : experiment_.motion.motions)
-      for (client::Sample& sample : motion.samples) sample.time /= studied.pace;
-  }
+        table_(plan.out + "/errors_" + name_ + ".csv", kColumns) {}
 
   void run() {
     const int count = static_cast<int>(settings_.size());

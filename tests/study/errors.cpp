@@ -45,6 +45,7 @@ TEST_CASE("maximum and root mean square are of the lengths of differences, over 
   CHECK(e.force.rms == doctest::Approx(0.5 / std::sqrt(10)));
   CHECK(e.tissue.max == doctest::Approx(0.2));
   CHECK(e.tissue.rms == doctest::Approx(0.2 / std::sqrt(10)));
+  CHECK(e.force.p95 == 0);
   CHECK(e.tip.max == 0);
 }
 
