@@ -66,6 +66,7 @@ TEST_CASE("no tick allocates or locks: contact with an inclusion, and along it")
 TEST_CASE("no tick allocates or locks: out on the other side and back") { check_scene(kWatchedScenes[3]); }
 TEST_CASE("no tick allocates or locks: a rigid needle") { check_scene(kWatchedScenes[4]); }
 TEST_CASE("no tick allocates or locks: two needles") { check_scene(kWatchedScenes[5]); }
+TEST_CASE("no tick allocates or locks: nodal pressures in two regions") { check_scene(kWatchedScenes[6]); }
 
 }  // namespace
 }  // namespace acus::test

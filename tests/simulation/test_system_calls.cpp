@@ -38,6 +38,7 @@ TEST_CASE("no tick calls the kernel: contact with an inclusion, and along it") {
 TEST_CASE("no tick calls the kernel: out on the other side and back") { check_scene(kWatchedScenes[3]); }
 TEST_CASE("no tick calls the kernel: a rigid needle") { check_scene(kWatchedScenes[4]); }
 TEST_CASE("no tick calls the kernel: two needles") { check_scene(kWatchedScenes[5]); }
+TEST_CASE("no tick calls the kernel: nodal pressures in two regions") { check_scene(kWatchedScenes[6]); }
 
 }  // namespace
 }  // namespace acus::test

@@ -29,7 +29,7 @@ inline constexpr std::array kWatchedScenes{
     WatchedScene{"through", 0.06},                // out on the other side and back
     WatchedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true},
     WatchedScene{.name = "insertion_pullback", .depth = 0.02, .second_needle = true},
-    WatchedScene{.name = "inclusion_soft_needle", .depth = 0.02, .element = TissueElement::nodal_pressure},
+    WatchedScene{.name = "inclusion_soft_needle", .depth = 0.012, .element = TissueElement::nodal_pressure},
 };
 
 // Ways to solve a scene. Rung `exact` factorises in every tick, where CHOLMOD asks for memory.
