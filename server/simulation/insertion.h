@@ -170,6 +170,8 @@ class Insertion {
   double cutting_compliance(const TissueView& tissue, const Path& path) const;
   double border_compliance(const TissueView& tissue, const Path& path) const;
   double obstacle_gap(const NeedleView& needle, const TissueView& tissue, double recovery, double compliance) const;
+  double cutting_gap(const NeedleView& needle, const TissueView& tissue, const Path& path, const Vector3& n,
+                     double compliance) const;
   bool add_contact(const NeedleView& needle, double puncture_force, double gap, double compliance, Rows& rows) const;
   bool add_contact_friction(const NeedleView& needle, const TissueView& tissue, double friction, double cohesion,
                             int normal_row, Rows& rows) const;
@@ -180,7 +182,7 @@ class Insertion {
   bool add_shaft(const NeedleView& needle, const TissueView& tissue, const Path& path, const ShaftPoint& point,
                  Rows& rows) const;
 
-  bool add_support(const TissueView& tissue, Row row, Rows& rows) const;
+  bool add_support(const NeedleView& needle, double s, const TissueView& tissue, Row row, Rows& rows) const;
   bool add_friction(const NeedleView& needle, const TissueView& tissue, const ShaftPoint& point, Row& row,
                     Rows& rows) const;
 

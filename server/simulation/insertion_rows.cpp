@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stage 5 of an insertion: its rows, and what their forces mean after the solve.
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "server/math/rotation.h"
@@ -14,8 +15,14 @@ namespace {
 constexpr double kAtCap = 1 - 1e-9;
 // A tip that a tick took past a border comes back to it no faster than this.
 constexpr double kRecoverySpeed = 0.1;  // m/s
+// What a tip that bears force stands off by, because the give under it changes from element to element, is made good no
+// faster than this: forces of the size that it takes are to change slowly.
+constexpr double kSettlingSpeed = 5e-3;  // m/s
 // A point holds as if it stood for at least this length of shaft (in spacings).
 constexpr double kLeastOwned = 0.1;
+
+// What is left of an offset (m) that is made good by `step` (m).
+double shrunk(double offset, double step) { return std::copysign(std::max(0.0, std::abs(offset) - step), offset); }
 
 double holding_length(double owned, double spacing) { return std::max(owned, kLeastOwned * spacing); }
 
@@ -54,7 +61,8 @@ double Insertion::border_compliance(const TissueView& tissue, const Path& path) 
 
 // Distance of the tip from the obstacle along its normal (m). What the tip was behind it at the start of the tick, torn
 // out of its path sideways or carried over a border by the tick before, and not by the give of what lies between, is
-// made good at `recovery` (m/s), not at once; a recovery of 0 leaves it where it is.
+// made good at `recovery` (m/s), not at once; a recovery of 0 leaves it where it is. Likewise what a tip that already
+// bears force stands off by, because the give has changed from one element to the next.
 double Insertion::obstacle_gap(const NeedleView& needle, const TissueView& tissue, double recovery,
                                double compliance) const {
   const Vector3& n = obstacle_->at.normal;
@@ -62,7 +70,18 @@ double Insertion::obstacle_gap(const NeedleView& needle, const TissueView& tissu
   const double start = give + n.dot(needle.start_tip() - tissue.start_position(obstacle_->material));
   const double before_it = obstacle_->under ? 0 : compliance * tip_.cutting;  // what is cut gives way first
   const double apart = before_it + n.dot(needle.tip().position - tissue.position(obstacle_->material));
+  if (obstacle_->under && give > 0) return apart - shrunk(start, kSettlingSpeed * needle.h);
   return apart - std::min(0.0, start + recovery * needle.h);
+}
+
+// Distance of the tip from the path's end against the cutting direction n (m).
+double Insertion::cutting_gap(const NeedleView& needle, const TissueView& tissue, const Path& path, const Vector3& n,
+                              double compliance) const {
+  const double apart = n.dot(needle.tip().position - tissue.position(path.end));
+  const double give = compliance * tip_.cutting;
+  if (give == 0) return apart;
+  const double start = give + n.dot(needle.start_tip() - tissue.start_position(path.end));
+  return apart - shrunk(start, kSettlingSpeed * needle.h);
 }
 
 // The tip against the obstacle, along its normal.
@@ -126,8 +145,8 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
   const double cutting_force = tissue.interaction(path.end).cutting_force;
   if (!path.exited && cutting_force > 0) {
     Row row{needle_, RowRole::cutting, -1, tip, {path.end, {}, 0}, -cutting_direction(needle), 0};
-    row.gap = row.n.dot(tip.position - tissue.position(path.end));
     row.compliance = cutting_compliance(tissue, path);
+    row.gap = cutting_gap(needle, tissue, path, row.n, row.compliance);
     all = rows.add(row, {LawKind::unilateral, cutting_force}, tip_.cutting);
   }
   if (obstacle_) all = add_border_contact(needle, tissue, path, rows) && all;
@@ -148,7 +167,7 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
   if (at_end_) return all;
   const MaterialPoint& nearest = tip_point_.u < 0.5 ? tip_point_.a : tip_point_.b;
   const Row support{needle_, RowRole::tip_lateral, -1, tip, {nearest, {}, 0}, Vector3::Zero(), 0};
-  return add_support(tissue, support, rows) && all;
+  return add_support(needle, needle.model.length, tissue, support, rows) && all;
 }
 
 bool Insertion::add_shaft(const NeedleView& needle, const TissueView& tissue, const Path& path,
@@ -170,18 +189,23 @@ bool Insertion::add_shaft(const NeedleView& needle, const TissueView& tissue, co
   row.softness = 0;
   // A tip this close to the vertex behind it has that one's support itself.
   const bool at_tip = !at_end_ && &point == &shaft_.back() && tip_point_.u < 0.5;
-  if (!at_tip) all = add_support(tissue, row, rows) && all;
+  if (!at_tip) all = add_support(needle, point.s, tissue, row, rows) && all;
   row.n = point.tangent;
   row.compliance = tissue.axial_compliance(material, needle.model.diameter) / holding;
   return add_friction(needle, tissue, point, row, rows) && all;
 }
 
-// A border that the path lies on keeps the needle out of the region behind it, however soft the tissue on this side is.
-bool Insertion::add_support(const TissueView& tissue, Row row, Rows& rows) const {
+// A border that the path lies on keeps the needle, at s, out of the region behind it, however soft the tissue on this side
+// is. A needle whose tip has pressed that tissue flat comes in behind the border and is brought out slowly.
+bool Insertion::add_support(const NeedleView& needle, double s, const TissueView& tissue, Row row, Rows& rows) const {
   const auto normal = tissue.border_normal(row.in_tissue.a);
   if (!normal) return true;
   row.n = *normal;
   row.gap = row.n.dot(row.on_needle.position - tissue.position(row.in_tissue.a));
+  if (tissue.local_compliance == LocalCompliance::all) {
+    const double start = row.n.dot(needle.start_position(s) - tissue.start_position(row.in_tissue.a));
+    row.gap -= std::min(0.0, start + kSettlingSpeed * needle.h);
+  }
   return rows.add(row, {LawKind::unilateral, kInfinity}, 0);
 }
 
