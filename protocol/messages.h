@@ -116,11 +116,14 @@ enum Flag : std::uint32_t {
   kSolverFellBack = 1u << 6,      // the direct solver of the laws found no answer; Gauss-Seidel gave this one
   kSweepsCapped = 1u << 7,        // ticks came late: the laws' solver stopped at the scene's overrun.max_sweeps
   kIterationsCapped = 1u << 8,    // likewise, the tissue's iterations at overrun.max_iterations
-  kPublishingReduced = 1u << 9    // likewise, only one of overrun.publish_every shapes goes out
+  kPublishingReduced = 1u << 9,   // likewise, only one of overrun.publish_every shapes goes out
+  kStepLimited = 1u << 10,        // needles and tissue went a part of the tick's step: all of it would have been too far
+  kElementsInverted = 1u << 11    // the tissue is crushed: a tetrahedron is turned inside out
 };
-inline constexpr std::array<const char*, 10> kFlagNames{
-    "laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",      "path_full",
-    "not_finite",         "solver_fell_back",     "sweeps_capped",     "iterations_capped", "publishing_reduced"};
+inline constexpr std::array<const char*, 12> kFlagNames{
+    "laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",
+    "path_full",          "not_finite",           "solver_fell_back",  "sweeps_capped",
+    "iterations_capped",  "publishing_reduced",   "step_limited",      "elements_inverted"};
 
 // ---- Requests: client to server on the commands socket, each answered once ----
 

@@ -41,6 +41,8 @@ static_assert(static_cast<int>(kSolverFellBack) == static_cast<int>(protocol::kS
 static_assert(static_cast<int>(kSweepsCapped) == static_cast<int>(protocol::kSweepsCapped));
 static_assert(static_cast<int>(kIterationsCapped) == static_cast<int>(protocol::kIterationsCapped));
 static_assert(static_cast<int>(kPublishingReduced) == static_cast<int>(protocol::kPublishingReduced));
+static_assert(static_cast<int>(kStepLimited) == static_cast<int>(protocol::kStepLimited));
+static_assert(static_cast<int>(kElementsInverted) == static_cast<int>(protocol::kElementsInverted));
 static_assert(static_cast<int>(LawMethod::gauss_seidel) == static_cast<int>(protocol::LawSolver::gauss_seidel));
 static_assert(static_cast<int>(LawMethod::direct) == static_cast<int>(protocol::LawSolver::direct));
 

@@ -166,7 +166,9 @@ NeedleMotion::NeedleMotion(const NeedleModel& model, double h, int max_rows)
   const int free_nodes = model.rigid ? 0 : model.beams;
   if (free_nodes > 0) matrix_.resize(free_nodes);
   dq_free_.setZero(6 * free_nodes);
-  dq_ = dq_free_;
+  dq_ = applied_ = dq_free_;
+  from_shape_ = shape_;
+  from_q_ = q_;
   rows_.reserve(static_cast<std::size_t>(max_rows));
 }
 
@@ -196,14 +198,7 @@ void NeedleMotion::add_beams(bool exact) {
     Matrix12 tangent = exact ? beam_tangent(stiffness, a, b) : beam_material_tangent(stiffness, a, b);
     if (damping > 0) {
       tangent += damping * material_[e];
-      if (!at_rigid_) {
-        Vector12 moved;
-        for (int k = 0; k < 2; ++k) {
-          moved.segment<3>(6 * k) = shape_.x.col(e + k) - x_rigid_.col(e + k);
-          moved.segment<3>(6 * k + 3) = rotation_log(q_[e + k] * q_rigid_[e + k].conjugate());
-        }
-        force += damping * material_[e] * moved;
-      }
+      if (!at_rigid_) force += beam_damping_force(e);
     }
     g_.col(e) += force.head<6>();
     g_.col(e + 1) += force.tail<6>();
@@ -215,6 +210,29 @@ void NeedleMotion::add_beams(bool exact) {
       base_coupling_ = tangent.topRightCorner<6, 6>();
     }
   }
+}
+
+// beta K_m (q - q_0)/h of a beam.
+Vector12 NeedleMotion::beam_damping_force(int e) const {
+  Vector12 moved;
+  for (int k = 0; k < 2; ++k) {
+    moved.segment<3>(6 * k) = shape_.x.col(e + k) - x_rigid_.col(e + k);
+    moved.segment<3>(6 * k + 3) = rotation_log(q_[e + k] * q_rigid_[e + k].conjugate());
+  }
+  return model_.rayleigh_stiffness / h_ * material_[e] * moved;
+}
+
+// g at the current configuration.
+void NeedleMotion::put_residual(const NeedleState& state) {
+  g_.setZero();
+  for (int e = 0; e < model_.beams; ++e) {
+    const auto [stiffness, a, b] = needle_beam(model_, shape_, e);
+    Vector12 force = beam_forces(stiffness, a, b);
+    if (model_.rayleigh_stiffness > 0) force += beam_damping_force(e);
+    g_.col(e) += force.head<6>();
+    g_.col(e + 1) += force.tail<6>();
+  }
+  for (int i = 0; i < model_.nodes(); ++i) g_.col(i) += inertia_force(state, i);
 }
 
 // M((q - q_n)/h - v_n)/h + alpha M (q - q_n)/h - p at one node.
@@ -291,8 +309,9 @@ double NeedleMotion::free_displacement(int row) const {
   return beam == 0 ? far : far + force.head<6>().dot(dq_free_.segment<6>(6 * (beam - 1)));
 }
 
-// Hᵀ lambda on the free nodes, added to dq_; the part on node 0, of a rigid needle all of it, is returned.
+// Hᵀ lambda on the free nodes into applied_; the part on node 0, of a rigid needle all of it, is returned.
 Vector6 NeedleMotion::add_row_forces(std::span<const double> lambda) {
+  applied_.setZero();
   Vector6 on_base = Vector6::Zero();
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const int beam = rows_[r].beam;
@@ -301,30 +320,50 @@ Vector6 NeedleMotion::add_row_forces(std::span<const double> lambda) {
       on_base += about_base(beam, near) + about_base(beam + 1, far);
       continue;
     }
-    dq_.segment<6>(6 * beam) += far;
-    if (beam > 0) dq_.segment<6>(6 * (beam - 1)) += near;
+    applied_.segment<6>(6 * beam) += far;
+    if (beam > 0) applied_.segment<6>(6 * (beam - 1)) += near;
     else on_base += near;
   }
   return on_base;
 }
 
-double NeedleMotion::correct(std::span<const double> lambda) {
-  dq_.setZero();
+void NeedleMotion::solve(std::span<const double> lambda) {
   const Vector6 on_base = add_row_forces(lambda);
-  if (model_.rigid) {
-    reaction_ = g_.col(0) - on_base;
-    return 0;
-  }
+  reaction_ = g_.col(0) - on_base;
+  if (model_.rigid) return;
+  dq_ = applied_;
   matrix_.forward(dq_);
   matrix_.backward(dq_);
   dq_ += dq_free_;
   reaction_ = g_.col(0) + base_coupling_ * dq_.head<6>() - on_base;
+  from_shape_.x = shape_.x;
+  from_q_ = q_;
+}
 
+double NeedleMotion::trusted_share(const NeedleState& state) {
+  double largest_turn = 0;
+  for (int i = 0; i < dq_.size(); i += 6) largest_turn = std::max(largest_turn, dq_.segment<3>(i + 3).norm());
+  if (model_.rigid || largest_turn <= kLargeTurn) return 1;
+  const auto slope = [&] { return g_.rightCols(model_.beams).reshaped().dot(dq_) - applied_.dot(dq_); };
+  const double descent = -slope();
+  double share = 1;
+  for (int i = 0; i < kMaxTrials; ++i) {
+    move(share);
+    put_residual(state);
+    const double end = slope();
+    if (end <= descent) break;
+    share *= std::clamp(descent / (descent + end), 0.1, 0.5);
+  }
+  return share;
+}
+
+double NeedleMotion::move(double share) {
+  if (model_.rigid) return 0;
   double largest = 0;
   for (int i = 1; i < model_.nodes(); ++i) {
-    const Vector6 step = dq_.segment<6>(6 * (i - 1));
-    shape_.x.col(i) += step.head<3>();
-    q_[i] = (rotation_exp(step.tail<3>()) * q_[i]).normalized();
+    const Vector6 step = share * dq_.segment<6>(6 * (i - 1));
+    shape_.x.col(i) = from_shape_.x.col(i) + step.head<3>();
+    q_[i] = (rotation_exp(step.tail<3>()) * from_q_[i]).normalized();
     shape_.frames[i] = q_[i].toRotationMatrix();
     largest = std::max(largest, step.head<3>().cwiseAbs().maxCoeff());
   }

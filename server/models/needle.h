@@ -122,6 +122,9 @@ Vector12 curve_torque(const CurvePoint& point, const Vector3& torque);
 // The tick's linear system and its memory.
 class NeedleMotion {
  public:
+  static constexpr double kLargeTurn = 0.05;  // rad, of a node in a step, to be looked at
+  static constexpr int kMaxTrials = 8;        // of shares, in one step
+
   NeedleMotion(const NeedleModel& model, double h, int max_rows);
 
   // Starts a tick from `state` with the base at its new pose.
@@ -138,8 +141,19 @@ class NeedleMotion {
   void add_compliances(std::span<const int> places, Eigen::Ref<MatrixX> W);
   double free_displacement(int row) const;  // H dq_free (m)
 
-  // Solves with the rows' forces (N), moves the configuration and returns the largest change of a position (m).
-  double correct(std::span<const double> lambda);
+  // Solves with the rows' forces (N).
+  void solve(std::span<const double> lambda);
+  // The share of the step, in (0, 1], that the forces at its end bear out: a beam that turns by theta in a step is
+  // stretched by L theta²/2, of which the linearisation knows nothing. As in tissue_motion.h, with every term of g. Leaves
+  // the configuration anywhere on the step; move() follows.
+  double trusted_share(const NeedleState& state);
+  // Moves by a share of the step and returns the largest change of a position (m).
+  double move(double share);
+  // All of it, trusted or not.
+  double correct(std::span<const double> lambda) {
+    solve(lambda);
+    return move(1);
+  }
 
   // Holder on needle at node 0 (N, N m, world), valid after correct().
   const Vector6& base_reaction() const { return reaction_; }
@@ -156,6 +170,8 @@ class NeedleMotion {
 
  private:
   void add_beams(bool exact);
+  Vector12 beam_damping_force(int beam) const;
+  void put_residual(const NeedleState& state);
   void add_inertia(const NeedleState& state);
   Vector6 inertia_force(const NeedleState& state, int node) const;
   Vector6 about_base(int node, const Vector6& wrench) const;
@@ -175,6 +191,9 @@ class NeedleMotion {
   NeedleCompliance compliance_;
   std::vector<BeamRow> rows_;
   VectorX dq_free_, dq_;
+  VectorX applied_;                         // Hᵀ lambda on the free nodes
+  NeedleShape from_shape_;                  // q_k before the step
+  std::vector<Quaternion> from_q_;
   Vector6 reaction_ = Vector6::Zero();
 };
 

@@ -140,6 +140,16 @@ void sum_over_elements(const TissueModel& model, const Matrix3X& x, ElementRotat
   }
 }
 
+// Six times the volume of a tetrahedron with these nodes (m³), negative where it is inside out.
+template <class Real>
+Real edge_determinant(const Real (&x)[4][3]) {
+  Real e[3][3];
+  for (int k = 0; k < 3; ++k)
+    for (int i = 0; i < 3; ++i) e[k][i] = x[k + 1][i] - x[0][i];
+  return e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) + e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
+         e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+}
+
 // The same for elements that return their volume strain, to which the patches then answer.
 template <class Element>
 void sum_with_patches(const TissueModel& model, const Matrix3X& x, ElementRotations& scratch, bool damping,
@@ -162,7 +172,9 @@ void sum_with_patches(const TissueModel& model, const Matrix3X& x, ElementRotati
 }  // namespace
 
 void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces) {
+  LaneMask upright = Lanes{} == Lanes{};
   const auto element = [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
+    upright &= edge_determinant(local) > 0.0;
     return corotational_forces(model.batches[b].shape, local, rotations.batches[b].q, force);
   };
   if (model.pressure.patches() == 0) {
@@ -170,6 +182,7 @@ void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotation
   } else {
     sum_with_patches(model, x, rotations, false, element);
   }
+  rotations.inverted = !all(upright);
   forces = rotations.forces.topRows<3>();
 }
 

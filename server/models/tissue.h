@@ -69,6 +69,7 @@ struct ElementRotations {
   std::vector<Batch> batches;
   Matrix4X x, forces;  // scratch of elastic_forces(): four numbers per node, the last unused
   VectorX patches;     // scratch: per patch, its change of volume (m³), then its pressure (Pa)
+  bool inverted = false;  // an element was flat or inside out at the last elastic_forces()
 
   void reset(const TissueModel& model);
   void element(int tetrahedron, double (&q)[4]) const {
@@ -77,7 +78,7 @@ struct ElementRotations {
   }
 };
 
-// forces = dPsi/dx of the whole mesh (3 x nodes, N), overwritten; rotations updated.
+// forces = dPsi/dx of the whole mesh (3 x nodes, N), overwritten; rotations and `inverted` updated.
 void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces);
 
 // forces = R beta K0 Rᵀ v of the whole mesh (3 x nodes, N), overwritten, with the elements' rotations as they are: what

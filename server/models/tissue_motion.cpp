@@ -42,6 +42,13 @@ bool has_stiffness_damping(const TissueModel& model) {
   return std::any_of(model.rayleigh_stiffness.begin(), model.rayleigh_stiffness.end(), [](double b) { return b > 0; });
 }
 
+// The edge of a cube of six tetrahedra of mean volume (m); none in a model without elements.
+double mean_element_size(const TissueModel& model) {
+  double volume = 0;
+  for (const TetrahedronShape<double>& element : model.elements) volume += element.volume;
+  return model.elements.empty() ? 0 : std::cbrt(6 * volume / static_cast<double>(model.elements.size()));
+}
+
 // How far L Lᵀ is from A: the largest relative error of A⁻¹ A z for displacements z, the three translations and one
 // that differs from node to node.
 double factor_error(const SparseCholesky& factor, const SparseMatrix& lower) {
@@ -66,9 +73,12 @@ double factor_error(const SparseCholesky& factor, const SparseMatrix& lower) {
 TissueMotion::TissueMotion(const TissueModel& model, double h, TissueMatrix matrix, int max_rows, int max_nodes)
     : model_(model), h_(h), matrix_(matrix), damped_(has_stiffness_damping(model)), assembler_(model) {
   element_rotations_.reset(model);
-  start_rotations_ = element_rotations_;
-  x_ = model.mesh->nodes;
+  start_rotations_ = trial_rotations_ = element_rotations_;
+  x_ = trial_x_ = model.mesh->nodes;
   elastic_.setZero(3, model.nodes());
+  step_ = trial_forces_ = elastic_;
+  large_step_ = kLargeStep * mean_element_size(model);
+  for (const double beta : model.rayleigh_stiffness) largest_damping_ = std::max(largest_damping_, beta);
   rotations_.setZero(4, model.nodes());
   y_.setZero(model.unknowns());
   velocity_.setZero(3, model.nodes());
@@ -122,6 +132,8 @@ void TissueMotion::restart() {
   rotations_.row(0).setOnes();
   pending_support_.setZero();
   pending_ = balance_ = Balance{};
+  share_ = 0;
+  guarded_ = 0;
 }
 
 void TissueMotion::begin(const TissueState& state) {
@@ -135,7 +147,9 @@ void TissueMotion::evaluate() {
   if (matrix_ == TissueMatrix::constant) {
     stiffness_->forces(x_, elastic_);
   } else {
+    elastic_.swap(trial_forces_);
     elastic_forces(model_, x_, element_rotations_, elastic_);
+    if (share_ > 0 && !(slope(share_, elastic_) <= descent_)) guarded_ = kGuardedTicks;
   }
   if (matrix_ == TissueMatrix::turned) node_rotations(model_, element_rotations_, rotations_);
   if (iteration_ > 0) return;
@@ -250,21 +264,54 @@ bool TissueMotion::prepare(int tetrahedron) {
   return false;
 }
 
-double TissueMotion::correct(std::span<const double> lambda) {
+void TissueMotion::solve(std::span<const double> lambda) {
   lambda_on_fixed_.setZero();
-  if (empty()) return 0;
+  if (empty()) return;
   for (int r = 0; r < rows_->count(); ++r) lambda_on_fixed_ += lambda[r] * on_fixed_[r];
   rows_->add_forces(lambda, y_);
+  descent_ = y_.squaredNorm();
   factor_.backward(y_);
-
-  double largest = 0;
   for (int f = 0; f < static_cast<int>(position_.size()); ++f) {
     const int i = model_.free_nodes[f];
-    const Vector3 step = matrix_ == TissueMatrix::turned ? Vector3(rotation(i) * in_factor(f)) : Vector3(in_factor(f));
-    x_.col(i) += step;
-    largest = std::max(largest, step.cwiseAbs().maxCoeff());
+    step_.col(i) = matrix_ == TissueMatrix::turned ? Vector3(rotation(i) * in_factor(f)) : Vector3(in_factor(f));
   }
-  return largest;
+}
+
+// Of the merit at the end of a share of the step, where the elastic forces are `forces`; those at its start are kept in
+// the other of elastic_ and trial_forces_.
+double TissueMotion::slope(double share, const Matrix3X& forces) const {
+  const Matrix3X& before = &forces == &elastic_ ? trial_forces_ : elastic_;
+  const double stiffening = (forces - before).cwiseProduct(step_).sum();
+  if (stiffening <= (2 - share) * descent_) return stiffening - (1 - share) * descent_;  // at most that, since B >= 0
+  double inertia = 0;
+  for (const int i : model_.free_nodes)
+    inertia += (model_.mass[i] / h_ + model_.mass_damping[i]) / h_ * step_.col(i).squaredNorm();
+  const double stiffness = (descent_ - inertia) / (1 + largest_damping_ / h_);
+  return -descent_ + share * (descent_ - stiffness) + stiffening;
+}
+
+double TissueMotion::trusted_share() {
+  const bool looked_at = guarded_ > 0 || !(step_.cwiseAbs().maxCoeff() <= large_step_);
+  if (empty() || matrix_ == TissueMatrix::constant || !looked_at) return 1;
+  if (guarded_ > 0) --guarded_;
+  trial_rotations_.batches = element_rotations_.batches;
+  double share = 1;
+  for (int i = 0; i < kMaxTrials; ++i) {
+    trial_x_ = x_ + share * step_;
+    elastic_forces(model_, trial_x_, trial_rotations_, trial_forces_);
+    const double end = slope(share, trial_forces_);
+    if (end <= descent_) break;
+    share *= std::clamp(descent_ / (descent_ + end), 0.1, 0.5);
+  }
+  if (share < 1) guarded_ = kGuardedTicks;
+  return share;
+}
+
+double TissueMotion::move(double share) {
+  if (empty()) return 0;
+  share_ = share;
+  x_ += share * step_;
+  return share * step_.cwiseAbs().maxCoeff();
 }
 
 void TissueMotion::commit(TissueState& state) {

@@ -16,6 +16,17 @@
 // by more than kSinglePrecisionError, as it can where materials differ by many orders of magnitude.
 //
 // With y = L⁻¹ (-g) the rows (tissue_rows.h) enter as dx = L⁻ᵀ (y + Y S lambda).
+//
+// Steps. For the lambda found dx goes down the merit Phi whose gradient is g(x) - Hᵀ lambda, at first with the slope
+// -d, d = dxᵀ A dx = |y + Y S lambda|². Elements that are strained much, or swell near nu = 0.5 (the stiffness against
+// turning then grows by lambda tr E), are stiffer than A knows. The slope at the end of a share s of the step,
+//
+//   -d + s dxᵀ (M/h² + B/h) dx + dxᵀ (f(x + s dx) - f(x)),
+//
+// tells: where it is above d, Phi has risen by the trapezoid rule, and so may kinetic and elastic energy together have
+// without work done. Then s is cut by the secant rule. It costs an evaluation of the elements, so it is done where a
+// node moves far for its element, and for kGuardedTicks after a step whose end, known in the next tick, was too steep.
+// The damping's part is taken from A with the largest beta, which is never too small.
 #pragma once
 
 #include <optional>
@@ -35,6 +46,9 @@ enum class TissueMatrix { constant, turned, refactorized };
 class TissueMotion {
  public:
   static constexpr double kSinglePrecisionError = 1e-4;  // -
+  static constexpr double kLargeStep = 0.1;              // -, of the mean element size, to be looked at
+  static constexpr int kGuardedTicks = 100;              // linearisations
+  static constexpr int kMaxTrials = 8;                   // of shares, in one step
 
   // `max_nodes`: the most nodes that rows of one tick touch. Throws std::runtime_error if the factorisation fails. A
   // model without free nodes is no tissue: nothing is computed.
@@ -63,10 +77,20 @@ class TissueMotion {
   // soon; false if all is there or there is no room.
   bool prepare(int tetrahedron);
 
-  // Solves with the rows' forces (N), moves x_k and returns the largest change of a coordinate (m).
-  double correct(std::span<const double> lambda);
+  // Solves with the rows' forces (N).
+  void solve(std::span<const double> lambda);
+  // The share of the step, in (0, 1], that the forces at its end bear out.
+  double trusted_share();
+  // Moves x_k by a share of the step and returns the largest change of a coordinate (m).
+  double move(double share);
+  // All of it, trusted or not.
+  double correct(std::span<const double> lambda) {
+    solve(lambda);
+    return move(1);
+  }
   void commit(TissueState& state);
   bool finite() const { return x_.allFinite(); }
+  bool inverted() const { return element_rotations_.inverted; }  // an element is, at the last linearize()
 
   const Matrix3X& x() const { return x_; }  // x_k (m)
   std::size_t factor_entries() const { return factor_.factor_entries(); }
@@ -98,6 +122,7 @@ class TissueMotion {
   bool add_node(int node, const Vector3& force);
   bool add_part(const MaterialPoint& point, const Vector3& force);
   void evaluate();
+  double slope(double share, const Matrix3X& forces) const;
   void put_residual(const TissueState& state);
   void evaluate_damping(const TissueState& state);
   bool refactorize();
@@ -125,6 +150,14 @@ class TissueMotion {
   Vector3 weight_;                       // of the free nodes (N)
   Matrix3X x_;                           // x_k
   Matrix3X elastic_;                     // dPsi/dx at x_k
+  Matrix3X step_;                        // dx, zero for fixed nodes (m)
+  double descent_ = 0;                   // d (J)
+  double share_ = 0;                     // of the step that was gone; 0: its end is not to be judged
+  int guarded_ = 0;                      // linearisations in which steps are looked at
+  double large_step_;                    // m
+  double largest_damping_ = 0;           // s, largest beta
+  Matrix3X trial_x_, trial_forces_;      // at the end of a share of the step; the latter also at the step's start
+  ElementRotations trial_rotations_;
   ElementRotations element_rotations_;
   ElementRotations start_rotations_;     // of the tick, from its second iteration on
   Matrix4X rotations_;                   // turned: of the nodes

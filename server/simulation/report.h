@@ -30,7 +30,9 @@ enum Flag : std::uint32_t {
   kSolverFellBack = 1u << 6,     // laws.solver direct found no answer; Gauss-Seidel gave this one
   kSweepsCapped = 1u << 7,       // overrun.max_sweeps took effect
   kIterationsCapped = 1u << 8,   // overrun.max_iterations took effect
-  kPublishingReduced = 1u << 9   // overrun.publish_every is in effect
+  kPublishingReduced = 1u << 9,  // overrun.publish_every is in effect
+  kStepLimited = 1u << 10,       // the forces at the end of the tick's step spoke against it: less than all of it was gone
+  kElementsInverted = 1u << 11   // a tetrahedron was turned inside out at the start of the tick (not with rung linear)
 };
 
 struct NeedleReport {

@@ -189,6 +189,7 @@ struct Simulation::World {
   std::vector<NeedleMotion> motions;
   TissueMotion tissue_motion;
   Rows rows;
+  double step_share = 1;                 // of the last correction, that bodies went
   std::vector<std::uint64_t> next_look;  // per needle, the tick of its next look_ahead()
   double potential_at_start = 0;             // J
   Vector3 needle_balance = Vector3::Zero();  // last tick: base forces + weight - inertia of all needles (N)
@@ -335,8 +336,13 @@ SolverResult Simulation::World::solve_laws() {
 
 // 8. Free motion and the rows' forces together; returns the largest change of a position (m).
 double Simulation::World::correct() {
-  double change = tissue_motion.correct(rows.lambda());
-  for (int i = 0; i < needles(); ++i) change = std::max(change, motions[i].correct(rows.needle_forces(i)));
+  tissue_motion.solve(rows.lambda());
+  for (int i = 0; i < needles(); ++i) motions[i].solve(rows.needle_forces(i));
+  // All bodies by the same share, so that action stays equal to reaction in work, too.
+  step_share = tissue_motion.trusted_share();
+  for (int i = 0; i < needles(); ++i) step_share = std::min(step_share, motions[i].trusted_share(needle_states[i]));
+  double change = tissue_motion.move(step_share);
+  for (NeedleMotion& motion : motions) change = std::max(change, motion.move(step_share));
   return change;
 }
 
@@ -485,6 +491,8 @@ void Simulation::step() {
     change = w.correct(), timer.lap(8);
     if (iterates && iteration + 1 == limit && change > w.scene.newton.tolerance) flags |= kNewtonNotConverged;
   }
+  if (w.step_share < 1) flags |= kStepLimited;
+  if (w.tissue_motion.inverted()) flags |= kElementsInverted;
   if (!laws.converged) flags |= kLawsNotConverged;
   if (laws.fell_back) flags |= kSolverFellBack;
   if (flags & kNewtonNotConverged && limit < w.scene.newton.max_iterations) flags |= kIterationsCapped;
