@@ -7,6 +7,10 @@ from page import Section
 from tables import values, where
 
 STYLES = {"linear": "o-", "nodal_pressure": "s--"}
+MESH_MEASURES = {"indentation": ("indentation", "mm", 1e3), "press_force": ("force at 0.3 mm", "N", 1),
+                 "base_force": ("steady base force", "N", 1), "base_peak": ("peak base force", "N", 1),
+                 "axial_stiffness": ("axial stiffness", "N/m", 1), "lateral_stiffness": ("lateral stiffness", "N/m", 1),
+                 "steering_radius": ("steering radius", "m", 1)}
 LOCKING = {"needle": "needle pushed sideways: displacement", "vortex": "swirling load: displacement",
            "bending": "bent bar: work of the load"}
 
@@ -54,6 +58,64 @@ def locking_section(folder, rows):
     return section
 
 
+def draw_measure(axes, rows, measure, scale):
+    for k, added in enumerate(values(rows, "added")):
+        for element in values(rows, "element"):
+            found = where(rows, added=added, element=element)
+            if found and isinstance(found[0][measure], float):
+                axes.plot([1e3 * r["element_size"] for r in found], [scale * r[measure] for r in found], STYLES[element],
+                          color=f"C{k}", label=f"{added}, {element}")
+    axes.set_xscale("log")
+    axes.invert_xaxis()
+    axes.set_ylim(bottom=0)
+
+
+def mesh_figure(rows):
+    ratios = values(rows, "poisson_ratio")
+    figure, all_axes = plt.subplots(len(ratios), len(MESH_MEASURES), figsize=(4.2 * len(MESH_MEASURES), 4 * len(ratios)),
+                                    layout="constrained", squeeze=False)
+    for line, nu in zip(all_axes, ratios):
+        for axes, (measure, (name, unit, scale)) in zip(line, MESH_MEASURES.items()):
+            draw_measure(axes, where(rows, poisson_ratio=nu), measure, scale)
+            axes.set_title(f"{name} ({unit}), nu = {nu:g}", fontsize=10)
+            axes.set_xlabel("edge of a cell (mm)")
+    all_axes[0, 0].legend(frameon=False, fontsize=7)
+    return figure
+
+
+def deviation(row, finest, measure):
+    """From the finest mesh, in per cent; empty where it was not measured."""
+    if not isinstance(row[measure], float) or not finest[measure]:
+        return ""
+    return 100 * (row[measure] / finest[measure] - 1)
+
+
+def mesh_table(rows):
+    table = []
+    for nu in values(rows, "poisson_ratio"):
+        for element in values(rows, "element"):
+            for added in values(rows, "added"):
+                found = sorted(where(rows, poisson_ratio=nu, element=element, added=added), key=lambda r: -r["cells"])
+                table += [{"added": added, "element": element, "nu": nu, "cell (mm)": 1e3 * row["element_size"],
+                           **{f"{name} (%)": deviation(row, found[0], m) for m, (name, _, _) in MESH_MEASURES.items()}}
+                          for row in found[1:]]
+    return table
+
+
+def mesh_section(folder, rows):
+    section = Section("Point forces and the mesh", (
+        "A needle acts on points, and the larger the elements are, the stiffer they answer. "
+        "<code>tissue.local_compliance</code> adds what they cannot give way: <i>lateral</i> across the shaft (the "
+        "default), <i>shaft</i> along it as well, <i>all</i> at the tip, too."))
+    section.plot(folder, mesh_figure(rows), "mesh_dependence.png", "What a needle feels, over meshes.")
+    section.table(mesh_table(rows), "Difference from the finest mesh of the same kind, in per cent.")
+    return section
+
+
 def sections(folder):
-    rows = folder.read("locking.csv")
-    return [locking_section(folder, rows)] if rows else []
+    made = []
+    for name, make in (("locking.csv", locking_section), ("mesh_dependence.csv", mesh_section)):
+        rows = folder.read(name)
+        if rows:
+            made.append(make(folder, rows))
+    return made
