@@ -2,7 +2,6 @@
 #include "server/study/stability_cases.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 namespace acus {
@@ -10,6 +9,7 @@ namespace acus {
 namespace {
 
 constexpr double kBlock = 60e-3;  // m, edge
+constexpr bool kNasty = true, kRefuse = true;
 
 Material& tissue(Trial& t) { return t.scene.tissue.regions[0].material; }
 Interaction& laws(Trial& t) { return t.scene.tissue.regions[0].interaction; }
@@ -20,7 +20,7 @@ void set_block(Trial& t, const Vector3& size, const std::array<int, 3>& cells) {
   for (Approach& approach : t.approaches) approach.at.z() = size.z() / 2;
 }
 
-// Nodes beyond a distance below and beside the middle of the block are fixed.
+// All that lies behind a plane.
 Volume half_space(const Vector3& point, const Vector3& normal) {
   Volume volume;
   volume.half_space = HalfSpace{point, normal};
@@ -37,8 +37,6 @@ void hold_sides(Trial& t) {
   t.scene.tissue.fixed = {half_space({edge, 0, 0}, -Vector3::UnitX()), half_space({-edge, 0, 0}, Vector3::UnitX())};
 }
 
-void set_spacing(Trial& t, double spacing) { needle(t).constraint_spacing = spacing; }
-
 // Elements of 2 mm: a block of 14 mm, and a needle that goes 8 mm deep.
 void fine_mesh(Trial& t) {
   set_block(t, Vector3::Constant(14e-3), {7, 7, 7});
@@ -47,19 +45,20 @@ void fine_mesh(Trial& t) {
   t.manoeuvre.speed = 0.03;
 }
 
+// With forces that such elements can bear.
+void fine_tissue(Trial& t) {
+  fine_mesh(t);
+  laws(t).puncture_force = 0.03;
+  laws(t).cutting_force = 0.01;
+}
+
 void coarse_mesh(Trial& t) { set_block(t, Vector3::Constant(kBlock), {3, 3, 3}); }
 
 // A plate that a tick's motion goes through.
 void thin_plate(Trial& t) {
   set_block(t, {kBlock, kBlock, 2e-3}, {5, 5, 1});
   hold_sides(t);
-}
-
-void fast(Trial& t, double speed) { t.manoeuvre.speed = speed; }
-
-void jump(Trial& t) {
   t.manoeuvre.jumps = true;
-  t.manoeuvre.depth = 95e-3;
 }
 
 void spin(Trial& t) {
@@ -68,142 +67,177 @@ void spin(Trial& t) {
   needle(t).torsional_friction = 1;
 }
 
-void second_needle(Trial& t, const Vector3& at, const Vector3& along) { t.approaches.push_back({at, along}); }
-
-void approach(Trial& t, const Vector3& at, const Vector3& along) { t.approaches[0] = {at, along}; }
-
-// A tip that comes aslant would slide along the surface.
-void approach_aslant(Trial& t, const Vector3& at, const Vector3& along) {
-  approach(t, at, along);
-  laws(t).friction_contact = 10;
-}
-
-void short_needle(Trial& t, double length) {
-  needle(t).length = length;
-  needle(t).beams = 5;
-}
-
-void gravity(Trial& t, double times) {
-  t.scene.gravity = {0, 0, -9.81 * times};
-  t.manoeuvre.before = 0.5;
-}
-
 void undamped_tissue(Trial& t) { tissue(t).rayleigh_mass = tissue(t).rayleigh_stiffness = 0; }
 void undamped_needle(Trial& t) { needle(t).material.rayleigh_mass = needle(t).material.rayleigh_stiffness = 0; }
 
-void bone(Trial& t) { laws(t).puncture_force = kInfinity; }
+void starts_inside(Trial& t) {
+  needle(t).length = 20e-3;
+  t.manoeuvre.gap = -40e-3;
+}
 
 void rigid_bone(Trial& t) {
-  bone(t);
+  laws(t).puncture_force = kInfinity;
   needle(t).rung = NeedleRung::rigid;
   t.manoeuvre.depth = 50e-3;
 }
 
-void set_friction(Trial& t, double mu) { laws(t).friction_static = laws(t).friction_dynamic = mu; }
+// Changes of one number or place.
+using Change = std::function<void(Trial&)>;
+Change tissue_is(double Material::*field, double value) {
+  return [=](Trial& t) { tissue(t).*field = value; };
+}
+Change needle_is(double Material::*field, double value) {
+  return [=](Trial& t) { needle(t).material.*field = value; };
+}
+Change needle_is(double NeedleBody::*field, double value) {
+  return [=](Trial& t) { needle(t).*field = value; };
+}
+Change law_is(double Interaction::*field, double value) {
+  return [=](Trial& t) { laws(t).*field = value; };
+}
+Change stiffnesses(double of_tissue, double of_needle) {
+  return [=](Trial& t) { tissue(t).young_modulus = of_tissue, needle(t).material.young_modulus = of_needle; };
+}
+Change ticks_a_second(double rate) {
+  return [=](Trial& t) { t.scene.rate = rate; };
+}
+Change speed(double metres_a_second) {
+  return [=](Trial& t) { t.manoeuvre.speed = metres_a_second; };
+}
+Change jumps(double depth, const Vector3& aside = Vector3::Zero()) {
+  return [=](Trial& t) { t.manoeuvre.jumps = true, t.manoeuvre.depth = depth, t.manoeuvre.aside = aside; };
+}
+Change pulled_aside(const Vector3& way) {
+  return [=](Trial& t) { t.manoeuvre.aside = way; };
+}
+Change friction(double mu_static, double mu_dynamic, double mu_contact) {
+  return [=](Trial& t) {
+    laws(t).friction_static = mu_static, laws(t).friction_dynamic = mu_dynamic, laws(t).friction_contact = mu_contact;
+  };
+}
+Change fine_mesh_with(double spacing) {
+  return [=](Trial& t) { fine_tissue(t), needle(t).constraint_spacing = spacing; };
+}
+Change coarse_mesh_with(double spacing) {
+  return [=](Trial& t) { coarse_mesh(t), needle(t).constraint_spacing = spacing; };
+}
+Change slivers(double angle) {
+  return [=](Trial& t) { t.smallest_dihedral = angle * std::numbers::pi / 180; };
+}
+Change gravity(double times) {
+  return [=](Trial& t) { t.scene.gravity = {0, 0, -9.81 * times}, t.manoeuvre.before = 0.5; };
+}
+Change from(const Vector3& at, const Vector3& along) {
+  return [=](Trial& t) { t.approaches[0] = {at, along}; };
+}
+Change second_needle(const Vector3& at, const Vector3& along) {
+  return [=](Trial& t) { t.approaches.push_back({at, along}); };
+}
+Change short_needle(double length, double depth) {
+  return [=](Trial& t) { needle(t).length = length, needle(t).beams = 5, t.manoeuvre.depth = depth; };
+}
+Change rung(TissueRung rung) {
+  return [=](Trial& t) { t.scene.tissue.rung = rung; };
+}
 
-constexpr double degrees(double angle) { return angle * std::numbers::pi / 180; }
+// Change, but for the friction of the contact: a tip that comes aslant would slide along the surface.
+Change aslant_from(const Vector3& at, const Vector3& along) {
+  return [=](Trial& t) { from(at, along)(t), laws(t).friction_contact = 10; };
+}
 
 std::vector<StabilityCase> make_cases() {
-  constexpr bool kNasty = true, kRefuse = true;
-  const std::string kTissueE = "tissue E", kNeedleE = "needle E";
+  constexpr auto kE = &Material::young_modulus, kNu = &Material::poisson_ratio, kDensity = &Material::density;
+  constexpr auto kDiameter = &NeedleBody::outer_diameter;
+  constexpr auto kPuncture = &Interaction::puncture_force, kCutting = &Interaction::cutting_force;
+  const Vector3 down = -Vector3::UnitZ(), across = Vector3::UnitX(), usual = Approach{}.at;
+  const auto mm = [](double x, double y, double z) { return Vector3(1e-3 * x, 1e-3 * y, 1e-3 * z); };
   return {
-      {"base", {}, false, [](Trial&) {}},
-      {"tissue E 100 Pa", {kTissueE}, kNasty, [](Trial& t) { tissue(t).young_modulus = 100; }},
-      {"tissue E 1 kPa", {kTissueE}, false, [](Trial& t) { tissue(t).young_modulus = 1e3; }},
-      {"tissue E 100 kPa", {kTissueE}, false, [](Trial& t) { tissue(t).young_modulus = 1e5; }},
-      {"tissue E 10 MPa", {kTissueE}, false, [](Trial& t) { tissue(t).young_modulus = 1e7; }},
-      {"tissue E 1 GPa", {kTissueE}, kNasty, [](Trial& t) { tissue(t).young_modulus = 1e9; }},
-      {"nu 0", {"nu"}, false, [](Trial& t) { tissue(t).poisson_ratio = 0; }},
-      {"nu 0.49", {"nu"}, false, [](Trial& t) { tissue(t).poisson_ratio = 0.49; }},
-      {"nu 0.499", {"nu"}, false, [](Trial& t) { tissue(t).poisson_ratio = 0.499; }},
-      {"nu 0.4999", {"nu"}, kNasty, [](Trial& t) { tissue(t).poisson_ratio = 0.4999; }},
-      {"density 1", {"density"}, kNasty, [](Trial& t) { tissue(t).density = 1; }},
-      {"density 100", {"density"}, false, [](Trial& t) { tissue(t).density = 100; }},
-      {"density 20,000", {"density"}, kNasty, [](Trial& t) { tissue(t).density = 20e3; }},
-      {"needle E 1 MPa", {kNeedleE}, kNasty, [](Trial& t) { needle(t).material.young_modulus = 1e6; }},
-      {"needle E 100 MPa", {kNeedleE}, false, [](Trial& t) { needle(t).material.young_modulus = 1e8; }},
-      {"needle E 10 GPa", {kNeedleE}, false, [](Trial& t) { needle(t).material.young_modulus = 1e10; }},
-      {"needle E 1 TPa", {kNeedleE}, false, [](Trial& t) { needle(t).material.young_modulus = 1e12; }},
-      {"diameter 0.1 mm", {"diameter"}, kNasty, [](Trial& t) { needle(t).outer_diameter = 0.1e-3; }},
-      {"diameter 0.3 mm", {"diameter"}, false, [](Trial& t) { needle(t).outer_diameter = 0.3e-3; }},
-      {"diameter 5 mm", {"diameter"}, false, [](Trial& t) { needle(t).outer_diameter = 5e-3; }},
-      {"stiffness ratio 1e-6", {kTissueE, kNeedleE}, false,
-       [](Trial& t) { tissue(t).young_modulus = 1e9, needle(t).material.young_modulus = 1e3; }},
-      {"stiffness ratio 1e-3", {kTissueE, kNeedleE}, false,
-       [](Trial& t) { tissue(t).young_modulus = 1e9, needle(t).material.young_modulus = 1e6; }},
-      {"stiffness ratio 1", {kTissueE, kNeedleE}, false,
-       [](Trial& t) { tissue(t).young_modulus = needle(t).material.young_modulus = 1e6; }},
-      {"stiffness ratio 1e9", {kTissueE, kNeedleE}, false,
-       [](Trial& t) { tissue(t).young_modulus = 1e3, needle(t).material.young_modulus = 1e12; }},
-      {"rigid needle", {kNeedleE}, false, [](Trial& t) { needle(t).rung = NeedleRung::rigid; }},
-      {"h 0.1 ms", {"h"}, false, [](Trial& t) { t.scene.rate = 10e3; }},
-      {"h 0.3 ms", {"h"}, false, [](Trial& t) { t.scene.rate = 3e3; }},
-      {"h 5 ms", {"h"}, false, [](Trial& t) { t.scene.rate = 200; }},
-      {"h 20 ms", {"h"}, false, [](Trial& t) { t.scene.rate = 50; }},
-      {"h 100 ms", {"h"}, kNasty, [](Trial& t) { t.scene.rate = 10; }},
-      {"base at rest", {"speed"}, false, [](Trial& t) { fast(t, 0); }},
-      {"base 1 mm/s", {"speed"}, false, [](Trial& t) { fast(t, 1e-3), t.manoeuvre.depth = 2e-3, t.manoeuvre.gap = 1e-4; }},
-      {"base 1 m/s", {"speed"}, false, [](Trial& t) { fast(t, 1); }},
-      {"base 5 m/s", {"speed"}, kNasty, [](Trial& t) { fast(t, 5); }},
-      {"base jumps 100 mm", {"speed", "depth"}, kNasty, jump},
-      {"base jumps 40 mm", {"speed"}, false, [](Trial& t) { t.manoeuvre.jumps = true; }},
-      {"base jumps 100 mm aside", {"speed"}, false,
-       [](Trial& t) { t.manoeuvre.jumps = true, t.manoeuvre.aside = {0.1, 0, 0}; }},
-      {"base pulled 20 mm aside", {"aside"}, kNasty, [](Trial& t) { t.manoeuvre.aside = {0.02, 0.005, 0}; }},
-      {"50 turns a second", {"spin"}, kNasty, spin},
-      {"f_p 0", {"f_p"}, false, [](Trial& t) { laws(t).puncture_force = 0; }},
-      {"f_p 1 N", {"f_p"}, false, [](Trial& t) { laws(t).puncture_force = 1; }},
-      {"f_p 10 N", {"f_p"}, false, [](Trial& t) { laws(t).puncture_force = 10; }},
-      {"f_p infinite", {"f_p"}, kNasty, bone},
-      {"f_c 0", {"f_c"}, false, [](Trial& t) { laws(t).cutting_force = 0; }},
-      {"f_c 5 N", {"f_c"}, kNasty, [](Trial& t) { laws(t).cutting_force = 5; }},
-      {"mu 0", {"mu"}, false, [](Trial& t) { set_friction(t, 0), laws(t).friction_contact = 0; }},
-      {"mu 1", {"mu"}, false, [](Trial& t) { set_friction(t, 1); }},
-      {"mu 10", {"mu"}, kNasty, [](Trial& t) { set_friction(t, 10), laws(t).friction_contact = 10; }},
-      {"mu static 10, dynamic 0.1", {"mu"}, false,
-       [](Trial& t) { set_friction(t, 0.1), laws(t).friction_static = 10; }},
-      {"viscous friction 1000 N s/m2", {"viscous"}, false, [](Trial& t) { laws(t).friction_viscous = 1000; }},
-      {"spacing 0.5 mm on 2 mm", {"mesh"}, false, [](Trial& t) { fine_mesh(t), set_spacing(t, 0.5e-3); }},
-      {"spacing 20 mm on 2 mm", {"mesh"}, false, [](Trial& t) { fine_mesh(t), set_spacing(t, 20e-3); }},
-      {"spacing 0.5 mm on 20 mm", {"mesh"}, kNasty, [](Trial& t) { coarse_mesh(t), set_spacing(t, 0.5e-3); }},
-      {"spacing 20 mm on 20 mm", {"mesh"}, false, [](Trial& t) { coarse_mesh(t), set_spacing(t, 20e-3); }},
-      {"slivers 10 degrees", {"mesh"}, false, [](Trial& t) { t.smallest_dihedral = degrees(10); }},
-      {"slivers 3 degrees", {"mesh"}, false, [](Trial& t) { t.smallest_dihedral = degrees(3); }},
-      {"slivers 1 degree", {"mesh"}, kNasty, [](Trial& t) { t.smallest_dihedral = degrees(1); }},
-      {"crushed by a rigid needle", {"f_p", kNeedleE}, false, rigid_bone},
-      {"gravity times 1", {"gravity"}, false, [](Trial& t) { gravity(t, 1); }},
-      {"gravity times 100", {"gravity"}, kNasty, [](Trial& t) { gravity(t, 100); }},
-      {"through vertices along edges", {"place"}, kNasty, [](Trial& t) { approach(t, {6e-3, 6e-3, 30e-3}, {0, 0, -1}); }},
-      {"within a face", {"place"}, false, [](Trial& t) { approach(t, {6e-3, 1e-3, 30e-3}, {0, 0, -1}); }},
-      {"through the middles of edges", {"place"}, false, [](Trial& t) { approach(t, {0, 0, 30e-3}, {0, 0, -1}); }},
-      {"along diagonals", {"place"}, false, [](Trial& t) { approach_aslant(t, {6e-3, 6e-3, 30e-3}, {-1, -1, -1}); }},
-      {"on the surface, parallel", {"place"}, false, [](Trial& t) { approach(t, {-30e-3, 1.7e-3, 30e-3}, {1, 0, 0}); }},
-      {"0.1 mm below the surface, parallel", {"place"}, kNasty,
-       [](Trial& t) { approach(t, {-30e-3, 1.7e-3, 29.9e-3}, {1, 0, 0}); }},
-      {"at the edge of the block, parallel", {"place"}, false,
-       [](Trial& t) { approach(t, {30e-3, 1.7e-3, 30e-3}, {0, 0, -1}); }},
-      {"grazing the surface", {"place"}, false, [](Trial& t) { approach(t, {-20e-3, 0, 30e-3}, {1, 0, -0.05}); }},
-      {"through the block", {"depth"}, false, [](Trial& t) { t.manoeuvre.depth = 75e-3; }},
-      {"entry and exit in one tick", {"mesh", "place", "speed"}, kNasty,
-       [](Trial& t) { thin_plate(t), t.manoeuvre.jumps = true; }},
-      {"two needles in one tetrahedron", {"needles"}, kNasty,
-       [](Trial& t) { second_needle(t, {4e-3, 2.2e-3, 30e-3}, {0, 0, -1}); }},
-      {"two needles on one line", {"needles"}, false,
-       [](Trial& t) { second_needle(t, t.approaches[0].at, t.approaches[0].along); }},
-      {"two needles that cross", {"needles"}, false,
-       [](Trial& t) { second_needle(t, {-30e-3, 1.7e-3, 10e-3}, {1, 0, 0}); }},
-      {"needle wholly inside", {"length"}, false, [](Trial& t) { short_needle(t, 20e-3); }},
-      {"path longer than the needle", {"length", "depth"}, kNasty,
-       [](Trial& t) { short_needle(t, 10e-3), t.manoeuvre.depth = 50e-3; }},
-      {"starts wholly inside", {"place"}, false, [](Trial& t) { short_needle(t, 20e-3), t.manoeuvre.gap = -40e-3; }, kRefuse},
-      {"no damping of the tissue", {"damping"}, kNasty, undamped_tissue},
-      {"no damping of the needle", {"damping"}, false, undamped_needle},
-      {"no damping", {"damping"}, false, [](Trial& t) { undamped_tissue(t), undamped_needle(t); }},
-      {"no supports", {"supports"}, kNasty, [](Trial& t) { t.scene.tissue.fixed.clear(); }},
-      {"rung linear", {"rung"}, false, [](Trial& t) { t.scene.tissue.rung = TissueRung::linear; }},
-      {"rung refined", {"rung"}, kNasty, [](Trial& t) { t.scene.tissue.rung = TissueRung::refined; }},
-      {"rung exact", {"rung"}, false, [](Trial& t) { t.scene.tissue.rung = TissueRung::exact; }},
-      {"solver gauss_seidel", {"solver"}, false, [](Trial& t) { t.scene.laws.solver = LawMethod::gauss_seidel; }},
+      {"base", {}, [](Trial&) {}},
+      {"tissue E 100 Pa", {"tissue E"}, tissue_is(kE, 100), kNasty},
+      {"tissue E 1 kPa", {"tissue E"}, tissue_is(kE, 1e3)},
+      {"tissue E 100 kPa", {"tissue E"}, tissue_is(kE, 1e5)},
+      {"tissue E 10 MPa", {"tissue E"}, tissue_is(kE, 1e7)},
+      {"tissue E 1 GPa", {"tissue E"}, tissue_is(kE, 1e9), kNasty},
+      {"nu 0", {"nu"}, tissue_is(kNu, 0)},
+      {"nu 0.49", {"nu"}, tissue_is(kNu, 0.49)},
+      {"nu 0.499", {"nu"}, tissue_is(kNu, 0.499)},
+      {"nu 0.4999", {"nu"}, tissue_is(kNu, 0.4999), kNasty},
+      {"density 1", {"density"}, tissue_is(kDensity, 1), kNasty},
+      {"density 100", {"density"}, tissue_is(kDensity, 100)},
+      {"density 20000", {"density"}, tissue_is(kDensity, 20e3), kNasty},
+      {"needle E 1 MPa", {"needle E"}, needle_is(kE, 1e6), kNasty},
+      {"needle E 100 MPa", {"needle E"}, needle_is(kE, 1e8)},
+      {"needle E 10 GPa", {"needle E"}, needle_is(kE, 1e10)},
+      {"needle E 1 TPa", {"needle E"}, needle_is(kE, 1e12)},
+      {"rigid needle", {"needle E"}, [](Trial& t) { needle(t).rung = NeedleRung::rigid; }},
+      {"diameter 0.1 mm", {"diameter"}, needle_is(kDiameter, 0.1e-3), kNasty},
+      {"diameter 0.3 mm", {"diameter"}, needle_is(kDiameter, 0.3e-3)},
+      {"diameter 5 mm", {"diameter"}, needle_is(kDiameter, 5e-3)},
+      {"stiffness ratio 1e-6", {"tissue E", "needle E"}, stiffnesses(1e9, 1e3)},
+      {"stiffness ratio 1e-3", {"tissue E", "needle E"}, stiffnesses(1e9, 1e6)},
+      {"stiffness ratio 1", {"tissue E", "needle E"}, stiffnesses(1e6, 1e6)},
+      {"stiffness ratio 1e9", {"tissue E", "needle E"}, stiffnesses(1e3, 1e12)},
+      {"h 0.1 ms", {"h"}, ticks_a_second(10e3)},
+      {"h 0.3 ms", {"h"}, ticks_a_second(3e3)},
+      {"h 5 ms", {"h"}, ticks_a_second(200)},
+      {"h 20 ms", {"h"}, ticks_a_second(50)},
+      {"h 100 ms", {"h"}, ticks_a_second(10), kNasty},
+      {"base at rest", {"speed"}, speed(0)},
+      {"base 10 mm/s", {"speed"}, speed(10e-3)},
+      {"base 1 m/s", {"speed"}, speed(1)},
+      {"base 5 m/s", {"speed"}, speed(5), kNasty},
+      {"base jumps 100 mm", {"speed", "depth"}, jumps(95e-3), kNasty},
+      {"base jumps 40 mm", {"speed"}, jumps(35e-3)},
+      {"base jumps 100 mm aside", {"speed", "aside"}, jumps(35e-3, mm(100, 0, 0))},
+      {"base pulled 20 mm aside", {"aside"}, pulled_aside(mm(20, 5, 0)), kNasty},
+      {"50 turns a second", {"spin"}, spin, kNasty},
+      {"f_p 0", {"f_p"}, law_is(kPuncture, 0)},
+      {"f_p 1 N", {"f_p"}, law_is(kPuncture, 1)},
+      {"f_p 10 N", {"f_p"}, law_is(kPuncture, 10)},
+      {"f_p infinite", {"f_p"}, law_is(kPuncture, kInfinity), kNasty},
+      {"f_c 0", {"f_c"}, law_is(kCutting, 0)},
+      {"f_c 5 N", {"f_c"}, law_is(kCutting, 5), kNasty},
+      {"mu 0", {"mu"}, friction(0, 0, 0)},
+      {"mu 1", {"mu"}, friction(1, 1, 1)},
+      {"mu 10", {"mu"}, friction(10, 10, 10), kNasty},
+      {"mu static 10 and dynamic 0.1", {"mu"}, friction(10, 0.1, 1)},
+      {"viscous friction 1000 N s/m2", {"viscous"}, law_is(&Interaction::friction_viscous, 1000)},
+      {"spacing 0.5 mm on 2 mm", {"mesh"}, fine_mesh_with(0.5e-3)},
+      {"spacing 20 mm on 2 mm", {"mesh"}, fine_mesh_with(20e-3)},
+      {"f_p 0.3 N on 2 mm", {"mesh"}, fine_mesh},
+      {"spacing 0.5 mm on 20 mm", {"mesh"}, coarse_mesh_with(0.5e-3), kNasty},
+      {"spacing 20 mm on 20 mm", {"mesh"}, coarse_mesh_with(20e-3)},
+      {"slivers 10 degrees", {"mesh"}, slivers(10)},
+      {"slivers 3 degrees", {"mesh"}, slivers(3)},
+      {"slivers 1 degree", {"mesh"}, slivers(1), kNasty},
+      {"crushed by a rigid needle", {"f_p", "needle E"}, rigid_bone},
+      {"gravity times 1", {"gravity"}, gravity(1)},
+      {"gravity times 100", {"gravity"}, gravity(100), kNasty},
+      {"through vertices along edges", {"place"}, from(mm(6, 6, 30), down), kNasty},
+      {"within a face", {"place"}, from(mm(6, 1, 30), down)},
+      {"through the middles of edges", {"place"}, from(mm(0, 0, 30), down)},
+      {"along diagonals", {"place"}, aslant_from(mm(6, 6, 30), mm(-1, -1, -1))},
+      {"on the surface, parallel", {"place"}, from(mm(-30, 1.7, 30), across)},
+      {"0.1 mm below the surface, parallel", {"place"}, from(mm(-30, 1.7, 29.9), across), kNasty},
+      {"down a side of the block", {"place"}, from(mm(30, 1.7, 30), down)},
+      {"grazing the surface", {"place"}, from(mm(-20, 0, 30), mm(1, 0, -0.05))},
+      {"through the block", {"depth"}, [](Trial& t) { t.manoeuvre.depth = 75e-3; }},
+      {"entry and exit in one tick", {"mesh", "place", "speed"}, thin_plate, kNasty},
+      {"two needles in one tetrahedron", {"needles"}, second_needle(mm(4, 2.2, 30), down), kNasty},
+      {"two needles on one line", {"needles"}, second_needle(usual, down)},
+      {"two needles that cross", {"needles"}, second_needle(mm(-30, 1.7, 10), across)},
+      {"needle wholly inside", {"length"}, short_needle(20e-3, 35e-3)},
+      {"path longer than the needle", {"length", "depth"}, short_needle(10e-3, 50e-3), kNasty},
+      {"starts wholly inside", {"place"}, starts_inside, false, kRefuse},
+      {"no damping of the tissue", {"damping"}, undamped_tissue, kNasty},
+      {"no damping of the needle", {"damping"}, undamped_needle},
+      {"no damping", {"damping"}, [](Trial& t) { undamped_tissue(t), undamped_needle(t); }},
+      {"no supports", {"supports"}, [](Trial& t) { t.scene.tissue.fixed.clear(); }, kNasty},
+      {"rung linear", {"rung"}, rung(TissueRung::linear)},
+      {"rung refined", {"rung"}, rung(TissueRung::refined), kNasty},
+      {"rung exact", {"rung"}, rung(TissueRung::exact)},
+      {"element nodal_pressure", {"element"}, [](Trial& t) { t.scene.tissue.element = TissueElement::nodal_pressure; }},
+      {"solver gauss_seidel", {"solver"}, [](Trial& t) { t.scene.laws.solver = LawMethod::gauss_seidel; }},
   };
 }
 

@@ -15,8 +15,8 @@ namespace acus {
 
 // Where a needle comes to the tissue.
 struct Approach {
-  Vector3 at{3.1e-3, 1.7e-3, 30e-3};       // m, world: on its line, `gap` ahead of its tip at the start
-  Vector3 along = -Vector3::UnitZ();       // its axis; any length
+  Vector3 at{3.1e-3, 1.7e-3, 30e-3};  // m, world: on its line, `gap` ahead of its tip at the start
+  Vector3 along = -Vector3::UnitZ();  // its axis; any length
 };
 
 // How every needle is moved: along its own axis until its tip is `depth` behind Approach::at, aside, back again, out.
@@ -42,10 +42,10 @@ struct Trial {
 
 struct StabilityCase {
   std::string name;
-  std::vector<std::string> knobs;  // what is changed: two cases with the same are no pair
-  bool nasty = false;              // is paired with all the other nasty ones
+  std::vector<std::string> knobs;  // what is changed: two cases with one in common are no pair
   std::function<void(Trial&)> change;
-  bool refuse = false;             // loading it must end in an error
+  bool nasty = false;   // is paired with all the other nasty ones
+  bool refuse = false;  // loading it must end in an error
 };
 
 // A run of the table: a case, alone or with a partner.
@@ -59,8 +59,8 @@ const std::vector<StabilityCase>& stability_cases();
 std::vector<StabilityRun> stability_runs();
 Trial make_trial(const StabilityRun& run);
 
-// The trial's scene with its needles in their places, and their motion until the last command. A mesh that is no box goes
-// to a file in `folder`, which must outlive the experiment.
+// The trial's scene with its needles in their places, and their motion until the last command. A mesh that is no box
+// goes to a file in `folder`, which must outlive the experiment.
 Experiment make_experiment(const Trial& trial, const std::string& folder);
 
 // stability_mesh.cpp. Of all tetrahedra, the smallest angle between two of their faces (rad).

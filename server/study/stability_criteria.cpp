@@ -28,9 +28,7 @@ double largest_norm(std::span<const Vector3> vectors) {
 }
 
 // Increments that oppose the one before, up to tick k.
-int opposed(std::span<const Vector3> f, std::size_t k) {
-  return (f[k] - f[k - 1]).dot(f[k - 1] - f[k - 2]) < 0;
-}
+int opposed(std::span<const Vector3> f, std::size_t k) { return (f[k] - f[k - 1]).dot(f[k - 1] - f[k - 2]) < 0; }
 
 // The least increment of the window that ends with tick k, over the mean force there.
 double window_share(std::span<const Vector3> f, std::size_t k, double least_force) {
@@ -89,6 +87,11 @@ Peak unflagged_residual(std::span<const double> residual, std::span<const std::u
   return peak;
 }
 
+double swing(std::span<const double> kinetic) {
+  const double most = largest(kinetic);
+  return most > 0 ? largest(kinetic.last(kinetic.size() / 4)) / most : 0;
+}
+
 StabilityFigures measure(const StabilitySeries& series) {
   StabilityFigures f;
   f.gain = energy_gain(series.stored, series.work);
@@ -103,7 +106,7 @@ StabilityFigures measure(const StabilitySeries& series) {
   const double most = largest(series.distance);
   if (most < kLeastDistance) return f;
   f.left = series.distance.back() / most;
-  f.left_before = series.distance[(series.last_inside + series.ticks()) / 2] / most;
+  f.swing = swing(std::span(series.kinetic).subspan(series.last_inside));
   return f;
 }
 
@@ -127,8 +130,9 @@ Verdict judge(const StabilitySeries& series, const StabilityFigures& f, double r
   check("energy gain", f.gain, limits.gain);
   check("energy rises at rest", f.rise, limits.rise);
   check("alternating force", f.alternation, limits.alternation);
-  const bool returns = f.left <= limits.left || f.left <= limits.falling * f.left_before;
-  if (series.withdrawn && !returns) exceeded("tissue does not return", false);
+  if (series.unseen_inversion) exceeded("inverted elements", false);
+  const bool returns = f.left <= limits.left || f.swing > limits.swing;
+  if (series.withdrawn && !returns) exceeded("tissue does not return", excused(series, series.ticks() - 1));
   return verdict;
 }
 

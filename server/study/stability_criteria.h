@@ -1,19 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a run must show to count as stable. Measures over its ticks 0 ... n-1, each with the tick at which it is worst:
 //
-//   available energy   A_k = T_k + U_k + V_k - W_k, kinetic, elastic and potential energy less the work of the bases since
+//   available energy   A_k = T_k + U_k + V_k - W_k, kinetic, elastic and potential energy less the work of the bases
+//   since
 //                      the start, W_k = sum over ticks and needles of F (x_k - x_{k-1}) + M (turn in the tick), F and M
 //                      what the holder bears. Friction, cutting and damping only take from it.
 //   scale              the largest of |T + U + V - (T + U + V)_0| and |W| of the run, at least kLeastEnergy
 //   gain               max_k (A_k - A_0) / scale: energy from nowhere, over the whole run
 //   rise               max over ticks j < k of the rest of (A_k - A_j) / scale: it does not fall at rest
-//   alternation        of a force f (N, vector), with d_k = f_k - f_{k-1}: over every window of kAlternations increments
-//                      of which each opposes the one before, d_k · d_{k-1} < 0, the least |d| over the mean |f| there, but
-//                      no less than kLeastShare of the run's largest |f|; the largest of all windows and forces
+//   alternation        of a force f (N, vector), with d_k = f_k - f_{k-1}: over every window of kAlternations
+//   increments
+//                      of which each opposes the one before, d_k · d_{k-1} < 0, the least |d| over the mean |f| there,
+//                      but no less than kLeastShare of the run's largest |f|; the largest of all windows and forces
 //   return             the largest distance of a node from where it was before the needle came (of a tissue without
 //                      supports: after the rigid motion that fits best), at the end, over the largest of the run
 //
-// Limits below. A return that takes longer than the run is one while the distance falls (see Limits::falling).
+//   swing              the largest kinetic energy of the last quarter since the needle left, over the largest since
+//   then: soft
+//                      and heavy tissue swings longer than a run lasts, tissue that is caught somewhere stands still
+//   smallest volume    of an element, over its volume at rest
+//
+// Limits in StabilityLimits. Inverted elements are no failure where the tick says so (not with rung `linear`, whose
+// elements do not know).
 #pragma once
 
 #include <cstdint>
@@ -35,16 +43,20 @@ inline constexpr double kLeastDistance = 1e-5;  // m, of a run's largest distanc
 // What a run leaves behind, per tick.
 struct StabilitySeries {
   std::vector<double> stored;                // J, T + U + V
+  std::vector<double> kinetic;               // J, T
   std::vector<double> work;                  // J, W
   std::vector<std::vector<Vector3>> forces;  // N, base and tip of every needle, one series each
   std::vector<double> distance;              // m, of the tissue from rest, largest node
   std::vector<double> residual;              // N, of the laws
   std::vector<std::uint32_t> flags;
-  bool finite = true;           // every number reported
-  std::size_t rest = 0;         // first tick of the rest
-  bool withdrawn = false;       // no needle touches the tissue at the end
-  std::size_t last_inside = 0;  // last tick in which one did
-  double seconds = 0;           // of processor time in the ticks
+  bool finite = true;             // every number reported
+  double smallest_volume = 1;     // -, of all elements and ticks
+  bool unseen_inversion = false;  // an element was inverted and the next tick did not say so
+  std::size_t rest = 0;           // first tick of the rest
+  double deepest = 0;             // m, most of a needle that was inside
+  bool withdrawn = false;         // no needle touches the tissue at the end
+  std::size_t last_inside = 0;    // last tick in which one did
+  double seconds = 0;             // of processor time in the ticks
 
   std::size_t ticks() const { return flags.size(); }
 };
@@ -57,15 +69,16 @@ struct Peak {
 Peak energy_gain(std::span<const double> stored, std::span<const double> work);
 Peak energy_rise(std::span<const double> stored, std::span<const double> work, std::size_t from);
 Peak alternation(std::span<const Vector3> force);
+double swing(std::span<const double> kinetic);  // of the ticks since the needle left
 // Of the ticks without kLawsNotConverged.
 Peak unflagged_residual(std::span<const double> residual, std::span<const std::uint32_t> flags);
 
 struct StabilityFigures {
   Peak gain, rise, alternation, residual;
-  double left = 0;           // return, at the end
-  double left_before = 0;    // return, at the middle of the time since the needle left
-  double largest_force = 0;  // N
-  double largest_energy = 0; // J, scale
+  double left = 0;  // return
+  double swing = 0;
+  double largest_force = 0;   // N
+  double largest_energy = 0;  // J, scale
 };
 StabilityFigures measure(const StabilitySeries& series);
 
@@ -74,7 +87,7 @@ struct StabilityLimits {
   double rise = 1e-3;
   double alternation = 0.1;
   double left = 0.02;
-  double falling = 0.7;  // a return is on its way whose distance falls to this share in the second half
+  double swing = 0.01;  // above it the tissue is on its way
 };
 
 enum class Outcome { sound, flagged, refused, failed };
@@ -87,7 +100,8 @@ struct Verdict {
 const char* name_of(Outcome outcome);
 
 // Flags that own up to a trouble: what follows within kExcused ticks is told, not hidden.
-inline constexpr std::uint32_t kTroubles = kLawsNotConverged | kNewtonNotConverged | kNotFinite;
+inline constexpr std::uint32_t kTroubles =
+    kLawsNotConverged | kNewtonNotConverged | kNotFinite | kStepLimited | kElementsInverted;
 inline constexpr std::size_t kExcused = 100;
 
 Verdict judge(const StabilitySeries& series, const StabilityFigures& figures, double residual_tolerance,

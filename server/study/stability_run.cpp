@@ -14,6 +14,18 @@ namespace {
 
 constexpr double kStill = 1e-6;  // m/s and rad/s: a base that moves no faster rests
 
+// Of all elements, over their volumes at rest.
+double smallest_volume(const TetrahedralMesh& mesh, const Matrix3X& x) {
+  double smallest = kInfinity;
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
+    const auto& nodes = mesh.tetrahedra[t];
+    const Vector3 origin = x.col(nodes[0]);
+    const double volume = (x.col(nodes[1]) - origin).cross(x.col(nodes[2]) - origin).dot(x.col(nodes[3]) - origin) / 6;
+    smallest = std::min(smallest, volume / rest_volume(mesh, t));
+  }
+  return smallest;
+}
+
 bool touches(const NeedleReport& needle) { return needle.phase != Phase::free; }
 
 bool all_finite(const TickReport& report) {
@@ -50,13 +62,26 @@ class Recorder {
     series_.finite = series_.finite && all_finite(report) && simulation_.tissue_positions().allFinite();
     series_.flags.push_back(report.flags);
     series_.residual.push_back(report.residual);
-    series_.stored.push_back(simulation_.energy().total());
+    const Energy energy = simulation_.energy();
+    series_.stored.push_back(energy.total());
+    series_.kinetic.push_back(energy.kinetic);
+    note_volumes(report);
     note_work(report);
     note_contact(report);
     for (std::size_t i = 0; i < bases_.size(); ++i) {
       series_.forces[2 * i].push_back(report.needles[i].base_force);
       series_.forces[2 * i + 1].push_back(report.needles[i].tip_force);
     }
+  }
+
+  // The flag speaks of the start of the tick.
+  void note_volumes(const TickReport& report) {
+    const bool says_so = (report.flags & kElementsInverted) != 0;
+    const bool knows = simulation_.scene().tissue.rung != TissueRung::linear;
+    series_.unseen_inversion = series_.unseen_inversion || (knows && inverted_ && !says_so);
+    const double smallest = smallest_volume(simulation_.mesh(), simulation_.tissue_positions());
+    series_.smallest_volume = std::min(series_.smallest_volume, smallest);
+    inverted_ = smallest < 0;
   }
 
   void note_work(const TickReport& report) {
@@ -75,6 +100,8 @@ class Recorder {
   // The tissue's distance is counted from where it is when a needle first touches it.
   void note_contact(const TickReport& report) {
     const bool touched = std::any_of(report.needles.begin(), report.needles.end(), touches);
+    for (const NeedleReport& needle : report.needles)
+      series_.deepest = std::max(series_.deepest, needle.inserted_depth);
     if (touched) series_.last_inside = series_.ticks() - 1;
     series_.withdrawn = !touched;
     been_touched_ = been_touched_ || touched;
@@ -88,6 +115,7 @@ class Recorder {
   double h_;
   bool free_;  // nothing supports the tissue
   bool been_touched_ = false;
+  bool inverted_ = false;  // an element was, at the end of the last tick
   Matrix3X before_;
   std::vector<Pose> bases_;
   StabilitySeries series_;

@@ -16,13 +16,6 @@ namespace {
 
 constexpr std::size_t kQuickRuns = 25;
 
-const std::vector<std::string> kColumns{
-    "case",        "partner",       "ticks",        "pass",
-    "outcome",     "why",           "flagged",      "laws_not_converged",
-    "newton_not_converged", "tangent_projected", "not_finite", "residual_N",
-    "energy_J",    "energy_gain",   "energy_rise",  "largest_force_N",
-    "alternation", "withdrawn",     "return",       "ms_per_tick"};
-
 // A folder for meshes, gone with its owner.
 class TemporaryFolder {
  public:
@@ -56,39 +49,85 @@ std::size_t count(const StabilitySeries& series, std::uint32_t flags) {
       std::count_if(series.flags.begin(), series.flags.end(), [&](std::uint32_t f) { return (f & flags) != 0; }));
 }
 
-void write_row(CsvFile& file, const StabilityRun& run, const Verdict& verdict, const StabilitySeries& series) {
-  const StabilityFigures f = measure(series);
-  const auto ticks = static_cast<double>(series.ticks());
-  const double nothing = std::numeric_limits<double>::quiet_NaN();
-  const auto number = [&](double value) { return Cell(series.ticks() > 0 ? value : nothing); };
-  file.row({run.first->name, run.partner ? run.partner->name : "", series.ticks(), verdict.pass(),
-            name_of(verdict.outcome), verdict.why, count(series, ~0u), count(series, kLawsNotConverged),
-            count(series, kNewtonNotConverged), count(series, kTangentProjected), count(series, kNotFinite),
-            number(f.residual.value), number(f.largest_energy), number(f.gain.value), number(f.rise.value),
-            number(f.largest_force), number(f.alternation.value), series.withdrawn,
-            series.withdrawn ? number(f.left) : Cell(nothing), number(1e3 * series.seconds / ticks)});
+struct Result {
+  const StabilityRun& run;
+  const Verdict& verdict;
+  const StabilitySeries& series;
+  const StabilityFigures& figures;
+
+  bool ran() const { return series.ticks() > 0; }  // it was not refused
+  Cell figure(double value) const { return ran() ? value : std::numeric_limits<double>::quiet_NaN(); }
+  Cell flagged(std::uint32_t flags) const { return count(series, flags); }
+};
+
+struct Column {
+  const char* name;
+  Cell (*value)(const Result&);
+};
+
+constexpr Column kColumns[] = {
+    {"case", [](const Result& r) -> Cell { return r.run.first->name; }},
+    {"partner", [](const Result& r) -> Cell { return r.run.partner ? r.run.partner->name : ""; }},
+    {"ticks", [](const Result& r) -> Cell { return r.series.ticks(); }},
+    {"pass", [](const Result& r) -> Cell { return r.verdict.pass(); }},
+    {"outcome", [](const Result& r) -> Cell { return name_of(r.verdict.outcome); }},
+    {"why", [](const Result& r) -> Cell { return r.verdict.why; }},
+    {"flagged", [](const Result& r) { return r.flagged(kTroubles); }},
+    {"laws_not_converged", [](const Result& r) { return r.flagged(kLawsNotConverged); }},
+    {"newton_not_converged", [](const Result& r) { return r.flagged(kNewtonNotConverged); }},
+    {"tangent_projected", [](const Result& r) { return r.flagged(kTangentProjected); }},
+    {"not_finite", [](const Result& r) { return r.flagged(kNotFinite); }},
+    {"step_limited", [](const Result& r) { return r.flagged(kStepLimited); }},
+    {"elements_inverted", [](const Result& r) { return r.flagged(kElementsInverted); }},
+    {"residual_N", [](const Result& r) { return r.figure(r.figures.residual.value); }},
+    {"energy_J", [](const Result& r) { return r.figure(r.figures.largest_energy); }},
+    {"energy_gain", [](const Result& r) { return r.figure(r.figures.gain.value); }},
+    {"energy_rise", [](const Result& r) { return r.figure(r.figures.rise.value); }},
+    {"largest_force_N", [](const Result& r) { return r.figure(r.figures.largest_force); }},
+    {"alternation", [](const Result& r) { return r.figure(r.figures.alternation.value); }},
+    {"smallest_volume", [](const Result& r) { return r.figure(r.series.smallest_volume); }},
+    {"deepest_mm", [](const Result& r) { return r.figure(1e3 * r.series.deepest); }},
+    {"withdrawn", [](const Result& r) -> Cell { return r.series.withdrawn; }},
+    {"return", [](const Result& r) { return r.figure(r.figures.left); }},
+    {"swing", [](const Result& r) { return r.figure(r.figures.swing); }},
+    {"ms_per_tick",
+     [](const Result& r) { return r.figure(1e3 * r.series.seconds / static_cast<double>(r.series.ticks())); }},
+};
+
+std::vector<std::string> column_names() {
+  std::vector<std::string> names;
+  for (const Column& column : kColumns) names.emplace_back(column.name);
+  return names;
+}
+
+void write_row(CsvFile& file, const Result& result) {
+  std::vector<Cell> cells;
+  for (const Column& column : kColumns) cells.push_back(column.value(result));
+  file.row(cells);
 }
 
 void do_run(const StabilityRun& run, const std::string& folder, CsvFile& file) {
   StabilitySeries series;
+  StabilityFigures figures;
   Verdict verdict;
   const bool refuse = run.first->refuse || (run.partner && run.partner->refuse);
   try {
     const Experiment experiment = make_experiment(make_trial(run), folder);
     series = run_to_rest(experiment);
-    verdict = judge(series, measure(series), experiment.scene.laws.tolerance);
+    figures = measure(series);
+    verdict = judge(series, figures, experiment.scene.laws.tolerance);
     if (refuse) verdict = {Outcome::failed, "is not refused"};
   } catch (const SceneError& error) {
     verdict = {refuse ? Outcome::refused : Outcome::failed, error.what()};
   }
-  write_row(file, run, verdict, series);
+  write_row(file, {run, verdict, series, figures});
 }
 
 }  // namespace
 
 void study_stability(const StudyPlan& plan) {
   const TemporaryFolder meshes(plan.out + "/stability_meshes");
-  CsvFile file(plan.out + "/stability.csv", kColumns);
+  CsvFile file(plan.out + "/stability.csv", column_names());
   const std::vector<StabilityRun> all = stability_runs();
   const std::vector<StabilityRun> runs = plan.quick ? quick(all) : all;
   const int of = static_cast<int>(runs.size());
