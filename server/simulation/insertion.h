@@ -46,7 +46,8 @@
 // `all`: s in the contact row (surface_compliance()) and the cutting row (tip_compliance()). The tip stands s lambda
 // beyond the mesh's surface, or beyond the path's end: tissue which is really at the tip stands behind it in the mesh.
 // A tip that cuts leaves its path's end s f_c behind along the cutting direction, so that the force stays at f_c as the
-// end moves on. At a border the spring is that of the cut, but gives no more than it gave at f_c.
+// end moves on. At a border the spring is that of the cut, but gives no more than it gave at f_c. Across its way the tip
+// at the end has the give that it has behind it, on what it bore at the start of the tick: it does not slip sideways.
 //
 // Torsional friction, if the needle has it, is one more row per vertex (rows.h) with the threshold of its friction row
 // times the needle's share.

@@ -153,11 +153,12 @@ bool Insertion::add_tip(const NeedleView& needle, const TissueView& tissue, cons
   Vector3 across[2];
   perpendicular_basis(tip_tangent_, across[0], across[1]);
   Vector3 apart = tip.position - tissue.position(tip_point_);
-  double compliance = 0;
+  const bool gives_way = !at_end_ || tissue.local_compliance == LocalCompliance::all;
+  const double compliance =
+      gives_way ? tissue.lateral_compliance(tip_point_.a, needle.model.diameter) / path.spacing : 0;
   if (at_end_) {
-    apart -= needle.start_tip() - tissue.start_position(tip_point_.a);
+    apart -= needle.start_tip() - tissue.start_position(tip_point_.a) + compliance * tip_.lateral;
   } else {
-    compliance = tissue.lateral_compliance(tip_point_.a, needle.model.diameter) / path.spacing;
     apart -= tip_offset_ * compliance * end_force_;
   }
   for (const Vector3& n : across) {

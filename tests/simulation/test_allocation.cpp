@@ -67,6 +67,7 @@ TEST_CASE("no tick allocates or locks: out on the other side and back") { check_
 TEST_CASE("no tick allocates or locks: a rigid needle") { check_scene(kWatchedScenes[4]); }
 TEST_CASE("no tick allocates or locks: two needles") { check_scene(kWatchedScenes[5]); }
 TEST_CASE("no tick allocates or locks: nodal pressures in two regions") { check_scene(kWatchedScenes[6]); }
+TEST_CASE("no tick allocates or locks: springs in series with all laws") { check_scene(kWatchedScenes[7]); }
 
 }  // namespace
 }  // namespace acus::test

@@ -20,6 +20,7 @@ struct WatchedScene {
   bool rigid = false;          // all needles
   bool second_needle = false;  // 15 mm beside the first
   TissueElement element = TissueElement::linear;
+  LocalCompliance give = LocalCompliance::lateral;
 };
 
 inline constexpr std::array kWatchedScenes{
@@ -30,6 +31,7 @@ inline constexpr std::array kWatchedScenes{
     WatchedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true},
     WatchedScene{.name = "insertion_pullback", .depth = 0.02, .second_needle = true},
     WatchedScene{.name = "inclusion_soft_needle", .depth = 0.012, .element = TissueElement::nodal_pressure},
+    WatchedScene{.name = "inclusion_soft_needle", .depth = 0.06, .give = LocalCompliance::all},
 };
 
 // Ways to solve a scene. Rung `exact` factorises in every tick, where CHOLMOD asks for memory.
@@ -59,6 +61,7 @@ inline void add_second_needle(Scene& scene) {
 inline Scene load_watched(const WatchedScene& watched, const WatchedWay& way) {
   Scene scene = read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/" + watched.name + ".yaml");
   scene.tissue.rung = way.rung;
+  scene.tissue.local_compliance = watched.give;
   scene.tissue.element = watched.element;
   scene.laws.solver = way.solver;
   if (watched.rigid) scene.needles[0].rung = NeedleRung::rigid;
