@@ -148,7 +148,7 @@ std::vector<StudiedScene> studied_scenes(bool quick) {
       {"insertion_pullback",
        2,
        kSteps,
-       {{20, 20, 20}, {14, 14, 14}, {9, 9, 9}, {5, 5, 5}},
+       {{14, 14, 14}, {9, 9, 9}, {5, 5, 5}, {3, 3, 3}},
        {200, 100, 50, 20, 10, 5},
        spacings,
        true},
