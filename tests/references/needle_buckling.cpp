@@ -48,7 +48,7 @@ double load_at(Bench& bench, double& pushed, double approach) {
   const double gap = 1e-4;
   bench.push(0, approach + gap - pushed, 0.02);
   pushed = approach + gap;
-  bench.wait(0.6);
+  bench.wait(2);
   return bench.resistance();
 }
 
