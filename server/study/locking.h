@@ -6,7 +6,8 @@
 //          sides, at right angles to it: mean displacement of the line times 4 pi G (-). It grows with ln(1/h) without
 //          end, so it has no reference; but it should grow alike for every Poisson's ratio.
 // needle   the same with the give of a needle of 1 mm added that the mesh does not resolve (foundation_compliance()).
-//          Reference: the finest mesh of its kind with nodal pressures.
+//          Reference: the finest mesh of its kind with nodal pressures. It tells how much of the answer is the mesh's,
+//          not what a needle meets: a line of nodes is the softest place of a mesh.
 // vortex   the same cube, fixed all around, and the load that holds u = (dpsi/dy, -dpsi/dx, 0),
 //          psi = sin²(kx) sin²(ky) sin²(kz), k = pi/(0.1 m): its work on the displacement found over that on u. It
 //          changes no volume, so the load and the reference, 1, are the same for every Poisson's ratio.
