@@ -102,8 +102,8 @@ def fronts_figure(rows, groups, label, measures):
         for axes, measure in zip(all_axes[:, column], measures):
             draw_front(axes, where(rows, scene=scene), groups, measure, label)
         all_axes[0, column].set_title(scene)
+        all_axes[0, column].legend(frameon=False, fontsize=7)
         all_axes[-1, column].set_xlabel("processor seconds per simulated second")
-    all_axes[0, 0].legend(frameon=False, fontsize=8)
     return figure
 
 
