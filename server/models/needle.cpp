@@ -340,10 +340,14 @@ void NeedleMotion::solve(std::span<const double> lambda) {
   from_q_ = q_;
 }
 
+bool NeedleMotion::turns_far() const {
+  for (int i = 0; i < dq_.size(); i += 6)
+    if (!(dq_.segment<3>(i + 3).squaredNorm() <= kLargeTurn * kLargeTurn)) return true;
+  return false;
+}
+
 double NeedleMotion::trusted_share(const NeedleState& state) {
-  double largest_turn = 0;
-  for (int i = 0; i < dq_.size(); i += 6) largest_turn = std::max(largest_turn, dq_.segment<3>(i + 3).norm());
-  if (model_.rigid || largest_turn <= kLargeTurn) return 1;
+  if (!turns_far()) return 1;
   const auto slope = [&] { return g_.rightCols(model_.beams).reshaped().dot(dq_) - applied_.dot(dq_); };
   const double descent = -slope();
   double share = 1;

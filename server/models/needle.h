@@ -143,6 +143,8 @@ class NeedleMotion {
 
   // Solves with the rows' forces (N).
   void solve(std::span<const double> lambda);
+  // Whether a node turns by more than kLargeTurn in the step: too far for a linearisation that is made but once.
+  bool turns_far() const;
   // The share of the step, in (0, 1], that the forces at its end bear out: a beam that turns by theta in a step is
   // stretched by L theta²/2, of which the linearisation knows nothing. As in tissue_motion.h, with every term of g. Leaves
   // the configuration anywhere on the step; move() follows.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace acus {
@@ -139,6 +140,7 @@ void TissueMotion::restart() {
 void TissueMotion::begin(const TissueState& state) {
   x_ = state.x;
   iteration_ = 0;
+  inverted_ = false;
   rows_->corridor().begin_use();
 }
 
@@ -150,6 +152,8 @@ void TissueMotion::evaluate() {
     elastic_.swap(trial_forces_);
     elastic_forces(model_, x_, element_rotations_, elastic_);
     if (share_ > 0 && !(slope(share_, elastic_) <= descent_)) guarded_ = kGuardedTicks;
+    share_ = 0;
+    inverted_ = inverted_ || element_rotations_.inverted;
   }
   if (matrix_ == TissueMatrix::turned) node_rotations(model_, element_rotations_, rotations_);
   if (iteration_ > 0) return;
@@ -269,6 +273,7 @@ void TissueMotion::solve(std::span<const double> lambda) {
   if (empty()) return;
   for (int r = 0; r < rows_->count(); ++r) lambda_on_fixed_ += lambda[r] * on_fixed_[r];
   rows_->add_forces(lambda, y_);
+  last_descent_ = iteration_ > 1 ? descent_ : std::numeric_limits<double>::infinity();
   descent_ = y_.squaredNorm();
   factor_.backward(y_);
   for (int f = 0; f < static_cast<int>(position_.size()); ++f) {
@@ -281,18 +286,27 @@ void TissueMotion::solve(std::span<const double> lambda) {
 // the other of elastic_ and trial_forces_.
 double TissueMotion::slope(double share, const Matrix3X& forces) const {
   const Matrix3X& before = &forces == &elastic_ ? trial_forces_ : elastic_;
-  const double stiffening = (forces - before).cwiseProduct(step_).sum();
-  if (stiffening <= (2 - share) * descent_) return stiffening - (1 - share) * descent_;  // at most that, since B >= 0
+  return -descent_ + share * resistance_ + (forces - before).cwiseProduct(step_).sum();
+}
+
+// dxᵀ (M/h² + B/h) dx of the step.
+double TissueMotion::resistance() {
   double inertia = 0;
   for (const int i : model_.free_nodes)
     inertia += (model_.mass[i] / h_ + model_.mass_damping[i]) / h_ * step_.col(i).squaredNorm();
-  const double stiffness = (descent_ - inertia) / (1 + largest_damping_ / h_);
-  return -descent_ + share * (descent_ - stiffness) + stiffening;
+  if (!damped_) return inertia;
+  if (matrix_ == TissueMatrix::turned && iteration_ == 1)
+    return descent_ - (descent_ - inertia) / (1 + largest_damping_ / h_);
+  damping_forces(model_, step_, iteration_ > 1 ? start_rotations_ : element_rotations_, trial_forces_);
+  return inertia + trial_forces_.cwiseProduct(step_).sum() / h_;
 }
 
 double TissueMotion::trusted_share() {
-  const bool looked_at = guarded_ > 0 || !(step_.cwiseAbs().maxCoeff() <= large_step_);
-  if (empty() || matrix_ == TissueMatrix::constant || !looked_at) return 1;
+  if (empty() || matrix_ == TissueMatrix::constant) return 1;
+  const bool far = !(step_.cwiseAbs().maxCoeff() <= large_step_), longer = !(descent_ <= last_descent_);
+  const bool looked_at = guarded_ > 0 || far || longer;
+  if (looked_at || iteration_ == 1) resistance_ = resistance();
+  if (!looked_at) return 1;
   if (guarded_ > 0) --guarded_;
   trial_rotations_.batches = element_rotations_.batches;
   double share = 1;
@@ -309,7 +323,7 @@ double TissueMotion::trusted_share() {
 
 double TissueMotion::move(double share) {
   if (empty()) return 0;
-  share_ = share;
+  share_ = iteration_ == 1 ? share : 0;
   x_ += share * step_;
   return share * step_.cwiseAbs().maxCoeff();
 }

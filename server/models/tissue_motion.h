@@ -25,8 +25,9 @@
 //
 // tells: where it is above d, Phi has risen by the trapezoid rule, and so may kinetic and elastic energy together have
 // without work done. Then s is cut by the secant rule. It costs an evaluation of the elements, so it is done where a
-// node moves far for its element, and for kGuardedTicks after a step whose end, known in the next tick, was too steep.
-// The damping's part is taken from A with the largest beta, which is never too small.
+// node moves far for its element, where a repeated step is no shorter than the one before, and for kGuardedTicks after a
+// step whose end, known in the next tick, was too steep. The damping of the first step is that of a turned A, by the
+// largest beta, which is never too small; otherwise that of the elements, as in g.
 #pragma once
 
 #include <optional>
@@ -90,7 +91,7 @@ class TissueMotion {
   }
   void commit(TissueState& state);
   bool finite() const { return x_.allFinite(); }
-  bool inverted() const { return element_rotations_.inverted; }  // an element is, at the last linearize()
+  bool inverted() const { return inverted_; }  // an element was, at any linearize() since begin()
 
   const Matrix3X& x() const { return x_; }  // x_k (m)
   std::size_t factor_entries() const { return factor_.factor_entries(); }
@@ -122,6 +123,7 @@ class TissueMotion {
   bool add_node(int node, const Vector3& force);
   bool add_part(const MaterialPoint& point, const Vector3& force);
   void evaluate();
+  double resistance();
   double slope(double share, const Matrix3X& forces) const;
   void put_residual(const TissueState& state);
   void evaluate_damping(const TissueState& state);
@@ -152,9 +154,12 @@ class TissueMotion {
   Matrix3X elastic_;                     // dPsi/dx at x_k
   Matrix3X step_;                        // dx, zero for fixed nodes (m)
   double descent_ = 0;                   // d (J)
-  double share_ = 0;                     // of the step that was gone; 0: its end is not to be judged
+  double last_descent_ = 0;              // of the iteration before in this tick, infinite in the first (J)
+  double resistance_ = 0;                // dxᵀ (M/h² + B/h) dx (J)
+  double share_ = 0;                     // of a tick's first step that was gone, until its end has been judged
   int guarded_ = 0;                      // linearisations in which steps are looked at
   double large_step_;                    // m
+  bool inverted_ = false;
   double largest_damping_ = 0;           // s, largest beta
   Matrix3X trial_x_, trial_forces_;      // at the end of a share of the step; the latter also at the step's start
   ElementRotations trial_rotations_;

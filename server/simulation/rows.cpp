@@ -104,7 +104,9 @@ std::span<const double> Rows::needle_forces(int needle) {
 
 double Rows::elastic_energy() const {
   double energy = 0;
-  for (int i = 0; i < count(); ++i) energy += (laws_[i].compliance + rows_[i].compliance) * lambda_[i] * lambda_[i] / 2;
+  for (int i = 0; i < count(); ++i)
+    if (rows_[i].role != RowRole::tip_lateral && rows_[i].softness == 0)
+      energy += (laws_[i].compliance + rows_[i].compliance) * lambda_[i] * lambda_[i] / 2;
   return energy;
 }
 

@@ -78,7 +78,8 @@ class Rows {
   const Law& law(int i) const { return laws_[i]; }
   std::span<const double> lambda() const { return {lambda_.data(), rows_.size()}; }  // N
   std::span<const double> delta() const { return {delta_.data(), rows_.size()}; }    // m
-  // Of the rows that give way by themselves (J), at the forces of the last solve.
+  // Of the rows that give way by themselves (J), at the forces of the last solve; without those that fade in and out,
+  // and without the tip's, whose spring gets its offset where it leaves the end of its path.
   double elastic_energy() const;
   Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }                     // on the needle, N
 

@@ -17,6 +17,7 @@ namespace acus {
 namespace {
 
 constexpr int kMaxPaths = 64;
+constexpr int kMaxRepeats = 5;      // of a step that rungs without iterations make once, but for one that goes too far
 constexpr int kLookEvery = 8;       // ticks, while all that lies ahead is ready
 constexpr int kStepsAhead = 6;      // of a look for the tetrahedra that a tip will enter
 constexpr double kStepAhead = 0.3;  // sizes of the tip's element
@@ -156,6 +157,8 @@ struct Simulation::World {
   void reset();
   int max_sweeps() const { return economized(scene.laws.max_sweeps, scene.overrun.max_sweeps); }
   int max_iterations() const { return economized(scene.newton.max_iterations, scene.overrun.max_iterations); }
+  int max_repeats() const { return economized(kMaxRepeats, scene.overrun.max_iterations); }
+  bool went_too_far() const;
   int economized(int limit, int lower) const { return economizing ? std::min(limit, lower) : limit; }
   void balance_of_forces();
   double potential_energy() const;
@@ -346,6 +349,12 @@ double Simulation::World::correct() {
   return change;
 }
 
+// Whether the last correction was more than its linearisation is good for.
+bool Simulation::World::went_too_far() const {
+  return step_share < 1 ||
+         std::any_of(motions.begin(), motions.end(), [](const NeedleMotion& m) { return m.turns_far(); });
+}
+
 // Forces by law and guide, remembered for the next tick and told to the report.
 void Simulation::World::read_forces() {
   for (int i = 0; i < needles(); ++i) {
@@ -475,9 +484,10 @@ void Simulation::step() {
 
   w.take_commands(), timer.lap(1);
   const bool iterates = w.iterates();
-  const int limit = iterates ? w.max_iterations() : 1;
+  const int limit = iterates ? w.max_iterations() : w.max_repeats();
   int iteration = 0;
-  for (double change = kInfinity; iteration < limit && change > w.scene.newton.tolerance; ++iteration) {
+  bool again = true;
+  for (; again && iteration < limit; ++iteration) {
     if (!w.needle_free_motion()) flags |= kTangentProjected;
     timer.lap(2);
     if (!w.tissue_free_motion()) flags |= kTangentProjected;
@@ -488,10 +498,12 @@ void Simulation::step() {
     timer.lap(5);
     w.compute_compliance(), timer.lap(6);
     laws = w.solve_laws(), timer.lap(7);
-    change = w.correct(), timer.lap(8);
-    if (iterates && iteration + 1 == limit && change > w.scene.newton.tolerance) flags |= kNewtonNotConverged;
+    const double change = w.correct();
+    timer.lap(8);
+    again = iterates ? change > w.scene.newton.tolerance : w.went_too_far();
   }
-  if (w.step_share < 1) flags |= kStepLimited;
+  if (iterates && again) flags |= kNewtonNotConverged;
+  if (w.went_too_far()) flags |= kStepLimited;
   if (w.tissue_motion.inverted()) flags |= kElementsInverted;
   if (!laws.converged) flags |= kLawsNotConverged;
   if (laws.fell_back) flags |= kSolverFellBack;

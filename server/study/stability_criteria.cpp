@@ -106,7 +106,9 @@ StabilityFigures measure(const StabilitySeries& series) {
   const double most = largest(series.distance);
   if (most < kLeastDistance) return f;
   f.left = series.distance.back() / most;
-  f.swing = swing(std::span(series.kinetic).subspan(series.last_inside));
+  // Ticks in which the base still moves may have a needle that is faster than any tissue.
+  const std::size_t from = std::min(std::max(series.last_inside + 1, series.rest), series.ticks());
+  f.swing = swing(std::span(series.kinetic).subspan(from));
   return f;
 }
 
@@ -128,6 +130,7 @@ Verdict judge(const StabilitySeries& series, const StabilityFigures& f, double r
   if (!series.finite) exceeded("not finite", false);
   check("residual", f.residual, residual_tolerance);
   check("energy gain", f.gain, limits.gain);
+  if (f.gain.value > limits.flagged_gain) exceeded("energy without bound", false);
   check("energy rises at rest", f.rise, limits.rise);
   check("alternating force", f.alternation, limits.alternation);
   if (series.unseen_inversion) exceeded("inverted elements", false);

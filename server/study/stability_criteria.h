@@ -84,6 +84,7 @@ StabilityFigures measure(const StabilitySeries& series);
 
 struct StabilityLimits {
   double gain = 0.02;
+  double flagged_gain = 0.9;  // not excused by any flag: nine tenths of the energy came from nowhere
   double rise = 1e-3;
   double alternation = 0.1;
   double left = 0.02;
