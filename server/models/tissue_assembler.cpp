@@ -28,7 +28,8 @@ int position_in(const SparseMatrix& matrix, int row, int column) {
   return static_cast<int>(std::lower_bound(begin, end, row) - matrix.innerIndexPtr());
 }
 
-// Per free node, the free nodes from it on (numbered free_index) that a tetrahedron or a patch couples it to, ascending.
+// Per free node, the free nodes from it on (numbered free_index) that a tetrahedron or a patch couples it to,
+// ascending.
 std::vector<std::vector<int>> coupled_nodes(const TissueModel& model) {
   std::vector<std::vector<int>> coupled(model.free_nodes.size());
   const auto couple = [&](std::span<const int> nodes) {
@@ -109,8 +110,7 @@ void TissueAssembler::assemble(const Matrix3X& x, const ElementRotations& rotati
     double local[4][3], q[4] = {1, 0, 0, 0};
     gather_nodes(where, model_.mesh->tetrahedra[t], local);
     if (tangent != Tangent::rest) rotations.element(t, q);
-    const double pressure =
-        model_.pressure.patches() == 0 ? 0 : mean_pressure(model_.pressure, t, patches.pressures);
+    const double pressure = model_.pressure.patches() == 0 ? 0 : mean_pressure(model_.pressure, t, patches.pressures);
     const double factor = factors.stiffness + factors.stiffness_damping * model_.rayleigh_stiffness[t];
     const Eigen::Matrix<double, 12, 12> k =
         corotational_tangent(model_.elements[t], local, q, tangent == Tangent::exact, pressure);

@@ -51,9 +51,7 @@ struct Case {
 };
 
 bool on_sides(const Vector3& p) { return p.head<2>().cwiseAbs().maxCoeff() > 0.5 * kEdge - 1e-9; }
-bool on_surface(const Vector3& p, const Vector3& size) {
-  return (p.cwiseAbs() - size / 2).maxCoeff() > -1e-9;
-}
+bool on_surface(const Vector3& p, const Vector3& size) { return (p.cwiseAbs() - size / 2).maxCoeff() > -1e-9; }
 bool on_line(const Vector3& p) { return p.head<2>().norm() < 1e-9; }
 
 TetrahedralMesh make_mesh(const Case& c) {
@@ -181,8 +179,7 @@ double work_done(const TissueModel& model, const Load& load, SparseCholesky& fac
   if (factor.size() == 0) factor.analyze(stiffness, 3);
   if (!factor.factorize(stiffness)) throw std::runtime_error("locking: a stiffness is not positive definite");
   VectorX y(model.unknowns());
-  for (int i = 0; i < model.unknowns(); ++i)
-    y[factor.position(i)] = load.forces(i % 3, model.free_nodes[i / 3]);
+  for (int i = 0; i < model.unknowns(); ++i) y[factor.position(i)] = load.forces(i % 3, model.free_nodes[i / 3]);
   factor.forward(y);
   return y.squaredNorm();
 }
@@ -235,9 +232,7 @@ void set_needle_references(std::vector<LockingRow>& rows) {
   }
 }
 
-std::string name_of(TissueElement element) {
-  return element == TissueElement::linear ? "linear" : "nodal_pressure";
-}
+std::string name_of(TissueElement element) { return element == TissueElement::linear ? "linear" : "nodal_pressure"; }
 
 }  // namespace
 

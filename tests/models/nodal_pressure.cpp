@@ -106,8 +106,8 @@ TEST_CASE("nodal pressure: forces are the gradient of the energy, and the exact 
 TEST_CASE("nodal pressure: elements are filled up in vectors of eight whatever their number") {
   for (const int cells : {1, 2, 3}) {  // 6, 48 and 162 elements
     const TetrahedralMesh mesh = make_box_mesh({2 * kHalf, kHalf, kHalf}, {cells, 1, 1});
-    const TissueModel model = bench_tissue(mesh, soft_material(), nullptr, Vector3::Zero(),
-                                           TissueElement::nodal_pressure);
+    const TissueModel model =
+        bench_tissue(mesh, soft_material(), nullptr, Vector3::Zero(), TissueElement::nodal_pressure);
     CHECK(model.pressure.volume.sum() == doctest::Approx(2 * kHalf * kHalf * kHalf));
     Matrix3X forces, moved = mesh.nodes + Matrix3X(Random(4).matrix(3, mesh.node_count(), 1e-7));
     rotations_at(model, moved, forces);
@@ -228,8 +228,8 @@ TEST_CASE("nodal pressure: patch test") {
       bench_tissue(mesh, soft_material(), on_boundary, Vector3::Zero(), TissueElement::nodal_pressure);
   Random random(12);
   for (const TissueMatrix matrix : {TissueMatrix::refactorized, TissueMatrix::turned}) {
-    const Matrix3 f = rotation_exp(0.3 * random.direction()).toRotationMatrix() *
-                      (Matrix3::Identity() + random.matrix(3, 3, 0.01));
+    const Matrix3 f =
+        rotation_exp(0.3 * random.direction()).toRotationMatrix() * (Matrix3::Identity() + random.matrix(3, 3, 0.01));
     const Matrix3X linear = f * mesh.nodes;
     TissueState state = make_tissue_state(model);
     for (int i = 0; i < mesh.node_count(); ++i)
@@ -344,8 +344,8 @@ TEST_CASE("nodal pressure: a vortex in a closed box turns at any Poisson's ratio
     material.poisson_ratio = 0.4999;
     double* at = work[cells == 9];
     at[0] = vortex_work(mesh, bench_tissue(mesh, material, on_boundary));
-    at[1] = vortex_work(
-        mesh, bench_tissue(mesh, material, on_boundary, Vector3::Zero(), TissueElement::nodal_pressure));
+    at[1] =
+        vortex_work(mesh, bench_tissue(mesh, material, on_boundary, Vector3::Zero(), TissueElement::nodal_pressure));
     MESSAGE(cells << " cells: linear " << at[0] << ", nodal_pressure " << at[1]);
   }
   CHECK(work[0][0] < 0.15);
