@@ -112,7 +112,23 @@ def mesh_section(folder, rows):
     return section
 
 
+def refinement(locking, mesh):
+    """Both tables as one: a row per measured value, with its difference from the reference or the finest mesh."""
+    rows = [{"study": "locking", "measure": r["measure"], "mesh": r["mesh"], "element": r["element"], "added": "",
+             "poisson_ratio": r["poisson_ratio"], "cells": int(r["cells"]), "value": r["value"], "reference": r["reference"],
+             "difference_percent": 100 * r["error"] if isinstance(r["error"], float) else ""} for r in locking]
+    for row in mesh:
+        same = where(mesh, poisson_ratio=row["poisson_ratio"], element=row["element"], added=row["added"])
+        finest = max(same, key=lambda r: r["cells"])
+        rows += [{"study": "mesh dependence", "measure": measure, "mesh": "regular", "element": row["element"],
+                  "added": row["added"], "poisson_ratio": row["poisson_ratio"], "cells": int(row["cells"]),
+                  "value": row[measure], "reference": finest[measure],
+                  "difference_percent": deviation(row, finest, measure)} for measure in MESH_MEASURES]
+    return rows
+
+
 def sections(folder):
+    folder.write("refinement.csv", refinement(folder.read("locking.csv"), folder.read("mesh_dependence.csv")))
     made = []
     for name, make in (("locking.csv", locking_section), ("mesh_dependence.csv", mesh_section)):
         rows = folder.read(name)
