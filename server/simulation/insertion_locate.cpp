@@ -17,6 +17,17 @@ constexpr double kAtEnd = 1e-6;  // m
 constexpr double kBorderClearance = 0.1;
 // Softer than this (in W of the rows) a vertex holds nothing.
 constexpr double kSoftest = 1e6;
+// Cosine of the largest angle between a path and the needle in it.
+constexpr double kLeastAlong = 0.5;
+
+// The direction of a path, but no further from the needle's than that angle: rows across a path that runs across the
+// needle would pull along the shaft, on which the vertex then runs away.
+Vector3 beside(const Vector3& needle, const Vector3& path) {
+  const double along = path.dot(needle);
+  if (along >= kLeastAlong) return path;
+  const Vector3 across = path - along * needle;
+  return kLeastAlong * needle + std::sqrt(1 - kLeastAlong * kLeastAlong) * across.stableNormalized();
+}
 
 }  // namespace
 
@@ -123,7 +134,8 @@ void Insertion::locate_inside(const NeedleView& needle, const TissueView& tissue
   const double length = needle.model.length;
   const Vector3 tip_tangent = needle.tip().tangent;
   for (int i = 0; i < holding_vertices(path); ++i) {
-    const Vector3 tangent = path_tangent(tissue, path, i, tip_tangent);
+    const Vector3 along_needle = curve_point(needle.model, needle.shape, memory_[i].s).tangent;
+    const Vector3 tangent = beside(along_needle, path_tangent(tissue, path, i, tip_tangent));
     memory_[i].s = project_on_curve(needle, tissue.position(path.vertices[i]), tangent, memory_[i].s);
     const double s = memory_[i].s;
     if (s < 0 || s > length) continue;

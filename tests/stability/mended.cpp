@@ -63,6 +63,12 @@ TEST_CASE("a needle that buckles takes steps that it can answer for") {
   CHECK(buckled.figures.gain.value < 0.2);
 }
 
+// Its path ran across the needle, which was stretched along it as far as the path's vertex ran away.
+TEST_CASE("a path that runs across the needle does not pull along it") {
+  const Shown across = run("tissue E 1 GPa", "mu 10");
+  CHECK(across.figures.gain.value < 0.02);
+}
+
 // The pressure of crushed elements makes them stiffer against turning than the rest shape's matrix: steps grew without
 // bound.
 TEST_CASE("crushed tissue near nu = 0.5 stays bounded at long ticks") {
