@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <stdexcept>
 #include <utility>
 
 #include "server/simulation/scene_fields.h"
@@ -140,8 +141,15 @@ class SceneStudy {
 }  // namespace
 
 void study_errors(const StudyPlan& plan) {
-  for (const StudiedScene& studied : studied_scenes(plan.quick))
-    if (plan.scene.empty() || plan.scene == studied.name) SceneStudy(studied, plan).run();
+  std::string names;
+  bool any = false;
+  for (const StudiedScene& studied : studied_scenes(plan.quick)) {
+    names += (names.empty() ? "" : ", ") + std::string(studied.name);
+    if (!plan.scene.empty() && plan.scene != studied.name) continue;
+    SceneStudy(studied, plan).run();
+    any = true;
+  }
+  if (!any) throw std::runtime_error("--scene: expected one of " + names + ", found '" + plan.scene + "'");
 }
 
 }  // namespace acus

@@ -22,6 +22,7 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  acus-study --quick --out /tmp/study errors\n"
     "  acus-study --out out/report stability refinement\n"
+    "  acus-study --out out/report errors --scene steering\n"
     "\nExit status: 0 done; 1 bad command line; 3 anything else.";
 
 struct StudyCommand {
@@ -73,8 +74,8 @@ int main(int argc, char** argv) {
   app.add_flag("--quick", plan.quick, "A short form that still goes through every kind of run");
   app.add_option("--out", plan.out, "Folder for the tables; made if it is not there")->capture_default_str();
   app.add_option("--scenes", plan.scenes, "Folder of the project's scenes")->capture_default_str();
-  app.add_option("--scene", plan.scene, "Only this scene of the study of errors")->default_str("all");
   for (const StudyCommand& study : kStudies) app.add_subcommand(study.name, study.meaning);
+  app.get_subcommand("errors")->add_option("--scene", plan.scene, "Only this one of its scenes")->default_str("all");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
