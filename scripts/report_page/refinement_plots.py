@@ -65,21 +65,21 @@ def draw_measure(axes, rows, measure, scale):
             if found and isinstance(found[0][measure], float):
                 axes.plot([1e3 * r["element_size"] for r in found], [scale * r[measure] for r in found], STYLES[element],
                           color=f"C{k}", label=f"{added}, {element}")
-    axes.set_xscale("log")
     axes.invert_xaxis()
     axes.set_ylim(bottom=0)
 
 
 def mesh_figure(rows):
-    ratios = values(rows, "poisson_ratio")
-    figure, all_axes = plt.subplots(len(ratios), len(MESH_MEASURES), figsize=(4.2 * len(MESH_MEASURES), 4 * len(ratios)),
-                                    layout="constrained", squeeze=False)
-    for line, nu in zip(all_axes, ratios):
-        for axes, (measure, (name, unit, scale)) in zip(line, MESH_MEASURES.items()):
-            draw_measure(axes, where(rows, poisson_ratio=nu), measure, scale)
-            axes.set_title(f"{name} ({unit}), nu = {nu:g}", fontsize=10)
-            axes.set_xlabel("edge of a cell (mm)")
-    all_axes[0, 0].legend(frameon=False, fontsize=7)
+    """All measures for one Poisson's ratio."""
+    across = 4
+    figure, all_axes = plt.subplots(-(-len(MESH_MEASURES) // across), across, figsize=(5 * across, 8), layout="constrained")
+    for axes in all_axes.flat[len(MESH_MEASURES):]:
+        axes.set_axis_off()
+    for axes, (measure, (name, unit, scale)) in zip(all_axes.flat, MESH_MEASURES.items()):
+        draw_measure(axes, rows, measure, scale)
+        axes.set_title(f"{name} ({unit})", fontsize=10)
+        axes.set_xlabel("edge of a cell (mm)")
+    all_axes.flat[len(MESH_MEASURES)].legend(*all_axes.flat[0].get_legend_handles_labels(), frameon=False)
     return figure
 
 
@@ -107,7 +107,9 @@ def mesh_section(folder, rows):
         "A needle acts on points, and the larger the elements are, the stiffer they answer. "
         "<code>tissue.local_compliance</code> adds what they cannot give way: <i>lateral</i> across the shaft (the "
         "default), <i>shaft</i> along it as well, <i>all</i> at the tip, too."))
-    section.plot(folder, mesh_figure(rows), "mesh_dependence.png", "What a needle feels, over meshes.")
+    for nu in values(rows, "poisson_ratio"):
+        section.plot(folder, mesh_figure(where(rows, poisson_ratio=nu)), f"mesh_dependence_{nu:g}.png",
+                     f"What a needle feels, over meshes; nu = {nu:g}.")
     section.table(mesh_table(rows), "Difference from the finest mesh of the same kind, in per cent.")
     return section
 
