@@ -66,7 +66,7 @@ def draw_measure(axes, rows, measure, scale):
                 axes.plot([1e3 * r["element_size"] for r in found], [scale * r[measure] for r in found], STYLES[element],
                           color=f"C{k}", label=f"{added}, {element}")
     axes.invert_xaxis()
-    axes.set_ylim(bottom=0)
+    axes.set_ylim(0, 1.1 * axes.get_ylim()[1])
 
 
 def mesh_figure(rows):
