@@ -21,7 +21,7 @@ tr.no { background: #fbe3d6; }
 def number(value):
     """A cell as people read it."""
     if isinstance(value, float):
-        return f"{value:.3g}"
+        return f"{value:.0f}" if value == round(value) and abs(value) < 1e6 else f"{value:.3g}"
     return str(value)
 
 

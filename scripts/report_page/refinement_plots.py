@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 from page import Section
 from tables import values, where
 
+GOAL = 5  # per cent
 STYLES = {"linear": "o-", "nodal_pressure": "s--"}
 MESH_MEASURES = {"indentation": ("indentation", "mm", 1e3), "press_force": ("force at 0.3 mm", "N", 1),
                  "base_force": ("steady base force", "N", 1), "base_peak": ("peak base force", "N", 1),
@@ -42,9 +43,10 @@ def locking_table(rows):
             for element in values(rows, "element"):
                 for cells in values(rows, "cells"):
                     found = where(rows, measure=measure, mesh=mesh, element=element, cells=cells)
-                    table += [{"measure": measure, "mesh": mesh, "element": element, "cells": int(cells),
-                               "nodes": int(found[0]["nodes"]), "factor entries": int(found[0]["factor_entries"]),
-                               **{f"nu = {r['poisson_ratio']:g} (%)": 100 * (r["error"] or 0) for r in found}}] if found else []
+                    if found:
+                        table.append({"measure": measure, "mesh": mesh, "element": element, "cells": cells,
+                                      "nodes": found[0]["nodes"], "factor entries": found[0]["factor_entries"],
+                                      **{f"nu = {r['poisson_ratio']:g} (%)": 100 * (r["error"] or 0) for r in found}})
     return table
 
 
@@ -63,8 +65,8 @@ def draw_measure(axes, rows, measure, scale):
         for element in values(rows, "element"):
             found = where(rows, added=added, element=element)
             if found and isinstance(found[0][measure], float):
-                axes.plot([1e3 * r["element_size"] for r in found], [scale * r[measure] for r in found], STYLES[element],
-                          color=f"C{k}", label=f"{added}, {element}")
+                axes.plot([1e3 * r["element_size"] for r in found], [scale * r[measure] for r in found],
+                          STYLES[element], color=f"C{k}", label=f"{added}, {element}")
     axes.invert_xaxis()
     axes.set_ylim(0, 1.1 * axes.get_ylim()[1])
 
@@ -72,7 +74,8 @@ def draw_measure(axes, rows, measure, scale):
 def mesh_figure(rows):
     """All measures for one Poisson's ratio."""
     across = 4
-    figure, all_axes = plt.subplots(-(-len(MESH_MEASURES) // across), across, figsize=(5 * across, 8), layout="constrained")
+    down = -(-len(MESH_MEASURES) // across)
+    figure, all_axes = plt.subplots(down, across, figsize=(5 * across, 4 * down), layout="constrained")
     for axes in all_axes.flat[len(MESH_MEASURES):]:
         axes.set_axis_off()
     for axes, (measure, (name, unit, scale)) in zip(all_axes.flat, MESH_MEASURES.items()):
@@ -102,6 +105,27 @@ def mesh_table(rows):
     return table
 
 
+def is_close(percent):
+    return percent == "" or abs(percent) <= GOAL
+
+
+def verdicts(rows):
+    """Whether the coarsest mesh tells what the finest one does."""
+    table = []
+    for nu in values(rows, "poisson_ratio"):
+        for element in values(rows, "element"):
+            for added in values(rows, "added"):
+                found = sorted(where(rows, poisson_ratio=nu, element=element, added=added), key=lambda r: r["cells"])
+                if not found:
+                    continue
+                apart = {m: deviation(found[0], found[-1], m) for m in ("base_force", "base_peak", "steering_radius")}
+                table.append({"added": added, "element": element, "nu": nu,
+                              "coarser by": found[-1]["cells"] / found[0]["cells"],
+                              **{f"{MESH_MEASURES[m][0]} (%)": value for m, value in apart.items()},
+                              f"within {GOAL} %": "yes" if all(map(is_close, apart.values())) else "no"})
+    return table
+
+
 def mesh_section(folder, rows):
     section = Section("Point forces and the mesh", (
         "A needle acts on points, and the larger the elements are, the stiffer they answer. "
@@ -110,6 +134,7 @@ def mesh_section(folder, rows):
     for nu in values(rows, "poisson_ratio"):
         section.plot(folder, mesh_figure(where(rows, poisson_ratio=nu)), f"mesh_dependence_{nu:g}.png",
                      f"What a needle feels, over meshes; nu = {nu:g}.")
+    section.table(verdicts(rows), "The coarsest mesh against the finest one.")
     section.table(mesh_table(rows), "Difference from the finest mesh of the same kind, in per cent.")
     return section
 
@@ -117,7 +142,8 @@ def mesh_section(folder, rows):
 def refinement(locking, mesh):
     """Both tables as one: a row per measured value, with its difference from the reference or the finest mesh."""
     rows = [{"study": "locking", "measure": r["measure"], "mesh": r["mesh"], "element": r["element"], "added": "",
-             "poisson_ratio": r["poisson_ratio"], "cells": int(r["cells"]), "value": r["value"], "reference": r["reference"],
+             "poisson_ratio": r["poisson_ratio"], "cells": int(r["cells"]), "value": r["value"],
+             "reference": r["reference"],
              "difference_percent": 100 * r["error"] if isinstance(r["error"], float) else ""} for r in locking]
     for row in mesh:
         same = where(mesh, poisson_ratio=row["poisson_ratio"], element=row["element"], added=row["added"])

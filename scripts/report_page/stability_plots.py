@@ -36,8 +36,9 @@ def grid_figure(rows):
 
 def short(row):
     keys = {"outcome": "outcome", "ticks": "ticks", "flagged": "flagged", "energy_gain": "energy gain",
-            "energy_rise": "rise at rest", "alternation": "alternation", "return": "return", "residual_N": "residual (N)",
-            "largest_force_N": "largest force (N)", "ms_per_tick": "ms per tick", "why": "why"}
+            "energy_rise": "rise at rest", "alternation": "alternation", "return": "return",
+            "residual_N": "residual (N)", "largest_force_N": "largest force (N)", "ms_per_tick": "ms per tick",
+            "why": "why"}
     return {"case": row["case"] + (f" + {row['partner']}" if row["partner"] else ""),
             **{name: row[key] for key, name in keys.items()}}
 
@@ -48,9 +49,10 @@ def sections(folder):
         return []
     passed = len(where(rows, **{"pass": "yes"}))
     section = Section("Stability", (
-        f"{len(rows)} runs of extreme scenes and of pairs of them, {passed} passed: numbers stay finite; the laws' residual "
-        "is below its tolerance or the tick is flagged; no energy comes from nowhere, and at rest it falls; forces do not "
-        "alternate from tick to tick; tissue returns after withdrawal. Shares are of the largest value in the run."))
+        f"{len(rows)} runs of extreme scenes and of pairs of them, {passed} passed: numbers stay finite; the laws' "
+        "residual is below its tolerance or the tick is flagged; no energy comes from nowhere, and at rest it falls; "
+        "forces do not alternate from tick to tick; tissue returns after withdrawal. Shares are of the largest value in the "
+        "run."))
     counts = {outcome: len(where(rows, outcome=outcome)) for outcome in COLOURS}
     section.table([{"": "runs", **counts}], "Outcomes.")
     section.plot(folder, grid_figure(rows), "stability.png",

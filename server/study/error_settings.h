@@ -41,7 +41,6 @@ struct StudiedScene {
   std::vector<std::array<int, 3>> cells;  // of the box, the finest first; empty: the mesh is a file
   std::vector<int> beams;                 // of the first needle, the most first
   std::vector<double> spacings;           // m, of the first needle, the narrowest first
-  bool exact;                             // rung exact, too, which takes long
 };
 
 inline constexpr double kStandardStep = 1e-3;  // s, one of the steps of every scene

@@ -2,10 +2,10 @@
 #include "server/study/experiment.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <ctime>
 
+#include "server/bench/calibration.h"
 #include "server/bench/trajectory_driver.h"
 #include "server/models/material_point.h"
 #include "server/models/surface.h"
@@ -19,6 +19,21 @@ double processor_time() {
 }
 
 namespace {
+
+template <class Work>
+double time_of(Work work) {
+  const double start = processor_time();
+  work();
+  return processor_time() - start;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+constexpr std::uint64_t kSolves = 20;  // of the calibration, in one run
 
 // The material point at p, or the nearest that the mesh has: a curved surface moves with the mesh.
 MaterialPoint material_point_at(const TetrahedralMesh& mesh, const Vector3& p) {
@@ -105,7 +120,7 @@ void note(Recording& recording, const TickReport& report) {
     recording.base_force[i].col(static_cast<Eigen::Index>(recording.ticks)) = report.needles[i].base_force;
   }
   ++recording.ticks;
-  recording.flagged += report.flags != 0;
+  recording.not_converged += (report.flags & (kLawsNotConverged | kNewtonNotConverged)) != 0;
   recording.sweeps += report.sweeps;
   recording.iterations += report.newton_iterations;
   recording.residual = std::max(recording.residual, report.residual);
@@ -135,15 +150,18 @@ Recording record(const Experiment& experiment, const Matrix3X& probe_points) {
   const auto ticks_per_probing = static_cast<std::uint64_t>(std::lround(kProbeInterval * experiment.scene.rate));
   Recording recording;
   prepare(recording, simulation, ticks);
+  const SparseMatrix matrix = tick_matrix(simulation);
+  CholmodSolve calibration(matrix, simulation_order(matrix));
+  std::vector<double> solves;
   while (recording.ticks < ticks) {
+    if (recording.ticks % (ticks / kSolves + 1) == 0) solves.push_back(time_of([&] { calibration.run(); }));
     driver.command();
-    const double start = processor_time();
-    simulation.step();
-    recording.processor_seconds += processor_time() - start;
+    recording.processor_seconds += time_of([&] { simulation.step(); });
     note(recording, simulation.report());
     if (recording.ticks % ticks_per_probing == 0)
       recording.probes.push_back(probes.displacements(simulation.tissue_positions()));
   }
+  recording.calibration_seconds = median(solves);
   recording.sweeps /= static_cast<double>(ticks);
   recording.iterations /= static_cast<double>(ticks);
   return recording;

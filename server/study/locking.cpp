@@ -10,6 +10,7 @@
 #include "server/models/material_point.h"
 #include "server/models/tissue_assembler.h"
 #include "server/simulation/scene.h"
+#include "server/simulation/scene_fields.h"
 #include "server/study/csv.h"
 
 namespace acus {
@@ -231,8 +232,6 @@ void set_needle_references(std::vector<LockingRow>& rows) {
     }
   }
 }
-
-std::string name_of(TissueElement element) { return element == TissueElement::linear ? "linear" : "nodal_pressure"; }
 
 }  // namespace
 

@@ -9,7 +9,7 @@
 //          Reference: the finest mesh of its kind with nodal pressures. It tells how much of the answer is the mesh's,
 //          not what a needle meets: a line of nodes is the softest place of a mesh.
 // vortex   the same cube, fixed all around, and the load that holds u = (dpsi/dy, -dpsi/dx, 0),
-//          psi = sin²(kx) sin²(ky) sin²(kz), k = pi/(0.1 m): its work on the displacement found over that on u. It
+//          psi = sin²(kx) sin²(ky) sin²(kz) 0.1 m, k = pi/(0.1 m): its work on the displacement found over that on u. It
 //          changes no volume, so the load and the reference, 1, are the same for every Poisson's ratio.
 // bending  a free bar of 0.1 x 0.025 x 0.025 m, 4n x n x n cells, bent by the tractions E kappa z on its ends: their work
 //          over the exact M² L/(EI). Reference: 1.

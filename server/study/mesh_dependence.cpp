@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "server/simulation/scene_fields.h"
 #include "server/simulation/simulation.h"
 #include "server/study/csv.h"
 
@@ -13,21 +14,21 @@ namespace acus {
 
 namespace {
 
-constexpr double kEdge = 0.06;             // m, of the block
-constexpr double kTick = 0.02;             // s
-constexpr double kClearance = 0.1e-3;      // m, of the tip above the surface at the start
-constexpr double kPressStep = 0.1e-3;      // m per tick
-constexpr int kMostPressSteps = 80;        // until the surface has given way
-constexpr double kStep = 0.5e-3;           // m per tick, inside
-constexpr double kDepth = 30e-3;           // m, that the rigid needle is pushed to
-constexpr double kSteeringDepth = 45e-3;   // m
-constexpr double kSteeringFrom = 20e-3;    // m, where the tip's way has taken on its radius
-constexpr double kPressForce = 0.1;        // N
-constexpr double kPressDepth = 0.3e-3;     // m
-constexpr double kPullBack = 20e-6;        // m
-constexpr double kAside = 0.1e-3;          // m
-constexpr int kRest = 5;                   // ticks
-constexpr double kRigidFoundation = 1e7;   // Pa, hundreds of times what a mesh has
+constexpr double kEdge = 0.06;            // m, of the block
+constexpr double kTick = 0.02;            // s
+constexpr double kClearance = 0.1e-3;     // m, of the tip above the surface at the start
+constexpr double kPressStep = 0.1e-3;     // m per tick
+constexpr int kMostPressSteps = 80;       // until the surface has given way
+constexpr double kStep = 0.5e-3;          // m per tick, inside
+constexpr double kDepth = 30e-3;          // m, that the rigid needle is pushed to
+constexpr double kSteeringDepth = 45e-3;  // m
+constexpr double kSteeringFrom = 20e-3;   // m, where the tip's way has taken on its radius
+constexpr double kPressForce = 0.1;       // N
+constexpr double kPressDepth = 0.3e-3;    // m
+constexpr double kPullBack = 20e-6;       // m
+constexpr double kAside = 0.1e-3;         // m
+constexpr int kRest = 5;                  // ticks
+constexpr double kRigidFoundation = 1e7;  // Pa, hundreds of times what a mesh has
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 struct Setting {
@@ -50,8 +51,6 @@ const char* name_of(AddedGive give) {
   }
   return "";
 }
-
-const char* name_of(TissueElement element) { return element == TissueElement::linear ? "linear" : "nodal_pressure"; }
 
 std::vector<Setting> settings(bool quick) {
   std::vector<Setting> all;
@@ -240,7 +239,7 @@ double steering_radius(const Setting& setting) {
     const double depth = kEdge / 2 - tip.z();
     if (depth < kSteeringFrom) continue;
     depths.push_back(depth);
-    offsets.push_back(tip.head<2>().norm());
+    offsets.push_back(tip.y());  // the bevel steers towards the base's +y, which is the world's
   }
   return radius(depths, offsets);
 }
@@ -263,18 +262,19 @@ std::vector<MeshRow> mesh_table(bool quick,
   std::vector<MeshRow> rows;
   const std::vector<Setting> all = settings(quick);
   for (const Setting& s : all) {
-    progress(static_cast<int>(rows.size()), static_cast<int>(all.size()),
-             std::string(name_of(s.element)) + ", added " + name_of(s.give) + ", " + std::to_string(s.cells) + " cells");
+    progress(
+        static_cast<int>(rows.size()), static_cast<int>(all.size()),
+        std::string(name_of(s.element)) + ", added " + name_of(s.give) + ", " + std::to_string(s.cells) + " cells");
     rows.push_back(measure(s, !quick));
   }
   return rows;
 }
 
 void study_mesh_dependence(const StudyPlan& plan) {
-  CsvFile file(plan.out + "/mesh_dependence.csv",
-               {"element", "added", "poisson_ratio", "cells", "element_size", "indentation", "press_force",
-                "puncture_depth", "base_force", "base_peak", "axial_stiffness", "lateral_stiffness",
-                "steering_radius"});
+  CsvFile file(
+      plan.out + "/mesh_dependence.csv",
+      {"element", "added", "poisson_ratio", "cells", "element_size", "indentation", "press_force", "puncture_depth",
+       "base_force", "base_peak", "axial_stiffness", "lateral_stiffness", "steering_radius"});
   for (const MeshRow& r : mesh_table(plan.quick, plan.progress))
     file.row({name_of(r.element), name_of(r.give), r.poisson_ratio, r.cells, kEdge / r.cells, r.indentation,
               r.press_force, r.puncture_depth, r.base_force, r.base_peak, r.axial_stiffness, r.lateral_stiffness,

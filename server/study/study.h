@@ -10,7 +10,7 @@ namespace acus {
 
 struct StudyPlan {
   std::string scenes = "scenes";  // folder with the project's scenes and, below it, trajectories/
-  std::string out = ".";          // folder that the tables go to; exists
+  std::string out = ".";          // folder that the tables go to; must exist
   std::string scene;              // of the study of errors: this one only; empty: all
   bool quick = false;             // a short form that still goes through every kind of run
   // Told what has been done of what, in runs, and what comes next.
@@ -24,7 +24,7 @@ void study_errors(const StudyPlan& plan);
 // locking.csv, mesh_dependence.csv: what elements and meshes do to forces and shapes (locking.h, mesh_dependence.h).
 void study_refinement(const StudyPlan& plan);
 
-// stability.csv: extreme cases and pairs of them, with a verdict each (stability.h).
+// stability.csv: extreme cases and pairs of them, with a verdict each (stability_cases.h, stability_criteria.h).
 void study_stability(const StudyPlan& plan);
 
 }  // namespace acus

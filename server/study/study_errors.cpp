@@ -12,82 +12,66 @@ namespace acus {
 
 namespace {
 
-const std::vector<std::string> kColumns{"scene",
-                                        "knob",
-                                        "setting",
-                                        "error",  // what was run, compared with what
-                                        "h",
-                                        "rung",
-                                        "iterations",
-                                        "solver",
-                                        "tolerance",
-                                        "max_sweeps",  // s, ..., N
-                                        "nodes",
-                                        "beams",
-                                        "spacing",  // m
-                                        "tip_max",
-                                        "tip_rms",
-                                        "tip_p95",  // m: errors
-                                        "force_max",
-                                        "force_rms",
-                                        "force_p95",  // N
-                                        "tissue_max",
-                                        "tissue_rms",
-                                        "tissue_p95",  // m
-                                        "tip_size",
-                                        "force_size",
-                                        "tissue_size",  // m, N, m: largest of the reference
-                                        "run_time",
-                                        "ms_per_tick",  // processor s per simulated s, ms
-                                        "mean_iterations",
-                                        "mean_sweeps",
-                                        "residual",
-                                        "flagged",
-                                        "ticks"};  // per tick, N
-
 struct Run {
   Scene scene;
   int nodes;
   Recording recording;
 };
 
-std::vector<Cell> cells(const Setting& setting, const Run& run, const Comparison& comparison,
-                        const Recording& reference) {
-  const Scene& s = run.scene;
-  const Recording& r = run.recording;
-  const Errors e = errors(r, reference), size = magnitudes(reference);
-  const double ticks = static_cast<double>(r.ticks);
-  return {setting.knob,
-          setting.value,
-          comparison.kind,
-          setting.h,
-          name_of(s.tissue.rung),
-          s.newton.max_iterations,
-          name_of(s.laws.solver),
-          s.laws.tolerance,
-          s.laws.max_sweeps,
-          run.nodes,
-          s.needles[0].beams,
-          s.needles[0].constraint_spacing,
-          e.tip.max,
-          e.tip.rms,
-          e.tip.p95,
-          e.force.max,
-          e.force.rms,
-          e.force.p95,
-          e.tissue.max,
-          e.tissue.rms,
-          e.tissue.p95,
-          size.tip.max,
-          size.force.max,
-          size.tissue.max,
-          r.processor_seconds / (ticks * setting.h),
-          1e3 * r.processor_seconds / ticks,
-          r.iterations,
-          r.sweeps,
-          r.residual,
-          r.flagged,
-          r.ticks};
+// What a row tells of: a run and what it is compared with.
+struct Compared {
+  const std::string& scene;
+  const Setting& setting;
+  const char* kind;
+  const Run& run;
+  Errors error, size;
+};
+
+struct Column {
+  const char* name;
+  Cell (*cell)(const Compared&);
+};
+
+const Column kColumns[]{
+    {"scene", [](const Compared& c) { return Cell(c.scene); }},
+    {"knob", [](const Compared& c) { return Cell(c.setting.knob); }},
+    {"setting", [](const Compared& c) { return Cell(c.setting.value); }},
+    {"error", [](const Compared& c) { return Cell(c.kind); }},
+    {"h", [](const Compared& c) { return Cell(c.setting.h); }},  // s
+    {"rung", [](const Compared& c) { return Cell(name_of(c.run.scene.tissue.rung)); }},
+    {"iterations", [](const Compared& c) { return Cell(c.run.scene.newton.max_iterations); }},
+    {"solver", [](const Compared& c) { return Cell(name_of(c.run.scene.laws.solver)); }},
+    {"tolerance", [](const Compared& c) { return Cell(c.run.scene.laws.tolerance); }},  // N
+    {"max_sweeps", [](const Compared& c) { return Cell(c.run.scene.laws.max_sweeps); }},
+    {"nodes", [](const Compared& c) { return Cell(c.run.nodes); }},
+    {"beams", [](const Compared& c) { return Cell(c.run.scene.needles[0].beams); }},
+    {"spacing", [](const Compared& c) { return Cell(c.run.scene.needles[0].constraint_spacing); }},  // m
+    {"tip_max", [](const Compared& c) { return Cell(c.error.tip.max); }},                            // m
+    {"tip_rms", [](const Compared& c) { return Cell(c.error.tip.rms); }},
+    {"tip_p95", [](const Compared& c) { return Cell(c.error.tip.p95); }},
+    {"force_max", [](const Compared& c) { return Cell(c.error.force.max); }},  // N
+    {"force_rms", [](const Compared& c) { return Cell(c.error.force.rms); }},
+    {"force_p95", [](const Compared& c) { return Cell(c.error.force.p95); }},
+    {"tissue_max", [](const Compared& c) { return Cell(c.error.tissue.max); }},  // m
+    {"tissue_rms", [](const Compared& c) { return Cell(c.error.tissue.rms); }},
+    {"tissue_p95", [](const Compared& c) { return Cell(c.error.tissue.p95); }},
+    {"tip_size", [](const Compared& c) { return Cell(c.size.tip.max); }},  // m, N, m: largest of the reference
+    {"force_size", [](const Compared& c) { return Cell(c.size.force.max); }},
+    {"tissue_size", [](const Compared& c) { return Cell(c.size.tissue.max); }},
+    {"run_time", [](const Compared& c) { return Cell(c.run.recording.run_time()); }},  // s per simulated s
+    {"ms_per_tick", [](const Compared& c) { return Cell(1e3 * c.run.recording.run_time() * c.setting.h); }},
+    {"calibrated", [](const Compared& c) { return Cell(c.run.recording.calibrated()); }},  // - per tick
+    {"mean_iterations", [](const Compared& c) { return Cell(c.run.recording.iterations); }},
+    {"mean_sweeps", [](const Compared& c) { return Cell(c.run.recording.sweeps); }},
+    {"residual", [](const Compared& c) { return Cell(c.run.recording.residual); }},            // N
+    {"not_converged", [](const Compared& c) { return Cell(c.run.recording.not_converged); }},  // ticks
+    {"ticks", [](const Compared& c) { return Cell(c.run.recording.ticks); }},
+};
+
+std::vector<std::string> column_names() {
+  std::vector<std::string> names;
+  for (const Column& column : kColumns) names.push_back(column.name);
+  return names;
 }
 
 // All runs of one scene and their rows in its table.
@@ -99,7 +83,7 @@ class SceneStudy {
         experiment_(read_experiment(plan.scenes, studied.name, studied.pace)),
         probes_(nodes_of(experiment_)),
         settings_(settings_of(studied)),
-        table_(plan.out + "/errors_" + name_ + ".csv", kColumns) {}
+        table_(plan.out + "/errors_" + name_ + ".csv", column_names()) {}
 
   void run() {
     const int count = static_cast<int>(settings_.size());
@@ -123,9 +107,12 @@ class SceneStudy {
   }
 
   void write(const Setting& setting, const Comparison& comparison) {
-    std::vector<Cell> row{name_};
-    for (Cell& cell : cells(setting, runs_.back(), comparison, runs_[comparison.with].recording))
-      row.push_back(std::move(cell));
+    const Recording& reference = runs_[comparison.with].recording;
+    const Run& run = runs_.back();
+    const Compared compared{
+        name_, setting, comparison.kind, run, errors(run.recording, reference), magnitudes(reference)};
+    std::vector<Cell> row;
+    for (const Column& column : kColumns) row.push_back(column.cell(compared));
     table_.row(row);
   }
 
