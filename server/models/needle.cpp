@@ -190,6 +190,35 @@ void NeedleMotion::begin(const NeedleState& state, const Pose& base) {
   }
 }
 
+// A beam's turn from q_0 to q, the mean of its nodes'.
+Matrix3 NeedleMotion::beam_turn(int e) const {
+  const Vector3 first = rotation_log(q_[e] * q_rigid_[e].conjugate());
+  const Vector3 second = rotation_log(q_[e + 1] * q_rigid_[e + 1].conjugate());
+  return rotation_exp((first + second) / 2).toRotationMatrix();
+}
+
+// beta K_m (q - q_0)/h of a beam, K_m turned along. The turn is no part of what is damped: a needle that does not
+// follow its base's spin is not pushed by it.
+Vector12 NeedleMotion::beam_damping_force(int e, const Matrix12& turned_material) const {
+  const Matrix3 turn = beam_turn(e);
+  const Vector3 stretch = shape_.x.col(e + 1) - shape_.x.col(e) - turn * (x_rigid_.col(e + 1) - x_rigid_.col(e));
+  const Quaternion back(turn.transpose());
+  Vector12 moved;
+  moved << -stretch / 2, rotation_log(q_[e] * (back.conjugate() * q_rigid_[e]).conjugate()), stretch / 2,
+      rotation_log(q_[e + 1] * (back.conjugate() * q_rigid_[e + 1]).conjugate());
+  return model_.rayleigh_stiffness / h_ * turned_material * moved;
+}
+
+// K_m of a beam, turned from q_0 to q.
+Matrix12 NeedleMotion::turned_material(int e) const {
+  if (at_rigid_) return material_[e];
+  const Matrix3 turn = beam_turn(e);
+  Matrix12 turned;
+  for (int i = 0; i < 12; i += 3)
+    for (int j = 0; j < 12; j += 3) turned.block<3, 3>(i, j) = turn * material_[e].block<3, 3>(i, j) * turn.transpose();
+  return turned;
+}
+
 void NeedleMotion::add_beams(bool exact) {
   const double damping = model_.rayleigh_stiffness / h_;
   for (int e = 0; e < model_.beams; ++e) {
@@ -197,8 +226,9 @@ void NeedleMotion::add_beams(bool exact) {
     Vector12 force = beam_forces(stiffness, a, b);
     Matrix12 tangent = exact ? beam_tangent(stiffness, a, b) : beam_material_tangent(stiffness, a, b);
     if (damping > 0) {
-      tangent += damping * material_[e];
-      if (!at_rigid_) force += beam_damping_force(e);
+      const Matrix12 material = turned_material(e);
+      tangent += damping * material;
+      if (!at_rigid_) force += beam_damping_force(e, material);
     }
     g_.col(e) += force.head<6>();
     g_.col(e + 1) += force.tail<6>();
@@ -212,23 +242,13 @@ void NeedleMotion::add_beams(bool exact) {
   }
 }
 
-// beta K_m (q - q_0)/h of a beam.
-Vector12 NeedleMotion::beam_damping_force(int e) const {
-  Vector12 moved;
-  for (int k = 0; k < 2; ++k) {
-    moved.segment<3>(6 * k) = shape_.x.col(e + k) - x_rigid_.col(e + k);
-    moved.segment<3>(6 * k + 3) = rotation_log(q_[e + k] * q_rigid_[e + k].conjugate());
-  }
-  return model_.rayleigh_stiffness / h_ * material_[e] * moved;
-}
-
 // g at the current configuration.
 void NeedleMotion::put_residual(const NeedleState& state) {
   g_.setZero();
   for (int e = 0; e < model_.beams; ++e) {
     const auto [stiffness, a, b] = needle_beam(model_, shape_, e);
     Vector12 force = beam_forces(stiffness, a, b);
-    if (model_.rayleigh_stiffness > 0) force += beam_damping_force(e);
+    if (model_.rayleigh_stiffness > 0) force += beam_damping_force(e, turned_material(e));
     g_.col(e) += force.head<6>();
     g_.col(e + 1) += force.tail<6>();
   }
@@ -321,8 +341,10 @@ Vector6 NeedleMotion::add_row_forces(std::span<const double> lambda) {
       continue;
     }
     applied_.segment<6>(6 * beam) += far;
-    if (beam > 0) applied_.segment<6>(6 * (beam - 1)) += near;
-    else on_base += near;
+    if (beam > 0)
+      applied_.segment<6>(6 * (beam - 1)) += near;
+    else
+      on_base += near;
   }
   return on_base;
 }

@@ -172,7 +172,9 @@ class NeedleMotion {
 
  private:
   void add_beams(bool exact);
-  Vector12 beam_damping_force(int beam) const;
+  Matrix3 beam_turn(int beam) const;
+  Matrix12 turned_material(int beam) const;
+  Vector12 beam_damping_force(int beam, const Matrix12& turned_material) const;
   void put_residual(const NeedleState& state);
   void add_inertia(const NeedleState& state);
   Vector6 inertia_force(const NeedleState& state, int node) const;

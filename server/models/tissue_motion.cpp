@@ -151,7 +151,7 @@ void TissueMotion::evaluate() {
   } else {
     elastic_.swap(trial_forces_);
     elastic_forces(model_, x_, element_rotations_, elastic_);
-    if (share_ > 0 && !(slope(share_, elastic_) <= descent_)) guarded_ = kGuardedTicks;
+    if (share_ > 0 && overshot()) guarded_ = kGuardedTicks;
     share_ = 0;
     inverted_ = inverted_ || element_rotations_.inverted;
   }
@@ -290,23 +290,30 @@ double TissueMotion::slope(double share, const Matrix3X& forces) const {
 }
 
 // dxᵀ (M/h² + B/h) dx of the step.
-double TissueMotion::resistance() {
+double TissueMotion::resistance(bool first) {
   double inertia = 0;
   for (const int i : model_.free_nodes)
     inertia += (model_.mass[i] / h_ + model_.mass_damping[i]) / h_ * step_.col(i).squaredNorm();
   if (!damped_) return inertia;
-  if (matrix_ == TissueMatrix::turned && iteration_ == 1)
-    return descent_ - (descent_ - inertia) / (1 + largest_damping_ / h_);
-  damping_forces(model_, step_, iteration_ > 1 ? start_rotations_ : element_rotations_, trial_forces_);
-  return inertia + trial_forces_.cwiseProduct(step_).sum() / h_;
+  if (matrix_ == TissueMatrix::turned && first) return descent_ - (descent_ - inertia) / (1 + largest_damping_ / h_);
+  damping_forces(model_, step_, first ? element_rotations_ : start_rotations_, damping_force_);
+  return inertia + damping_force_.cwiseProduct(step_).sum() / h_;
+}
+
+// Whether the end of a tick's first step, where the elastic forces are known by now, was too steep. Since the
+// resistance is at most d, mostly the elastic forces alone say that it was not.
+bool TissueMotion::overshot() {
+  if ((elastic_ - trial_forces_).cwiseProduct(step_).sum() <= descent_) return false;
+  resistance_ = resistance(true);
+  return !(slope(share_, elastic_) <= descent_);
 }
 
 double TissueMotion::trusted_share() {
   if (empty() || matrix_ == TissueMatrix::constant) return 1;
   const bool far = !(step_.cwiseAbs().maxCoeff() <= large_step_), longer = !(descent_ <= last_descent_);
   const bool looked_at = guarded_ > 0 || far || longer;
-  if (looked_at || iteration_ == 1) resistance_ = resistance();
   if (!looked_at) return 1;
+  resistance_ = resistance(iteration_ == 1);
   if (guarded_ > 0) --guarded_;
   trial_rotations_.batches = element_rotations_.batches;
   double share = 1;

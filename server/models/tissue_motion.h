@@ -123,7 +123,8 @@ class TissueMotion {
   bool add_node(int node, const Vector3& force);
   bool add_part(const MaterialPoint& point, const Vector3& force);
   void evaluate();
-  double resistance();
+  double resistance(bool first);
+  bool overshot();
   double slope(double share, const Matrix3X& forces) const;
   void put_residual(const TissueState& state);
   void evaluate_damping(const TissueState& state);
