@@ -17,7 +17,7 @@ namespace acus {
 namespace {
 
 constexpr int kMaxPaths = 64;
-constexpr int kMaxRepeats = 5;      // of a step that rungs without iterations make once, but for one that goes too far
+constexpr int kMaxRepeats = 10;     // of a step that rungs without iterations make once, but for one that goes too far
 constexpr int kLookEvery = 8;       // ticks, while all that lies ahead is ready
 constexpr int kStepsAhead = 6;      // of a look for the tetrahedra that a tip will enter
 constexpr double kStepAhead = 0.3;  // sizes of the tip's element
