@@ -115,9 +115,9 @@ enum Flag : std::uint32_t {
   kNotFinite = 1u << 5,           // a number stopped being finite; the state was held at the last good tick
   kSolverFellBack = 1u << 6,      // the direct solver of the laws found no answer; Gauss-Seidel gave this one
   kSweepsCapped = 1u << 7,        // ticks came late: the laws' solver stopped at the scene's overrun.max_sweeps
-  kIterationsCapped = 1u << 8,    // likewise, the tissue's iterations at overrun.max_iterations
+  kIterationsCapped = 1u << 8,    // likewise, iterations or repeats at overrun.max_iterations
   kPublishingReduced = 1u << 9,   // likewise, only one of overrun.publish_every shapes goes out
-  kStepLimited = 1u << 10,        // needles and tissue went a part of the tick's step: all of it would have been too far
+  kStepLimited = 1u << 10,        // the tick's last step was cut, or still turned a needle far
   kElementsInverted = 1u << 11    // the tissue is crushed: a tetrahedron is turned inside out
 };
 inline constexpr std::array<const char*, 12> kFlagNames{

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "server/math/rotation.h"
+#include "server/math/step_share.h"
 
 namespace acus {
 
@@ -378,7 +379,7 @@ double NeedleMotion::trusted_share(const NeedleState& state) {
     put_residual(state);
     const double end = slope();
     if (end <= descent) break;
-    share *= std::clamp(descent / (descent + end), 0.1, 0.5);
+    share = cut_share(share, descent, end);
   }
   return share;
 }

@@ -6,6 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "server/math/step_share.h"
+
 namespace acus {
 
 namespace {
@@ -322,7 +324,7 @@ double TissueMotion::trusted_share() {
     elastic_forces(model_, trial_x_, trial_rotations_, trial_forces_);
     const double end = slope(share, trial_forces_);
     if (end <= descent_) break;
-    share *= std::clamp(descent_ / (descent_ + end), 0.1, 0.5);
+    share = cut_share(share, descent_, end);
   }
   if (share < 1) guarded_ = kGuardedTicks;
   return share;

@@ -19,6 +19,8 @@ constexpr double kBorderClearance = 0.1;
 constexpr double kSoftest = 1e6;
 // Cosine of the largest angle between a path and the needle in it.
 constexpr double kLeastAlong = 0.5;
+// Square of the sine below which a path against the needle lies to no side of it.
+constexpr double kNoSide = 1e-12;
 
 // The direction of a path, but no further from the needle's than that angle: rows across a path that runs across the
 // needle would pull along the shaft, on which the vertex then runs away.
@@ -26,6 +28,7 @@ Vector3 beside(const Vector3& needle, const Vector3& path) {
   const double along = path.dot(needle);
   if (along >= kLeastAlong) return path;
   const Vector3 across = path - along * needle;
+  if (across.squaredNorm() < kNoSide) return needle;
   return kLeastAlong * needle + std::sqrt(1 - kLeastAlong * kLeastAlong) * across.stableNormalized();
 }
 

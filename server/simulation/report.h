@@ -31,7 +31,8 @@ enum Flag : std::uint32_t {
   kSweepsCapped = 1u << 7,       // overrun.max_sweeps took effect
   kIterationsCapped = 1u << 8,   // overrun.max_iterations took effect
   kPublishingReduced = 1u << 9,  // overrun.publish_every is in effect
-  kStepLimited = 1u << 10,       // the forces at the end of the tick's step spoke against it: less than all of it was gone
+  kStepLimited = 1u << 10,       // the tick's last step was cut, since the forces at its end spoke against it, or, not
+                                 // repeated any more, still turned a needle far
   kElementsInverted = 1u << 11   // a tetrahedron was turned inside out at the start of the tick (not with rung linear)
 };
 

@@ -294,7 +294,8 @@ struct FieldsOf<Overrun> {
       Field{"max_sweeps", &Overrun::max_sweeps, "-", between(1, 100000),
             "limit of the laws' steps, of either solver, while ticks come late, where laws.max_sweeps is more"},
       Field{"max_iterations", &Overrun::max_iterations, "-", between(1, 1000),
-            "limit of the tissue's iterations while ticks come late, where newton.max_iterations is more"},
+            "limit of the iterations, and of the repeats of steps that go too far, while ticks come late, where the "
+            "limit is otherwise more"},
       Field{"publish_every", &Overrun::publish_every, "-", between(1, 1000),
             "one of so many needle and tissue states goes out while ticks come late; forces go out every tick"},
       Field{"recovery", &Overrun::recovery, "s", above(0),

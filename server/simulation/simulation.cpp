@@ -156,8 +156,8 @@ struct Simulation::World {
   bool finite() const;
   void reset();
   int max_sweeps() const { return economized(scene.laws.max_sweeps, scene.overrun.max_sweeps); }
-  int max_iterations() const { return economized(scene.newton.max_iterations, scene.overrun.max_iterations); }
-  int max_repeats() const { return economized(kMaxRepeats, scene.overrun.max_iterations); }
+  int uncapped_iterations() const { return iterates() ? scene.newton.max_iterations : kMaxRepeats; }
+  int max_iterations() const { return economized(uncapped_iterations(), scene.overrun.max_iterations); }
   bool went_too_far() const;
   int economized(int limit, int lower) const { return economizing ? std::min(limit, lower) : limit; }
   void balance_of_forces();
@@ -387,6 +387,7 @@ void Simulation::World::hold() {
     motions[i].begin(needle_states[i], {needle_states[i].x.col(0), needle_states[i].q[0]});
   for (GuideHold& guide : guides) guide.hold();
   tissue_motion.restart();
+  rows.clear();
   needle_balance.setZero();
   report.events.clear();
 }
@@ -484,7 +485,7 @@ void Simulation::step() {
 
   w.take_commands(), timer.lap(1);
   const bool iterates = w.iterates();
-  const int limit = iterates ? w.max_iterations() : w.max_repeats();
+  const int limit = w.max_iterations();
   int iteration = 0;
   bool again = true;
   for (; again && iteration < limit; ++iteration) {
@@ -507,7 +508,7 @@ void Simulation::step() {
   if (w.tissue_motion.inverted()) flags |= kElementsInverted;
   if (!laws.converged) flags |= kLawsNotConverged;
   if (laws.fell_back) flags |= kSolverFellBack;
-  if (flags & kNewtonNotConverged && limit < w.scene.newton.max_iterations) flags |= kIterationsCapped;
+  if (again && limit < w.uncapped_iterations()) flags |= kIterationsCapped;
   if (laws.capped && w.max_sweeps() < w.scene.laws.max_sweeps) flags |= kSweepsCapped;
 
   if (w.finite()) {

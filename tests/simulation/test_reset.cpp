@@ -56,5 +56,33 @@ TEST_CASE("a reset in the middle of contact with bone leaves nothing behind") {
   CHECK(run(simulation) == first);
 }
 
+// The base jumps aside while the needle is inside: steps are cut, and what guards them remembers it.
+Record jump(Simulation& simulation, std::uint32_t& flags) {
+  Record record;
+  const Pose base = simulation.scene().needles[0].base;
+  for (int tick = 1; tick <= 400; ++tick) {
+    const Vector3 aside = tick > 350 ? Vector3(0.05, 0, 0) : Vector3(0, 0, 0);
+    const double depth = 1e-4 * std::min(tick, 300);
+    simulation.command(0, {1, Pose{base.position + aside - depth * Vector3::UnitZ(), base.orientation}, std::nullopt});
+    simulation.step();
+    flags |= simulation.report().flags;
+    record.forces.push_back(simulation.report().needles[0].base_force);
+    record.tips.push_back(simulation.report().needles[0].tip_position);
+  }
+  return record;
+}
+
+TEST_CASE("a reset after steps that were cut leaves nothing behind") {
+  Scene scene = block_scene();
+  scene.needles[0].max_speed = 100;
+  scene.needles[0].smoothing = 0;
+  Simulation simulation(scene);
+  std::uint32_t flags = 0;
+  const Record first = jump(simulation, flags);
+  REQUIRE((flags & kStepLimited) != 0);
+  simulation.reset();
+  CHECK(jump(simulation, flags) == first);
+}
+
 }  // namespace
 }  // namespace acus::test
