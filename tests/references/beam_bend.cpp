@@ -9,9 +9,6 @@
 //   A. Cardona, M. Geradin, Int. J. Numer. Meth. Engng 26 (1988) 2403-2438
 //   M. A. Crisfield, Comput. Meth. Appl. Mech. Engng 81 (1990) 131-150
 // They disagree by up to 0.6 in a coordinate: about 8 elements each, and different torsion of the square section,
-// J = I_y + I_z = 1/6 (no warping) or Saint-Venant's 0.1406.
-//
-// They disagree by up to 0.6 in a coordinate: about 8 elements each, and different torsion of the square section,
 // J = I_y + I_z = 1/6 (no warping) or Saint-Venant's 0.1406. The limit of fine beams is therefore taken from
 // Kirchhoff's equations of the rod, integrated here by shooting (S. S. Antman, "Nonlinear Problems of Elasticity",
 // 2005, ch. 8).

@@ -2,12 +2,13 @@
 // A needle that is pushed against a surface which it cannot enter buckles, and bears little more from then on.
 //
 // Sources
-//   S. P. Timoshenko, J. M. Gere, "Theory of Elastic Stability" (1961), sec. 2.1 and 2.3: P = pi² EI/(K L)², K = 2 for
-//   a
-//     tip that slides (clamped - free), K = 0.699 for one that sticks (clamped - pinned: tan kL = kL, kL = 4.4934).
-//   The same, sec. 2.7: the cantilever beyond buckling. With the tip's slope a and p = sin(a/2),
-//     P = K(p)² EI/L²,   approach of the ends = 2 L (1 - E(p)/K(p)),   K, E complete elliptic integrals.
-//   The pinned needle beyond buckling: the elastica of the same section, with a force across at its end; shooting.
+//   S. P. Timoshenko, J. M. Gere, "Theory of Elastic Stability" (1961), sec. 2.1 and 2.3
+//   The same, sec. 2.7: the cantilever beyond buckling
+//
+// At the limit P = pi² EI/(K L)², K = 2 for a tip that slides (clamped - free), K = 0.699 for one that sticks (clamped
+// - pinned: tan kL = kL, kL = 4.4934). Beyond it, with the tip's slope a and p = sin(a/2), the cantilever bears P =
+// K(p)² EI/L² when its ends have come closer by 2 L (1 - E(p)/K(p)); K(p), E(p) are complete elliptic integrals. The
+// pinned needle beyond buckling is the elastica of the same section with a force across at its end; shooting.
 //
 // The needle has an imperfection, a curvature of 1e-3/m; the load at a given approach hardly depends on it. It shortens
 // by P L/EA besides, which is added to the approach.

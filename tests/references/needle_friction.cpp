@@ -3,14 +3,12 @@
 //
 // Sources
 //   Coulomb, before it slides as a whole (shear lag): a bar of stiffness EA held by the friction q per length slips
-//   over
-//     the length F/q from where it is pulled by F, and is displaced there by u = F²/(2 EA q). Reversed after full
-//     sliding it slips in both senses and doubles: u = F²/(4 EA q), F the change of force; H. L. Cox, Br. J. Appl.
-//     Phys. 3 (1952) for shear lag, G. Masing, Proc. 2nd Int. Congr. Appl. Mech. (1926) for the doubling.
+//   over the length F/q from where it is pulled by F, and is displaced there by u = F²/(2 EA q). Reversed after full
+//   sliding it slips in both senses and doubles: u = F²/(4 EA q), F the change of force; H. L. Cox, Br. J. Appl.
+//   Phys. 3 (1952) for shear lag, G. Masing, Proc. 2nd Int. Congr. Appl. Mech. (1926) for the doubling.
 //   Viscous friction b per length: b u' = EA u_xx, diffusion. Displaced at its end by u_0, the free bar of length L
-//   bears
-//     F = (2 EA u_0/L) sum over odd n of exp(-n² pi² t EA/(4 b L²)): K. Terzaghi's consolidation, in J. Crank, "The
-//     Mathematics of Diffusion" (1975), eq. 4.17.
+//   bears F = (2 EA u_0/L) sum over odd n of exp(-n² pi² t EA/(4 b L²)): K. Terzaghi's consolidation, in J. Crank, "The
+//   Mathematics of Diffusion" (1975), eq. 4.17.
 #include <numbers>
 
 #include "server/constraints/constraint_solver.h"
