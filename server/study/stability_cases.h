@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/study/experiment.h"
+#include "server/study/stability_criteria.h"
 
 namespace acus {
 
@@ -27,7 +28,7 @@ struct Manoeuvre {
   double depth = 35e-3;             // m
   double speed = 0.1;               // m/s, of the base; 0: it stays where it is
   Vector3 aside = Vector3::Zero();  // m, world: way of the base while the tip is deep
-  double spin_speed = 0;            // rad/s, on the way in
+  double spin_speed = 0;            // rad/s, on the way in and at depth
   double hold = 0.15;               // s, at depth
   bool jumps = false;               // every way in one tick
 };
@@ -44,8 +45,10 @@ struct StabilityCase {
   std::string name;
   std::vector<std::string> knobs;  // what is changed: two cases with one in common are no pair
   std::function<void(Trial&)> change;
-  bool nasty = false;   // is paired with all the other nasty ones
-  bool refuse = false;  // loading it must end in an error
+  bool nasty = false;     // is paired with all the other nasty ones
+  bool refuse = false;    // loading it must end in an error
+  bool may_miss = false;  // the needle need not touch the tissue
+  bool may_stay = false;  // it need not come out again
 };
 
 // A run of the table: a case, alone or with a partner.
@@ -56,17 +59,16 @@ struct StabilityRun {
 
 Trial base_trial();
 const std::vector<StabilityCase>& stability_cases();
+const StabilityCase& stability_case(const std::string& name);  // throws std::out_of_range
 std::vector<StabilityRun> stability_runs();
+// Some of them, of every kind: cases alone and pairs, rungs, elements, solvers, one that is refused.
+std::vector<StabilityRun> quick_stability_runs();
+bool is_refused(const StabilityRun& run);
+Expected expected_of(const StabilityRun& run);
 Trial make_trial(const StabilityRun& run);
 
 // The trial's scene with its needles in their places, and their motion until the last command. A mesh that is no box
 // goes to a file in `folder`, which must outlive the experiment.
 Experiment make_experiment(const Trial& trial, const std::string& folder);
-
-// stability_mesh.cpp. Of all tetrahedra, the smallest angle between two of their faces (rad).
-double smallest_dihedral_angle(const TetrahedralMesh& mesh);
-// Moves every other node of the inside until the smallest angle between faces beside it is `angle` (rad, above zero and
-// below what the mesh has). No tetrahedron is inverted.
-void distort_to_slivers(TetrahedralMesh& mesh, double angle);
 
 }  // namespace acus

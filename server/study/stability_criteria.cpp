@@ -8,8 +8,9 @@ namespace acus {
 
 namespace {
 
+// What is no number is the largest of all.
 void raise(Peak& peak, double value, std::size_t tick) {
-  if (value > peak.value) peak = {value, tick};
+  if (value > peak.value || std::isnan(value)) peak = {value, tick};
 }
 
 double energy_scale(std::span<const double> stored, std::span<const double> work) {
@@ -27,8 +28,8 @@ double largest_norm(std::span<const Vector3> vectors) {
   return most;
 }
 
-// Increments that oppose the one before, up to tick k.
-int opposed(std::span<const Vector3> f, std::size_t k) { return (f[k] - f[k - 1]).dot(f[k - 1] - f[k - 2]) < 0; }
+// The increment of tick k opposes the one before.
+bool opposed(std::span<const Vector3> f, std::size_t k) { return (f[k] - f[k - 1]).dot(f[k - 1] - f[k - 2]) < 0; }
 
 // The least increment of the window that ends with tick k, over the mean force there.
 double window_share(std::span<const Vector3> f, std::size_t k, double least_force) {
@@ -40,11 +41,8 @@ double window_share(std::span<const Vector3> f, std::size_t k, double least_forc
   return least / std::max(sum / kAlternations, least_force);
 }
 
-bool excused(const StabilitySeries& series, std::size_t tick) {
-  const std::size_t from = tick > kExcused ? tick - kExcused : 0;
-  for (std::size_t k = from; k <= tick && k < series.ticks(); ++k)
-    if (series.flags[k] & kTroubles) return true;
-  return false;
+bool any(std::span<const std::uint32_t> flags, std::uint32_t wanted) {
+  return std::ranges::any_of(flags, [=](std::uint32_t f) { return (f & wanted) != 0; });
 }
 
 }  // namespace
@@ -68,16 +66,27 @@ Peak energy_rise(std::span<const double> stored, std::span<const double> work, s
   return peak;
 }
 
-Peak alternation(std::span<const Vector3> force) {
+Peak alternation(std::span<const Vector3> force, const std::vector<bool>& left_out) {
   Peak peak;
   const double most = largest_norm(force);
   if (most < kLeastForce) return peak;
   int run = 1;  // increments in a row of which each opposes the one before
   for (std::size_t k = 2; k < force.size(); ++k) {
     run = opposed(force, k) ? run + 1 : 1;
-    if (run >= kAlternations) raise(peak, window_share(force, k, kLeastShare * most), k);
+    const bool counts = left_out.empty() || !left_out[k];
+    if (run >= kAlternations && counts) raise(peak, window_share(force, k, kLeastShare * most), k);
   }
   return peak;
+}
+
+std::vector<bool> told_of(std::span<const std::uint32_t> flags) {
+  std::vector<bool> told;
+  std::size_t since = kExcused + 1;  // ticks since the last trouble
+  for (const std::uint32_t f : flags) {
+    since = f & kTroubles ? 0 : since + 1;
+    told.push_back(since <= kExcused);
+  }
+  return told;
 }
 
 Peak unflagged_residual(std::span<const double> residual, std::span<const std::uint32_t> flags) {
@@ -97,9 +106,13 @@ StabilityFigures measure(const StabilitySeries& series) {
   f.gain = energy_gain(series.stored, series.work);
   f.rise = energy_rise(series.stored, series.work, series.rest);
   f.residual = unflagged_residual(series.residual, series.flags);
+  const std::vector<bool> told = told_of(series.flags);
+  f.excused =
+      static_cast<double>(std::ranges::count(told, true)) / static_cast<double>(std::max<std::size_t>(told.size(), 1));
   for (const auto& force : series.forces) {
     const Peak peak = alternation(force);
     raise(f.alternation, peak.value, peak.tick);
+    f.untold_alternation = std::max(f.untold_alternation, alternation(force, told).value);
     f.largest_force = std::max(f.largest_force, largest_norm(force));
   }
   f.largest_energy = energy_scale(series.stored, series.work);
@@ -118,24 +131,33 @@ const char* name_of(Outcome outcome) {
 }
 
 Verdict judge(const StabilitySeries& series, const StabilityFigures& f, double residual_tolerance,
-              const StabilityLimits& limits) {
+              const Expected& expected, const StabilityLimits& limits) {
   Verdict verdict;
-  const auto exceeded = [&](const char* what, bool is_excused) {
-    verdict.why += (verdict.why.empty() ? "" : "; ") + std::string(what);
-    verdict.outcome = std::max(verdict.outcome, is_excused ? Outcome::flagged : Outcome::failed);
+  const std::vector<bool> told = told_of(series.flags);
+  const auto add = [&](const std::string& what) { verdict.why += (verdict.why.empty() ? "" : "; ") + what; };
+  const auto check = [&](const char* what, bool holds, bool excused = false) {
+    if (holds) return;
+    add(what);
+    verdict.outcome = std::max(verdict.outcome, excused ? Outcome::flagged : Outcome::failed);
   };
-  const auto check = [&](const char* what, const Peak& peak, double limit) {
-    if (!(peak.value <= limit)) exceeded(what, excused(series, peak.tick));
+  if (any(series.flags, kTroubles)) verdict.outcome = Outcome::flagged;
+  check("not finite", series.finite && !any(series.flags, kNotFinite));
+  check("residual", f.residual.value <= residual_tolerance);
+  check("energy gain", f.gain.value <= limits.gain, told[f.gain.tick]);
+  check("energy without bound", f.gain.value <= limits.flagged_gain);
+  check("energy rises at rest", f.rise.value <= limits.rise, told[f.rise.tick]);
+  check("alternating force", f.alternation.value <= limits.alternation, f.untold_alternation <= limits.alternation);
+  check("inverted elements", !series.unseen_inversion);
+  const auto note = [&](const char* what, bool holds, bool must_hold) {
+    if (must_hold) return check(what, holds);
+    if (!holds) add(what);
   };
-  if (!series.finite) exceeded("not finite", false);
-  check("residual", f.residual, residual_tolerance);
-  check("energy gain", f.gain, limits.gain);
-  if (f.gain.value > limits.flagged_gain) exceeded("energy without bound", false);
-  check("energy rises at rest", f.rise, limits.rise);
-  check("alternating force", f.alternation, limits.alternation);
-  if (series.unseen_inversion) exceeded("inverted elements", false);
+  note("needle never touches the tissue", series.touched, expected.touch);
+  note("needle does not come out", series.withdrawn || !series.touched, expected.come_out);
   const bool returns = f.left <= limits.left || f.swing > limits.swing;
-  if (series.withdrawn && !returns) exceeded("tissue does not return", excused(series, series.ticks() - 1));
+  check("tissue does not return", returns || !series.withdrawn, told.back());
+  if (verdict.outcome == Outcome::flagged && !verdict.why.empty() && f.excused > kMostTicks)
+    add("most ticks are flagged");
   return verdict;
 }
 

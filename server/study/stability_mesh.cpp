@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Meshes with slivers.
+#include "server/study/stability_mesh.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
-
-#include "server/study/stability_cases.h"
+#include <vector>
 
 namespace acus {
 
@@ -28,11 +28,6 @@ double dihedral_angle(const Matrix3X& x, const Tetrahedron& nodes, int i, int j)
   };
   const Vector3 a = across(others[0]), b = across(others[1]);
   return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-double signed_volume(const Matrix3X& x, const Tetrahedron& nodes) {
-  const Vector3 origin = x.col(nodes[0]);
-  return (x.col(nodes[1]) - origin).cross(x.col(nodes[2]) - origin).dot(x.col(nodes[3]) - origin) / 6;
 }
 
 // The smallest angle of a tetrahedron, zero where it is flat or inverted.
@@ -83,6 +78,11 @@ Vector3 direction_of(int node) {
 }
 
 }  // namespace
+
+double signed_volume(const Matrix3X& x, const Tetrahedron& nodes) {
+  const Vector3 origin = x.col(nodes[0]);
+  return (x.col(nodes[1]) - origin).cross(x.col(nodes[2]) - origin).dot(x.col(nodes[3]) - origin) / 6;
+}
 
 double smallest_dihedral_angle(const TetrahedralMesh& mesh) {
   double smallest = std::numbers::pi;

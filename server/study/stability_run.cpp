@@ -7,6 +7,7 @@
 
 #include "server/bench/trajectory_driver.h"
 #include "server/math/rotation.h"
+#include "server/study/stability_mesh.h"
 
 namespace acus {
 
@@ -17,12 +18,8 @@ constexpr double kStill = 1e-6;  // m/s and rad/s: a base that moves no faster r
 // Of all elements, over their volumes at rest.
 double smallest_volume(const TetrahedralMesh& mesh, const Matrix3X& x) {
   double smallest = kInfinity;
-  for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
-    const auto& nodes = mesh.tetrahedra[t];
-    const Vector3 origin = x.col(nodes[0]);
-    const double volume = (x.col(nodes[1]) - origin).cross(x.col(nodes[2]) - origin).dot(x.col(nodes[3]) - origin) / 6;
-    smallest = std::min(smallest, volume / rest_volume(mesh, t));
-  }
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t)
+    smallest = std::min(smallest, signed_volume(x, mesh.tetrahedra[t]) / rest_volume(mesh, t));
   return smallest;
 }
 
@@ -63,6 +60,7 @@ class Recorder {
     series_.flags.push_back(report.flags);
     series_.residual.push_back(report.residual);
     const Energy energy = simulation_.energy();
+    series_.finite = series_.finite && std::isfinite(energy.total());
     series_.stored.push_back(energy.total());
     series_.kinetic.push_back(energy.kinetic);
     note_volumes(report);
@@ -104,8 +102,8 @@ class Recorder {
       series_.deepest = std::max(series_.deepest, needle.inserted_depth);
     if (touched) series_.last_inside = series_.ticks() - 1;
     series_.withdrawn = !touched;
-    been_touched_ = been_touched_ || touched;
-    if (!been_touched_) before_ = simulation_.tissue_positions();
+    series_.touched = series_.touched || touched;
+    if (!series_.touched) before_ = simulation_.tissue_positions();
     const Matrix3X x = simulation_.tissue_positions();
     series_.distance.push_back(free_ ? distance_but_for_rigid_motion(x, before_)
                                      : (x - before_).colwise().norm().maxCoeff());
@@ -113,8 +111,7 @@ class Recorder {
 
   Simulation simulation_;
   double h_;
-  bool free_;  // nothing supports the tissue
-  bool been_touched_ = false;
+  bool free_;              // nothing supports the tissue
   bool inverted_ = false;  // an element was, at the end of the last tick
   Matrix3X before_;
   std::vector<Pose> bases_;

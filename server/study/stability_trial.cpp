@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "server/study/stability_cases.h"
+#include "server/study/stability_mesh.h"
 
 namespace acus {
 
@@ -43,7 +44,10 @@ class Journey {
     go(needle.base.position, 0);
   }
 
-  void wait(double seconds) { go(place_, seconds); }
+  void wait(double seconds, double turn = 0) {
+    *pose_.spin += turn * seconds;
+    go(place_, seconds);
+  }
   void move(const Vector3& way, double turn = 0) {
     const double speed = manoeuvre_.speed;
     const double seconds = manoeuvre_.jumps ? kJump : speed > 0 ? way.norm() / speed : 0;
@@ -74,7 +78,7 @@ client::Motion motion_of(const Needle& needle, const Manoeuvre& m) {
   Journey journey(needle, m);
   journey.wait(m.before);
   journey.move(in, m.spin_speed);
-  journey.wait(m.hold);
+  journey.wait(m.hold, m.spin_speed);
   if (!m.aside.isZero()) {
     journey.move(m.aside);
     journey.wait(m.hold);

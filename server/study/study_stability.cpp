@@ -3,7 +3,6 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <optional>
 
 #include "server/study/csv.h"
 #include "server/study/stability_cases.h"
@@ -14,34 +13,8 @@ namespace acus {
 
 namespace {
 
-constexpr std::size_t kQuickRuns = 25;
-
-// A folder for meshes, gone with its owner.
-class TemporaryFolder {
- public:
-  explicit TemporaryFolder(const std::string& path) : path_(path) { std::filesystem::create_directories(path_); }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
 std::string name_of(const StabilityRun& run) {
   return run.partner ? run.first->name + " + " + run.partner->name : run.first->name;
-}
-
-// Every so many, so that all kinds of runs are among them.
-std::vector<StabilityRun> quick(const std::vector<StabilityRun>& all) {
-  std::vector<StabilityRun> some;
-  const std::size_t stride = (all.size() + kQuickRuns - 1) / kQuickRuns;
-  for (std::size_t i = 0; i < all.size(); i += stride) some.push_back(all[i]);
-  return some;
 }
 
 std::size_t count(const StabilitySeries& series, std::uint32_t flags) {
@@ -73,6 +46,7 @@ constexpr Column kColumns[] = {
     {"outcome", [](const Result& r) -> Cell { return name_of(r.verdict.outcome); }},
     {"why", [](const Result& r) -> Cell { return r.verdict.why; }},
     {"flagged", [](const Result& r) { return r.flagged(kTroubles); }},
+    {"excused", [](const Result& r) { return r.figure(r.figures.excused); }},
     {"laws_not_converged", [](const Result& r) { return r.flagged(kLawsNotConverged); }},
     {"newton_not_converged", [](const Result& r) { return r.flagged(kNewtonNotConverged); }},
     {"tangent_projected", [](const Result& r) { return r.flagged(kTangentProjected); }},
@@ -85,8 +59,10 @@ constexpr Column kColumns[] = {
     {"energy_rise", [](const Result& r) { return r.figure(r.figures.rise.value); }},
     {"largest_force_N", [](const Result& r) { return r.figure(r.figures.largest_force); }},
     {"alternation", [](const Result& r) { return r.figure(r.figures.alternation.value); }},
+    {"untold_alternation", [](const Result& r) { return r.figure(r.figures.untold_alternation); }},
     {"smallest_volume", [](const Result& r) { return r.figure(r.series.smallest_volume); }},
     {"deepest_mm", [](const Result& r) { return r.figure(1e3 * r.series.deepest); }},
+    {"touched", [](const Result& r) -> Cell { return r.series.touched; }},
     {"withdrawn", [](const Result& r) -> Cell { return r.series.withdrawn; }},
     {"return", [](const Result& r) { return r.figure(r.figures.left); }},
     {"swing", [](const Result& r) { return r.figure(r.figures.swing); }},
@@ -110,15 +86,14 @@ void do_run(const StabilityRun& run, const std::string& folder, CsvFile& file) {
   StabilitySeries series;
   StabilityFigures figures;
   Verdict verdict;
-  const bool refuse = run.first->refuse || (run.partner && run.partner->refuse);
   try {
     const Experiment experiment = make_experiment(make_trial(run), folder);
     series = run_to_rest(experiment);
     figures = measure(series);
-    verdict = judge(series, figures, experiment.scene.laws.tolerance);
-    if (refuse) verdict = {Outcome::failed, "is not refused"};
+    verdict = judge(series, figures, experiment.scene.laws.tolerance, expected_of(run));
+    if (is_refused(run)) verdict = {Outcome::failed, "is not refused"};
   } catch (const SceneError& error) {
-    verdict = {refuse ? Outcome::refused : Outcome::failed, error.what()};
+    verdict = {is_refused(run) ? Outcome::refused : Outcome::failed, error.what()};
   }
   write_row(file, {run, verdict, series, figures});
 }
@@ -126,15 +101,16 @@ void do_run(const StabilityRun& run, const std::string& folder, CsvFile& file) {
 }  // namespace
 
 void study_stability(const StudyPlan& plan) {
-  const TemporaryFolder meshes(plan.out + "/stability_meshes");
+  const std::string meshes = plan.out + "/stability_meshes";
+  std::filesystem::create_directories(meshes);
   CsvFile file(plan.out + "/stability.csv", column_names());
-  const std::vector<StabilityRun> all = stability_runs();
-  const std::vector<StabilityRun> runs = plan.quick ? quick(all) : all;
+  const std::vector<StabilityRun> runs = plan.quick ? quick_stability_runs() : stability_runs();
   const int of = static_cast<int>(runs.size());
   for (int done = 0; done < of; ++done) {
     plan.progress(done, of, name_of(runs[done]));
-    do_run(runs[done], meshes.path(), file);
+    do_run(runs[done], meshes, file);
   }
+  std::filesystem::remove_all(meshes);
   plan.progress(of, of, "done");
 }
 

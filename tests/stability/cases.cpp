@@ -5,9 +5,11 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <numbers>
 #include <set>
+
+#include "server/study/stability_mesh.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace acus;
 
@@ -24,11 +26,39 @@ TEST_CASE("the table has 200 runs and more, each name once, and no pair turns on
 }
 
 TEST_CASE("every case but the refused makes a scene that is valid") {
+  const TemporaryFolder meshes;
   for (const StabilityCase& c : stability_cases()) {
     if (c.refuse) continue;
     CAPTURE(c.name);
-    CHECK_NOTHROW(
-        validate(make_experiment(make_trial({&c, nullptr}), std::filesystem::temp_directory_path().string()).scene));
+    CHECK_NOTHROW(validate(make_experiment(make_trial({&c, nullptr}), meshes.path()).scene));
+  }
+}
+
+TEST_CASE("the quick table has 20 to 30 runs, pairs, every rung, and one that is refused") {
+  const auto runs = quick_stability_runs();
+  CHECK(runs.size() >= 20);
+  CHECK(runs.size() <= 30);
+  CHECK(std::ranges::count_if(runs, is_refused) == 1);
+  CHECK(std::ranges::any_of(runs, [](const StabilityRun& run) { return run.partner != nullptr; }));
+  std::set<TissueRung> rungs;
+  for (const StabilityRun& run : runs) rungs.insert(make_trial(run).scene.tissue.rung);
+  CHECK(rungs.size() == 4);
+}
+
+TEST_CASE("a needle spins while it is at depth, even if it got there at once") {
+  const StabilityRun run{&stability_case("50 turns a second"), &stability_case("entry and exit in one tick")};
+  const Experiment experiment = make_experiment(make_trial(run), "");
+  const auto& samples = experiment.motion.motions[0].samples;
+  CHECK(*samples.back().pose.spin - *samples.front().pose.spin > 5 * 2 * std::numbers::pi);
+}
+
+TEST_CASE("the case of vertices hits one whatever the cells are") {
+  for (const char* mesh : {"base", "spacing 0.5 mm on 20 mm"}) {
+    CAPTURE(mesh);
+    const Trial trial = make_trial({&stability_case(mesh), &stability_case("through vertices along edges")});
+    const BoxMesh& box = trial.scene.tissue.box;
+    const Matrix3X nodes = make_box_mesh(box.size, box.cells).nodes;
+    CHECK((nodes.colwise() - trial.approaches[0].at).colwise().norm().minCoeff() < 1e-12);
   }
 }
 

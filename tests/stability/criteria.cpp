@@ -42,6 +42,7 @@ StabilitySeries quiet_run() {
   s.forces = {forces([](int k) { return std::sin(0.1 * k); })};
   s.rest = 200;
   s.last_inside = 250;
+  s.touched = true;
   s.withdrawn = true;
   return s;
 }
@@ -101,7 +102,9 @@ TEST_CASE("a residual counts where the tick does not own up to it") {
   s.residual[70] = 1e-3;
   CHECK(verdict_of(s).outcome == Outcome::failed);
   s.flags[70] = kLawsNotConverged;
-  CHECK(verdict_of(s).outcome == Outcome::sound);
+  CHECK(verdict_of(s).outcome == Outcome::flagged);
+  s.residual[71] = 1e-3;  // the flag of a tick before excuses nothing
+  CHECK(verdict_of(s).outcome == Outcome::failed);
 }
 
 TEST_CASE("what a tick flags shortly before is told, not hidden; energy without bound is a failure all the same") {
@@ -121,7 +124,7 @@ TEST_CASE("a tissue that stands still off its place has not returned, one that s
   s.distance.back() = 1e-3;
   CHECK(verdict_of(s).outcome == Outcome::failed);
   s.withdrawn = false;
-  CHECK(verdict_of(s).outcome == Outcome::sound);  // a needle that is still inside holds it
+  CHECK(judge(s, measure(s), 1e-6, {.come_out = false}).outcome == Outcome::sound);  // the needle holds it
   s.withdrawn = true;
   s.kinetic = series([](int k) { return 1 + std::sin(0.1 * k); });
   CHECK(verdict_of(s).outcome == Outcome::sound);
@@ -132,6 +135,57 @@ TEST_CASE("what is not finite fails whatever the flags are") {
   s.finite = false;
   s.flags.assign(kTicks, kNotFinite);
   CHECK(verdict_of(s).outcome == Outcome::failed);
+}
+
+TEST_CASE("a tick that was held because it was not finite fails, though all that is reported is finite") {
+  auto s = quiet_run();
+  s.flags[70] = kNotFinite;
+  CHECK(verdict_of(s).outcome == Outcome::failed);
+}
+
+TEST_CASE("energy that is no number is neither sound nor excused") {
+  auto s = quiet_run();
+  s.stored[70] = std::nan("");
+  s.finite = false;
+  CHECK(std::isnan(energy_gain(s.stored, s.work).value));
+  CHECK(verdict_of(s).outcome == Outcome::failed);
+}
+
+TEST_CASE("a run with a trouble is flagged though its figures are good, and most of its ticks only if they are") {
+  auto s = quiet_run();
+  s.flags[70] = kElementsInverted;
+  CHECK(verdict_of(s).outcome == Outcome::flagged);
+  CHECK(verdict_of(s).why.empty());
+  CHECK(measure(s).excused == doctest::Approx((kExcused + 1.0) / kTicks));
+  s.stored[150] += 0.5;
+  CHECK(verdict_of(s).why == "energy gain");
+  s.flags.assign(kTicks, kElementsInverted);
+  CHECK(verdict_of(s).why == "energy gain; most ticks are flagged");
+}
+
+TEST_CASE("an alternation that is told of does not hide a smaller one that is not") {
+  auto s = quiet_run();
+  const auto shake = [&](int from, double by) {
+    for (int k = from; k < from + 20; ++k) s.forces[0][k] += Vector3::Constant(k % 2 ? by : -by);
+  };
+  shake(50, 0.8);
+  CHECK(verdict_of(s).outcome == Outcome::failed);
+  s.flags[45] = kStepLimited;
+  CHECK(verdict_of(s).outcome == Outcome::flagged);
+  shake(250, 0.4);
+  CHECK(verdict_of(s).outcome == Outcome::failed);
+}
+
+TEST_CASE("a run that shows nothing fails unless it may") {
+  auto s = quiet_run();
+  s.withdrawn = false;
+  CHECK(verdict_of(s).why == "needle does not come out");
+  CHECK(verdict_of(s).outcome == Outcome::failed);
+  s.touched = false;
+  s.withdrawn = true;
+  CHECK(verdict_of(s).why == "needle never touches the tissue");
+  CHECK(judge(s, measure(s), 1e-6, {.touch = false}).outcome == Outcome::sound);
+  CHECK(judge(s, measure(s), 1e-6, {.touch = false}).why == "needle never touches the tissue");
 }
 
 TEST_CASE("a rigid motion is no distance") {

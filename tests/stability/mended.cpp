@@ -7,20 +7,16 @@
 
 #include "server/study/stability_cases.h"
 #include "server/study/stability_run.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace acus;
 
 namespace {
 
-const StabilityCase* find_case(const std::string& name) {
-  const auto& cases = stability_cases();
-  const auto found = std::find_if(cases.begin(), cases.end(), [&](const StabilityCase& c) { return c.name == name; });
-  REQUIRE(found != cases.end());
-  return &*found;
-}
-
 Experiment experiment_of(const std::string& first, const std::string& partner = "") {
-  return make_experiment(make_trial({find_case(first), partner.empty() ? nullptr : find_case(partner)}), ".");
+  static const TemporaryFolder meshes;
+  const StabilityRun run{&stability_case(first), partner.empty() ? nullptr : &stability_case(partner)};
+  return make_experiment(make_trial(run), meshes.path());
 }
 
 struct Shown {
