@@ -285,7 +285,7 @@ namespace {
 
 // Tissue that sinks away from the needle shows no more than "gravity times 100".
 bool sinks_away(const StabilityCase& a, const StabilityCase& b) {
-  constexpr const char* kSinking[] = {"tissue E 100 Pa", "density 20000", "0.1 mm below the surface, parallel"};
+  static constexpr const char* kSinking[] = {"tissue E 100 Pa", "density 20000", "0.1 mm below the surface, parallel"};
   const auto is_sinking = [](const StabilityCase& c) {
     return std::ranges::any_of(kSinking, [&](const char* name) { return c.name == name; });
   };
