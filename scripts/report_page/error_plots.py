@@ -131,8 +131,8 @@ def reference_text(rows):
     text = f"References are of rung refined, iterated to 1e-12 m; {open_ticks:.0f} of their ticks ended above that. "
     if exact:
         apart = "; ".join(f"{row['scene']} {row['force_p95']:.0e} N, at most {row['force_max']:.0e} N" for row in exact)
-        text += (f"Rung exact, Newton to 1e-12 m, with ticks of {1e3 * exact[0]['h']:.0f} ms differs from them in 95 of 100 "
-                 f"base forces by less than: {apart}.")
+        text += (f"Rung exact, Newton to 1e-12 m, with ticks of {1e3 * exact[0]['h']:.0f} ms differs from them in 95 of "
+                 f"100 base forces by less than: {apart}.")
     return text
 
 

@@ -51,8 +51,8 @@ def sections(folder):
     section = Section("Stability", (
         f"{len(rows)} runs of extreme scenes and of pairs of them, {passed} passed: numbers stay finite; the laws' "
         "residual is below its tolerance or the tick is flagged; no energy comes from nowhere, and at rest it falls; "
-        "forces do not alternate from tick to tick; tissue returns after withdrawal. Shares are of the largest value in the "
-        "run."))
+        "forces do not alternate from tick to tick; tissue returns after withdrawal. Shares are of the largest value "
+        "in the run."))
     counts = {outcome: len(where(rows, outcome=outcome)) for outcome in COLOURS}
     section.table([{"": "runs", **counts}], "Outcomes.")
     section.plot(folder, grid_figure(rows), "stability.png",
