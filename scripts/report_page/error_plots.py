@@ -71,7 +71,6 @@ def draw_front(axes, rows, groups, measure, label):
     def y(row):
         return scale * row[f"{measure}_p95"]
 
-    rows = [r for r in rows if not is_reference(r)]
     best = front(rows, y)
     axes.plot([r["run_time"] for r in best], [y(r) for r in best], color="#cccccc", linewidth=6, label="Pareto front")
     for k, (name, members) in enumerate(groups(rows).items()):
@@ -97,6 +96,7 @@ def by_nodes(rows):
 
 
 def fronts_figure(rows, groups, label, measures):
+    rows = [r for r in rows if not is_reference(r)]
     scenes = values(rows, "scene")
     figure, all_axes = plt.subplots(len(measures), len(scenes), figsize=(6.2 * len(scenes), 4 * len(measures) + 0.6),
                                     squeeze=False, sharex="col", layout="constrained")
@@ -152,7 +152,7 @@ def run_time_section(folder, rows):
     section.plot(folder, fronts_figure(on_one_mesh, by_rung, "{}", ["tip", "tissue"]), "pareto_shapes.png",
                  "The same for tips and tissue.")
     over_meshes = where(rows, error="overall")
-    if over_meshes:
+    if not all(map(is_reference, over_meshes)):
         section.plot(folder, fronts_figure(over_meshes, by_nodes, "{} nodes", MEASURES), "pareto_meshes.png",
                      "Rung warped on four meshes; error of mesh, time step and solver together, against the finest "
                      "mesh with a tick of 1 ms.")
