@@ -198,7 +198,7 @@ def shares_figure(table):
                      label=scene)
         axes.set_xticks(np.arange(len(kinds)) + 0.3, kinds, rotation=25)
         axes.set_yscale("log")
-        axes.set_ylim(bottom=1e-7)
+        axes.set_ylim(1e-7, 30 * axes.get_ylim()[1])
         axes.set_title(key)
     all_axes[0].legend(frameon=False, fontsize=8)
     return figure
