@@ -331,7 +331,7 @@ std::vector<StabilityRun> quick_stability_runs() {
       {"rung exact"},
       {"element nodal_pressure"},
       {"solver gauss_seidel"},
-      {"tissue E 1 GPa", "no supports"},
+      {"density 20000", "no supports"},
       {"nu 0.4999", "h 100 ms"},
       {"50 turns a second", "entry and exit in one tick"},
       {"mu 10", "two needles in one tetrahedron"},
