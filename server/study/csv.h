@@ -25,6 +25,27 @@ class Cell {
   std::string text_;
 };
 
+// A column of a table whose rows are made of one Source each.
+template <class Source>
+struct Column {
+  const char* name;
+  Cell (*cell)(const Source&);
+};
+
+template <class Source, std::size_t n>
+std::vector<std::string> names_of(const Column<Source> (&columns)[n]) {
+  std::vector<std::string> names;
+  for (const Column<Source>& column : columns) names.emplace_back(column.name);
+  return names;
+}
+
+template <class Source, std::size_t n>
+std::vector<Cell> cells_of(const Column<Source> (&columns)[n], const Source& source) {
+  std::vector<Cell> cells;
+  for (const Column<Source>& column : columns) cells.push_back(column.cell(source));
+  return cells;
+}
+
 class CsvFile {
  public:
   // Throws std::runtime_error if the file cannot be written.

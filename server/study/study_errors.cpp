@@ -27,12 +27,7 @@ struct Compared {
   Errors error, size;
 };
 
-struct Column {
-  const char* name;
-  Cell (*cell)(const Compared&);
-};
-
-const Column kColumns[]{
+constexpr Column<Compared> kColumns[]{
     {"scene", [](const Compared& c) { return Cell(c.scene); }},
     {"knob", [](const Compared& c) { return Cell(c.setting.knob); }},
     {"setting", [](const Compared& c) { return Cell(c.setting.value); }},
@@ -68,12 +63,6 @@ const Column kColumns[]{
     {"ticks", [](const Compared& c) { return Cell(c.run.recording.ticks); }},
 };
 
-std::vector<std::string> column_names() {
-  std::vector<std::string> names;
-  for (const Column& column : kColumns) names.push_back(column.name);
-  return names;
-}
-
 // All runs of one scene and their rows in its table.
 class SceneStudy {
  public:
@@ -83,7 +72,7 @@ class SceneStudy {
         experiment_(read_experiment(plan.scenes, studied.name, studied.pace)),
         probes_(nodes_of(experiment_)),
         settings_(settings_of(studied)),
-        table_(plan.out + "/errors_" + name_ + ".csv", column_names()) {}
+        table_(plan.out + "/errors_" + name_ + ".csv", names_of(kColumns)) {}
 
   void run() {
     const int count = static_cast<int>(settings_.size());
@@ -111,9 +100,7 @@ class SceneStudy {
     const Run& run = runs_.back();
     const Compared compared{
         name_, setting, comparison.kind, run, errors(run.recording, reference), magnitudes(reference)};
-    std::vector<Cell> row;
-    for (const Column& column : kColumns) row.push_back(column.cell(compared));
-    table_.row(row);
+    table_.row(cells_of(kColumns, compared));
   }
 
   std::string name_;

@@ -33,12 +33,7 @@ struct Result {
   Cell flagged(std::uint32_t flags) const { return count(series, flags); }
 };
 
-struct Column {
-  const char* name;
-  Cell (*value)(const Result&);
-};
-
-constexpr Column kColumns[] = {
+constexpr Column<Result> kColumns[] = {
     {"case", [](const Result& r) -> Cell { return r.run.first->name; }},
     {"partner", [](const Result& r) -> Cell { return r.run.partner ? r.run.partner->name : ""; }},
     {"ticks", [](const Result& r) -> Cell { return r.series.ticks(); }},
@@ -70,18 +65,6 @@ constexpr Column kColumns[] = {
      [](const Result& r) { return r.figure(1e3 * r.series.seconds / static_cast<double>(r.series.ticks())); }},
 };
 
-std::vector<std::string> column_names() {
-  std::vector<std::string> names;
-  for (const Column& column : kColumns) names.emplace_back(column.name);
-  return names;
-}
-
-void write_row(CsvFile& file, const Result& result) {
-  std::vector<Cell> cells;
-  for (const Column& column : kColumns) cells.push_back(column.value(result));
-  file.row(cells);
-}
-
 void do_run(const StabilityRun& run, const std::string& folder, CsvFile& file) {
   StabilitySeries series;
   StabilityFigures figures;
@@ -95,7 +78,7 @@ void do_run(const StabilityRun& run, const std::string& folder, CsvFile& file) {
   } catch (const SceneError& error) {
     verdict = {is_refused(run) ? Outcome::refused : Outcome::failed, error.what()};
   }
-  write_row(file, {run, verdict, series, figures});
+  file.row(cells_of(kColumns, Result{run, verdict, series, figures}));
 }
 
 }  // namespace
@@ -103,7 +86,7 @@ void do_run(const StabilityRun& run, const std::string& folder, CsvFile& file) {
 void study_stability(const StudyPlan& plan) {
   const std::string meshes = plan.out + "/stability_meshes";
   std::filesystem::create_directories(meshes);
-  CsvFile file(plan.out + "/stability.csv", column_names());
+  CsvFile file(plan.out + "/stability.csv", names_of(kColumns));
   const std::vector<StabilityRun> runs = plan.quick ? quick_stability_runs() : stability_runs();
   const int of = static_cast<int>(runs.size());
   for (int done = 0; done < of; ++done) {
