@@ -86,10 +86,11 @@ enum class EventKind : std::uint8_t {
   crossing,   // the tip went from one region into another, inside the tissue
   reentry,    // the tip went back into a path that was cut before, by either end
   exit,       // the tip came out on another side
-  withdrawal  // the tip came out backwards, through the mouth of its path
+  withdrawal, // the tip came out backwards, through the mouth of its path
+  intrusion   // the tip was found in the tissue without having punctured it; a path was opened along its way
 };
-inline constexpr std::array<const char*, 7> kEventKindNames{"contact", "release", "puncture",  "crossing",
-                                                            "reentry", "exit",    "withdrawal"};
+inline constexpr std::array<const char*, 8> kEventKindNames{"contact", "release", "puncture",   "crossing",
+                                                            "reentry", "exit",    "withdrawal", "intrusion"};
 
 // What solved the laws of a tick; travels as the enumerator's name.
 enum class LawSolver : std::uint8_t { gauss_seidel, direct };
@@ -118,12 +119,14 @@ enum Flag : std::uint32_t {
   kIterationsCapped = 1u << 8,    // likewise, iterations or repeats at overrun.max_iterations
   kPublishingReduced = 1u << 9,   // likewise, only one of overrun.publish_every shapes goes out
   kStepLimited = 1u << 10,        // the tick's last step was cut, or still turned a needle far
-  kElementsInverted = 1u << 11    // the tissue is crushed: a tetrahedron is turned inside out
+  kElementsInverted = 1u << 11,   // the tissue is crushed: a tetrahedron is turned inside out
+  kTipFoundInside = 1u << 12      // a tip stood in the tissue without a path; one was opened along its way
 };
-inline constexpr std::array<const char*, 12> kFlagNames{
+inline constexpr std::array<const char*, 13> kFlagNames{
     "laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",
     "path_full",          "not_finite",           "solver_fell_back",  "sweeps_capped",
-    "iterations_capped",  "publishing_reduced",   "step_limited",      "elements_inverted"};
+    "iterations_capped",  "publishing_reduced",   "step_limited",      "elements_inverted",
+    "tip_found_inside"};
 
 // ---- Requests: client to server on the commands socket, each answered once ----
 

@@ -18,7 +18,7 @@ namespace {
 
 using client::Distribution;
 using protocol::kFlagNames;  // by the bits of TickReport::flags
-static_assert(kElementsInverted == 1u << (kFlagNames.size() - 1));
+static_assert(kTipFoundInside == 1u << (kFlagNames.size() - 1));
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 

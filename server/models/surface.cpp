@@ -186,6 +186,33 @@ Eigen::Vector4d barycentric(const TetrahedralMesh& mesh, const Matrix3X& x, int 
   return {1 - wa - wb - wc, wa, wb, wc};
 }
 
+namespace {
+
+bool in_box(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron, const Vector3& p) {
+  const auto& node = mesh.tetrahedra[tetrahedron];
+  const auto a = x.col(node[0]), b = x.col(node[1]), c = x.col(node[2]), d = x.col(node[3]);
+  for (int i = 0; i < 3; ++i) {
+    if (p[i] < std::min(std::min(a[i], b[i]), std::min(c[i], d[i]))) return false;
+    if (p[i] > std::max(std::max(a[i], b[i]), std::max(c[i], d[i]))) return false;
+  }
+  return true;
+}
+
+bool is_upright(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron) {
+  const auto& node = mesh.tetrahedra[tetrahedron];
+  const Vector3 origin = x.col(node[0]);
+  const Vector3 a = x.col(node[1]) - origin, b = x.col(node[2]) - origin, c = x.col(node[3]) - origin;
+  return a.dot(b.cross(c)) > 0;
+}
+
+}  // namespace
+
+int find_tetrahedron(const TetrahedralMesh& mesh, const Matrix3X& x, const Vector3& p) {
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t)
+    if (in_box(mesh, x, t, p) && is_upright(mesh, x, t) && barycentric(mesh, x, t, p).minCoeff() >= 0) return t;
+  return -1;
+}
+
 Trace trace_segment(const TetrahedralMesh& mesh, const Matrix3X& x, int start, const Vector3& from, const Vector3& to,
                     std::span<const int> regions, int came_from) {
   constexpr int kMaxSteps = 256;

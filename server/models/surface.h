@@ -69,6 +69,9 @@ struct Trace {
 Trace trace_segment(const TetrahedralMesh& mesh, const Matrix3X& x, int start, const Vector3& from, const Vector3& to,
                     std::span<const int> regions = {}, int came_from = -1);
 
+// The first tetrahedron of positive volume that p lies in, or -1. Looks at all of them.
+int find_tetrahedron(const TetrahedralMesh& mesh, const Matrix3X& x, const Vector3& p);
+
 // Barycentric coordinates of p in a tetrahedron of the current configuration.
 Eigen::Vector4d barycentric(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron, const Vector3& p);
 

@@ -45,7 +45,7 @@ std::uint32_t Insertion::transitions(const NeedleView& needle, const TissueView&
   const Transition now{needle, tissue, tick, events};
   if (path_ < 0) {
     leave_contact_or_puncture(now, paths);
-    return 0;
+    return open_where_found(now, paths);
   }
   Path& path = paths[path_];
   const int mouth_region = tissue.region(path.vertices[0]);
@@ -88,6 +88,32 @@ void Insertion::leave_contact_or_puncture(const Transition& now, std::vector<Pat
   enter(static_cast<int>(vacant - paths.begin()), paths);
   grow(now, *vacant, mouth.tetrahedron, -1);
   if (vacant->exited) vacant->begin(mouth, parameters_.constraint_spacing);  // grazing an edge: not inside yet
+}
+
+// A tip that lost its contact, as elements turned inside out under it, or was torn or thrown into the tissue stands there
+// without a path: one is opened from where the needle crosses the surface straight to the tip.
+std::uint32_t Insertion::open_where_found(const Transition& now, std::vector<Path>& paths) {
+  if (path_ >= 0 || phase_ != Phase::free) return 0;
+  const TissueView& tissue = now.tissue;
+  const CurvePoint tip = now.needle.tip();
+  if (!tissue.surface.near(tissue.x, tip.position, 0)) return 0;
+  const int inside = find_tetrahedron(tissue.mesh, tissue.x, tip.position);
+  if (inside < 0) return 0;
+  const SurfacePoint closest = tissue.surface.closest(tissue.x, tip.position);
+  if ((tip.position - closest.position).norm() < kUnnoticed) return 0;
+  const auto vacant = std::min_element(paths.begin(), paths.end(), forgotten_before);
+  if (vacant->needle >= 0) return kTipFoundInside;
+
+  const MaterialPoint end{inside, barycentric(tissue.mesh, tissue.x, inside, tip.position)};
+  report(now, EventKind::intrusion, tissue.region(end), 0);
+  const Vector3 behind = tip.position - now.needle.model.length * tip.tangent;
+  const auto crossing = tissue.surface.entry(tissue.x, behind, tip.position);
+  const MaterialPoint mouth = tissue.surface.material(crossing ? *crossing : closest);
+  vacant->begin(mouth, parameters_.constraint_spacing);
+  enter(static_cast<int>(vacant - paths.begin()), paths);
+  const std::uint32_t flags = lay_vertices(now, *vacant, mouth.tetrahedron, tissue.position(mouth), tip.position);
+  vacant->end = end;
+  return flags | kTipFoundInside;
 }
 
 // The mouth is where the needle crosses the surface, `depth` (m) before the tip at most; the point of contact is where

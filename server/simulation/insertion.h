@@ -75,6 +75,9 @@ class Insertion {
   // A surface is looked for within this distance beyond what the tip moves in a tick.
   static constexpr double kContactMargin = 1e-3;  // m
 
+  // A tip that touches nothing and stands deeper than this in the tissue has got there without a puncture.
+  static constexpr double kUnnoticed = 1e-3;  // m
+
   // Path points that the shaft can hold at once.
   static int max_points(const Needle& parameters);
   static int max_rows(const Needle& parameters) {
@@ -188,6 +191,7 @@ class Insertion {
                     Rows& rows) const;
 
   void leave_contact_or_puncture(const Transition& now, std::vector<Path>& paths);
+  std::uint32_t open_where_found(const Transition& now, std::vector<Path>& paths);
   void place_mouth(const CurvePoint& tip, const TissueView& tissue, double depth);
   std::uint32_t advance_end(const Transition& now, Path& path);
   std::uint32_t meet_border(const Transition& now, Path& path);

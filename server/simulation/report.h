@@ -33,7 +33,8 @@ enum Flag : std::uint32_t {
   kPublishingReduced = 1u << 9,  // overrun.publish_every is in effect
   kStepLimited = 1u << 10,       // the tick's last step was cut, since the forces at its end spoke against it, or, not
                                  // repeated any more, still turned a needle far
-  kElementsInverted = 1u << 11   // a tetrahedron was turned inside out at the start of the tick (not with rung linear)
+  kElementsInverted = 1u << 11,  // a tetrahedron was turned inside out at the start of the tick (not with rung linear)
+  kTipFoundInside = 1u << 12     // a tip stood in the tissue without a path; one was opened along its way
 };
 
 struct NeedleReport {
@@ -54,7 +55,7 @@ struct NeedleReport {
   Vector3 guide_force = Vector3::Zero();     // of the guides on the needle, N, world
 };
 
-enum class EventKind : std::uint8_t { contact, release, puncture, crossing, reentry, exit, withdrawal };
+enum class EventKind : std::uint8_t { contact, release, puncture, crossing, reentry, exit, withdrawal, intrusion };
 
 struct Event {
   std::uint64_t tick = 0;

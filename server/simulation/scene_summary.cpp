@@ -45,10 +45,10 @@ std::string describe_mesh(const Simulation& simulation) {
          " surface triangles, " + vector(size) + " m along the world's axes";
 }
 
-std::string opening(const Simulation& simulation) {
+std::string opening(const Simulation& simulation, bool warned) {
   const Scene& scene = simulation.scene();
   TextTable table;
-  table.add({"scene", scene.name + ": sound"});
+  table.add({"scene", scene.name + (warned ? ": can be used, with warnings" : ": sound")});
   table.add({"rate", number(scene.rate) + " Hz, a tick is " + number(1e3 / scene.rate) + " ms"});
   table.add({"gravity", vector(scene.gravity) + " m/s^2"});
   table.add({"rung", name_of(scene.tissue.rung)});
@@ -149,6 +149,45 @@ std::string guides(const Scene& scene) {
                number(guide.friction)});
   }
   return table.text();
+}
+
+// ---------------------------------------------------------------------------------------------- what may go wrong
+
+// A point force on a mesh turns elements of size a inside out from about E a² on; some have at 1.2 of it, none at 0.8.
+constexpr double kBearable = 0.7;  // -, of E a²
+
+// Per region, the edge of a cube of six tetrahedra of its mean volume (m).
+std::vector<double> mean_element_sizes(const Simulation& simulation) {
+  const std::size_t regions = simulation.scene().tissue.regions.size();
+  std::vector<double> volume(regions), count(regions);
+  for (int t = 0; t < simulation.mesh().tetrahedron_count(); ++t) {
+    const int region = simulation.regions()[static_cast<std::size_t>(t)];
+    volume[region] += rest_volume(simulation.mesh(), t);
+    ++count[region];
+  }
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < regions; ++i) sizes.push_back(std::cbrt(6 * volume[i] / count[i]));
+  return sizes;
+}
+
+// Regions whose elements a tip crushes before it has punctured them.
+std::string warnings(const Simulation& simulation) {
+  const std::vector<Region>& regions = simulation.scene().tissue.regions;
+  const std::vector<double> sizes = mean_element_sizes(simulation);
+  TextTable table;
+  table.add({"warnings"});
+  bool any = false;
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const double f = regions[i].interaction.puncture_force, E = regions[i].material.young_modulus;
+    const double bearable = kBearable * E * sizes[i] * sizes[i];
+    if (!std::isfinite(f) || f <= bearable) continue;
+    any = true;
+    table.add({"  " + regions[i].name, "f_p of " + number(f) + " N is above 0.7 E a^2 = " + number(bearable) +
+                                           " N for elements of a = " + number(1e3 * sizes[i]) +
+                                           " mm: the tip may crush them before it punctures; take elements of at least " +
+                                           number(1e3 * std::sqrt(f / (kBearable * E))) + " mm, or a smaller f_p"});
+  }
+  return any ? table.text() : "";
 }
 
 // ---------------------------------------------------------------------------------------------- what it costs
@@ -284,12 +323,14 @@ std::string left_out(const Scene& scene) {
 std::string summarise(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
   const bool tissue = !scene.tissue.left_out();
-  std::string text = opening(simulation);
+  const std::string warned = tissue ? warnings(simulation) : "";
+  std::string text = opening(simulation, !warned.empty());
   const std::array sections{tissue ? materials(simulation) : "",
                             tissue ? laws(scene) : "",
                             tissue ? borders(simulation) : "",
                             needles(scene),
                             guides(scene),
+                            warned,
                             expenses(simulation),
                             left_out(scene)};
   for (const std::string& section : sections) {

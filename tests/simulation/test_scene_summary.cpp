@@ -62,6 +62,22 @@ guides:
 
 }  // namespace
 
+TEST_CASE("a puncture force that crushes the elements before it is reached is warned of") {
+  Scene scene;
+  scene.tissue.box = {.size = {0.1, 0.1, 0.1}, .cells = {10, 10, 10}};  // elements of 10 mm
+  Region& region = scene.tissue.regions[0];
+  region.material.young_modulus = 10e3;  // E a² = 1 N
+  scene.needles[0].base.position = {0, 0, 1};
+  region.interaction.puncture_force = 0.69;
+  CHECK(summarise(Simulation(scene)).find("warnings") == std::string::npos);
+  region.interaction.puncture_force = 0.71;
+  const std::string text = summarise(Simulation(scene));
+  CHECK(text.find("f_p of 0.71 N is above 0.7 E a^2 = 0.7 N for elements of a = 10 mm") != std::string::npos);
+  CHECK(text.find("at least 10.071 mm") != std::string::npos);
+  region.interaction.puncture_force = kInfinity;  // bone is never punctured
+  CHECK(summarise(Simulation(scene)).find("warnings") == std::string::npos);
+}
+
 TEST_CASE("the check says what a scene contains") {
   const std::string text = summary_of(kLayers);
   CHECK(line_of(text, "scene ") == "scene layers: sound");

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The invariant that every lay person takes for granted: a tip inside the deformed tissue is in a path or in contact.
+#pragma once
+
+#include "server/models/surface.h"
+#include "server/simulation/insertion.h"
+#include "server/simulation/simulation.h"
+
+namespace acus::test {
+
+// Whether a needle's tip stands deeper in the tissue than goes unnoticed, and neither a path nor a contact knows of it.
+inline bool is_ghost(const Simulation& simulation, int needle) {
+  const NeedleReport& report = simulation.report().needles[static_cast<std::size_t>(needle)];
+  if (report.phase != Phase::free) return false;
+  const Matrix3X x = simulation.tissue_positions();
+  if (x.cols() == 0 || find_tetrahedron(simulation.mesh(), x, report.tip_position) < 0) return false;
+  const Surface surface(simulation.mesh());
+  return (surface.closest(x, report.tip_position).position - report.tip_position).norm() > Insertion::kUnnoticed;
+}
+
+}  // namespace acus::test
