@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A number that changes when anything that a run shows changes by a bit: reports, shapes and paths of every tick.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "server/simulation/simulation.h"
+
+struct XXH3_state_s;
+
+namespace acus::test {
+
+class TraceHash {
+ public:
+  TraceHash();
+
+  // The tick that the simulation has just made, but for how long it took.
+  void add(const Simulation& simulation);
+  std::uint64_t value() const;
+
+ private:
+  void add_report(const TickReport& report);
+
+  struct Free {
+    void operator()(XXH3_state_s* state) const;
+  };
+  std::unique_ptr<XXH3_state_s, Free> state_;
+  Matrix3X path_;
+};
+
+}  // namespace acus::test
