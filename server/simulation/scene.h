@@ -20,6 +20,11 @@
 
 namespace acus {
 
+// Bounds of the workspace and of a needle's spin, of scenes as of commands: positions lie within +-kMaxPosition (m) along
+// each axis of the world, the spin within +-kMaxSpin (rad).
+inline constexpr double kMaxPosition = 100;
+inline constexpr double kMaxSpin = 1e6;
+
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Something in a scene that cannot be used. what() reads "file:line:column: field: expected ..., found ...".
