@@ -8,6 +8,8 @@
 #include <iterator>
 #include <limits>
 
+#include "protocol/messages.h"
+
 namespace acus::client {
 namespace {
 
@@ -121,6 +123,14 @@ class Row {
   std::vector<Cell> cells_;
 };
 
+double parse_within(const Row& row, Column column, double most, const std::string& unit) {
+  const double value = row.number(column);
+  if (std::abs(value) <= most) return value;
+  row.fail(column, "a number in [" + shown(-most) + ", " + shown(most) + "] " + unit, shown(value));
+}
+
+double parse_position(const Row& row, Column column) { return parse_within(row, column, protocol::kMaxPosition, "m"); }
+
 std::array<double, 4> parse_orientation(const Row& row) {
   std::array<double, 4> q{row.number(kQw), row.number(kQx), row.number(kQy), row.number(kQz)};
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
@@ -132,9 +142,9 @@ std::array<double, 4> parse_orientation(const Row& row) {
 Sample parse_sample(const Row& row) {
   Sample sample;
   sample.time = row.number(kTime);
-  sample.pose.position = {row.number(kX), row.number(kY), row.number(kZ)};
+  sample.pose.position = {parse_position(row, kX), parse_position(row, kY), parse_position(row, kZ)};
   sample.pose.orientation = parse_orientation(row);
-  if (row.has(kSpin)) sample.pose.spin = row.number(kSpin);
+  if (row.has(kSpin)) sample.pose.spin = parse_within(row, kSpin, protocol::kMaxSpin, "rad");
   return sample;
 }
 

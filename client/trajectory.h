@@ -50,9 +50,10 @@ struct Trajectory {
 
 inline constexpr std::size_t kMaxTrajectoryRows = 10'000'000;
 
-// Throws TrajectoryError: no such file, a column that is missing or unknown, a cell that is no finite number, an
-// orientation that is no unit quaternion (within 1e-3; it is normalised), a time that does not rise, half a turn
-// between neighbouring samples (it has no shortest arc), no rows or too many.
+// Throws TrajectoryError: no such file, a column that is missing or unknown, a cell that is no finite number, a
+// position or spin that no pose may have (protocol::kMaxPosition, kMaxSpin), an orientation that is no unit quaternion
+// (within 1e-3; it is normalised), a time that does not rise, half a turn between neighbouring samples (it has no
+// shortest arc), no rows or too many.
 Trajectory read_trajectory(const std::string& path);
 
 // The same from text; `name` stands for the file in messages.

@@ -2,6 +2,7 @@
 #include "protocol/codec.h"
 
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -384,11 +385,34 @@ void check_range(const Step& step) {
   }
 }
 
+std::string shown(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.6g", value);
+  return buffer;
+}
+
+void check_within(const char* name, double value, double most, const char* unit) {
+  if (std::abs(value) <= most) return;
+  char found[32];
+  *std::to_chars(found, found + sizeof found - 1, value).ptr = '\0';  // all digits: 100.00000000000001 is not 100
+  throw DecodeError(ErrorCode::bad_value, quoted(name) + " must be in [" + shown(-most) + ", " + shown(most) + "] " +
+                                              unit + ", found " + found);
+}
+
 // States say 0 for "no command yet", so no command may use it.
-template <class Stream>
-requires std::is_same_v<Stream, Pose> || std::is_same_v<Stream, Spin>
-void check_range(const Stream& stream) {
-  if (stream.seq < 1) throw DecodeError(ErrorCode::bad_value, "field 'seq' must be at least 1");
+void check_seq(std::uint64_t seq) {
+  if (seq < 1) throw DecodeError(ErrorCode::bad_value, "field 'seq' must be at least 1");
+}
+
+void check_range(const Pose& pose) {
+  check_seq(pose.seq);
+  for (const double x : pose.position) check_within("position", x, kMaxPosition, "m");
+  if (pose.spin) check_within("spin", *pose.spin, kMaxSpin, "rad");
+}
+
+void check_range(const Spin& spin) {
+  check_seq(spin.seq);
+  check_within("spin", spin.spin, kMaxSpin, "rad");
 }
 
 template <class Other>
@@ -399,11 +423,7 @@ void check_range(const Other&) {}
 template <class T>
 void print_fields(std::string& text, const T& fielded);
 
-void print(std::string& text, double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.6g", value);
-  text += buffer;
-}
+void print(std::string& text, double value) { text += shown(value); }
 
 template <class Range>
 void print_list(std::string& text, const Range& range) {

@@ -23,6 +23,8 @@ inline constexpr std::size_t kMaxCommandBytes = std::size_t{1} << 20;  // 1 MiB,
 inline constexpr std::size_t kMaxStateBytes = std::size_t{1} << 30;    // 1 GiB, of one message to a client
 inline constexpr std::uint32_t kMaxStepTicks = 100000;                 // of one `step` request
 inline constexpr double kQuaternionTolerance = 1e-3;                   // accepted error of a quaternion's length
+inline constexpr double kMaxPosition = 100;                            // m, of a commanded position along each axis
+inline constexpr double kMaxSpin = 1e6;                                // rad, of a commanded spin
 
 using Vector3 = std::array<double, 3>;  // x, y, z
 
@@ -190,9 +192,10 @@ struct Pose {
   std::string needle;          // or guide
   std::uint64_t seq = 1;       // >= 1; comes back in the states that used it
   double time = 0;             // s, on the client's own clock; not interpreted
-  Vector3 position{};          // m, world, of the needle's base or the guide's hole
+  Vector3 position{};          // m, world, of the needle's base or the guide's hole; +-kMaxPosition
   Quaternion orientation;      // world from base, without spin; needle and hole run along +x
-  std::optional<double> spin;  // rad, continuous over many turns, about +x; absent: as before. A guide has none
+  std::optional<double> spin;  // rad, +-kMaxSpin, continuous over many turns, about +x; absent: as before. A guide has
+                               // none
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -210,7 +213,7 @@ struct Spin {
   std::string needle;
   std::uint64_t seq = 1;  // >= 1, shared with `pose`
   double time = 0;        // s, on the client's own clock; not interpreted
-  double spin = 0;        // rad
+  double spin = 0;        // rad, +-kMaxSpin
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {

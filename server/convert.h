@@ -46,6 +46,10 @@ static_assert(static_cast<int>(kElementsInverted) == static_cast<int>(protocol::
 static_assert(static_cast<int>(LawMethod::gauss_seidel) == static_cast<int>(protocol::LawSolver::gauss_seidel));
 static_assert(static_cast<int>(LawMethod::direct) == static_cast<int>(protocol::LawSolver::direct));
 
+// What a message may command is what the simulation takes.
+static_assert(kMaxPosition == protocol::kMaxPosition);
+static_assert(kMaxSpin == protocol::kMaxSpin);
+
 inline protocol::Phase to_wire(Phase phase) { return static_cast<protocol::Phase>(phase); }
 inline protocol::LawSolver to_wire(LawMethod method) { return static_cast<protocol::LawSolver>(method); }
 inline protocol::EventKind to_wire(EventKind kind) { return static_cast<protocol::EventKind>(kind); }

@@ -11,6 +11,7 @@
 #include "server/endpoint.h"
 #include "server/privileges.h"
 #include "server/realtime_loop.h"
+#include "server/simulation/scene_fields.h"
 #include "server/simulation/scene_summary.h"
 #include "server/termination.h"
 
@@ -42,6 +43,16 @@ struct Arguments {
   bool check = false;
 };
 
+// The same as of a scene's field.
+CLI::Validator rate_in_range() {
+  const auto check = [](const std::string& text) {
+    double rate = 0;
+    if (CLI::detail::lexical_cast(text, rate) && kRate.contains(rate)) return std::string();
+    return "expected a number " + describe(kRate) + " (Hz), found " + text;
+  };
+  return {check, "[" + format_number(kRate.min) + " - " + format_number(kRate.max) + "]", "rate"};
+}
+
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
@@ -50,7 +61,7 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option("--states", arguments.endpoint.states, "ZeroMQ endpoint for states (XPUB)")->capture_default_str();
   app.add_option("--rate", arguments.endpoint.rate, "Ticks per second instead of every scene's own (Hz)")
-      ->check(CLI::Range(1.0, 1e5));
+      ->check(rate_in_range());
   app.add_option("--ticks", arguments.loop.max_ticks, "End after so many ticks")
       ->check(CLI::PositiveNumber)
       ->default_str("unlimited");

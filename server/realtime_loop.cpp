@@ -17,9 +17,10 @@ namespace {
 constexpr std::int64_t kNanoseconds = 1'000'000'000;
 constexpr std::int64_t kRoomPoll = 50'000;  // ns between two looks for room, in lockstep
 constexpr int kIdleCheck = 100;             // ms between two looks at the stop flag without a request, in lockstep
+constexpr std::int64_t kNear = 50'000'000;  // ns to a deadline, for which nothing but the clock is looked at
+constexpr int kIdleSlice = 20;              // ms between two looks at the stop flag on the way to a far deadline
 constexpr std::uint32_t kGaveWay = kSweepsCapped | kIterationsCapped | kPublishingReduced;
 constexpr TopicSet kShapes = bit(Topic::needle) | bit(Topic::tissue);
-constexpr double kLongestRecovery = 1e6;  // s; longer ones are as good as for ever
 
 std::int64_t now_on(clockid_t clock) {
   timespec now;
@@ -43,8 +44,7 @@ std::int64_t period_of(const LoadedScene& world) {
 }
 
 OverrunPolicy overrun_policy_of(const LoadedScene& world) {
-  const double recovery = std::min(world.simulation.scene().overrun.recovery, kLongestRecovery);
-  return OverrunPolicy(std::llround(kNanoseconds * recovery));
+  return OverrunPolicy(std::llround(kNanoseconds * world.simulation.scene().overrun.recovery));
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ bool RealtimeLoop::over() const {
 void RealtimeLoop::run_on_deadlines() {
   std::int64_t due = monotonic_now();
   while (!over()) {
-    sleep_until(due);
+    wait_until(due);
     const std::int64_t woke = monotonic_now();
     take_requests();
     const std::int64_t begun = processor_now();
@@ -83,6 +83,16 @@ void RealtimeLoop::run_on_deadlines() {
     if (ticking) keep_time(timing, ended);
     due = next.time;
   }
+}
+
+// A deadline far ahead leaves time for requests, and for a signal to end; it comes back at once when the loop is over.
+void RealtimeLoop::wait_until(std::int64_t due) {
+  while (due - monotonic_now() > kNear) {
+    link_.to_simulation.wait(kIdleSlice);
+    take_requests();
+    if (over()) return;
+  }
+  sleep_until(due);
 }
 
 // What the tick that ended at `now` means for those to come. One that was late for want of a processor, not for its own

@@ -104,7 +104,11 @@ void TissueMotion::factorize_rest() {
   assembler_.assemble(nodes, element_rotations_, Tangent::rest, tick_factors(h_), rest);
   factor_.analyze(rest, 3);
   const auto factorize = [&](Precision precision) {
-    if (!factor_.factorize(rest, precision)) throw std::runtime_error("the tissue's matrix is not positive definite");
+    if (!factor_.factorize(rest, precision)) {
+      throw std::runtime_error(
+          "tissue: expected a stiffness that can be factorised, found a matrix that is not positive definite; bring "
+          "young_modulus and density of its regions closer together, or poisson_ratio further from 0.5");
+    }
   };
   if (matrix_ == TissueMatrix::refactorized) return factorize(Precision::double_precision);
   factorize(Precision::single_precision);

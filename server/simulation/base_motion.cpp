@@ -10,6 +10,21 @@ namespace acus {
 
 namespace {
 
+constexpr double kUnitTolerance = 1e-3;  // of an orientation's length
+constexpr double kLeastTau = 1e-9;       // s; distances over shorter times may be no numbers
+
+double used_tau(double smoothing) { return smoothing < kLeastTau ? 0 : smoothing; }
+
+// Written so that not-a-number is out of range.
+bool in_range(const Pose& pose) {
+  return pose.position.array().isFinite().all() && pose.position.cwiseAbs().maxCoeff() <= kMaxPosition &&
+         std::abs(pose.orientation.norm() - 1) <= kUnitTolerance;
+}
+
+bool in_range(const Command& command) {
+  return (!command.pose || in_range(*command.pose)) && (!command.spin || std::abs(*command.spin) <= kMaxSpin);
+}
+
 double length(double x) { return std::abs(x); }
 double length(const Vector3& x) { return x.norm(); }
 
@@ -42,7 +57,7 @@ Value follow(const Value& e, Value& velocity, double tau, double max_speed, doub
 
 BaseMotion::BaseMotion(const Needle& p, double h)
     : start_(p.base),
-      tau_(p.smoothing),
+      tau_(used_tau(p.smoothing)),
       max_speed_(p.max_speed),
       max_angular_speed_(p.max_angular_speed),
       max_spin_speed_(p.max_spin_speed),
@@ -52,7 +67,7 @@ BaseMotion::BaseMotion(const Needle& p, double h)
 
 BaseMotion::BaseMotion(const Guide& p, double h)
     : start_(p.pose),
-      tau_(p.smoothing),
+      tau_(used_tau(p.smoothing)),
       max_speed_(p.max_speed),
       max_angular_speed_(p.max_angular_speed),
       max_spin_speed_(0),
@@ -69,11 +84,13 @@ void BaseMotion::reset() {
   seq_ = command_tick_ = 0;
 }
 
-void BaseMotion::command(const Command& command) {
+bool BaseMotion::command(const Command& command) {
+  if (!in_range(command)) return false;
   if (!pending_) pending_.emplace();
   pending_->seq = command.seq;
   if (command.pose) pending_->pose = command.pose;
   if (command.spin) pending_->spin = command.spin;
+  return true;
 }
 
 Pose BaseMotion::advance(std::uint64_t tick) {

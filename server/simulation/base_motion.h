@@ -6,7 +6,7 @@
 //
 // solved exactly over a tick for a target that stands still in it, so the motion does not depend on h but through the
 // sampling of the targets. It comes to rest at the target without overshoot and lags behind a steady motion by 2 tau.
-// tau = 0: straight to the target. A speed limit caps the step of every tick. Orientation and spin follow alike;
+// tau = 0, or so small that a tick lasts for ever beside it: straight to the target. A speed limit caps the step of every tick. Orientation and spin follow alike;
 // orientation takes the shortest way.
 #pragma once
 
@@ -23,8 +23,9 @@ class BaseMotion {
   BaseMotion(const Guide& parameters, double h);  // a guide moves like a base that does not spin
 
   void reset();
-  // Replaces the pending command but for the fields that the new one leaves out.
-  void command(const Command& command);
+  // Replaces the pending command but for the fields that the new one leaves out. False, and nothing changes, if it is
+  // out of range or not finite.
+  bool command(const Command& command);
 
   // One tick; takes the pending command in first. Returns the base's pose with the spin applied.
   Pose advance(std::uint64_t tick);

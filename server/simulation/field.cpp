@@ -8,25 +8,15 @@
 namespace acus {
 
 bool Range::contains(double value) const {
-  if (std::isnan(value) || (std::isinf(value) && !infinity_allowed)) return false;
-  if (min_open ? value <= min : value < min) return false;
-  return max_open ? value < max : value <= max;
+  if (std::isinf(value)) return infinity_allowed && (value > 0 || min < 0);
+  return value >= min && value <= max;  // not-a-number is in no range
 }
 
 std::string describe(const Range& range) {
-  std::string text;
-  const bool bounded_below = std::isfinite(range.min);
-  const bool bounded_above = std::isfinite(range.max);
-  if (bounded_below && bounded_above) {
-    text = std::string("in ") + (range.min_open ? "(" : "[") + format_number(range.min) + ", " +
-           format_number(range.max) + (range.max_open ? ")" : "]");
-  } else if (bounded_below) {
-    text = (range.min_open ? "> " : ">= ") + format_number(range.min);
-  } else if (bounded_above) {
-    text = (range.max_open ? "< " : "<= ") + format_number(range.max);
-  }
-  if (range.infinity_allowed) text += text.empty() ? "or .inf, -.inf" : " or .inf";
-  return text;
+  if (!std::isfinite(range.min)) return "";
+  const std::string text = "in [" + format_number(range.min) + ", " + format_number(range.max) + "]";
+  if (!range.infinity_allowed) return text;
+  return text + (range.min < 0 ? ", .inf or -.inf" : " or .inf");
 }
 
 std::string format_number(double value) {

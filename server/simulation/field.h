@@ -17,51 +17,25 @@ namespace acus {
 struct Range {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  bool min_open = false;          // min itself is not allowed
-  bool max_open = false;          // max itself is not allowed
-  bool infinity_allowed = false;  // .inf and -.inf, as far as min and max go
+  bool infinity_allowed = false;  // .inf beside the range, and -.inf where min is below zero
 
   bool contains(double value) const;
 };
 
 constexpr Range any() { return {}; }
-constexpr Range any_or_infinite() {
-  Range range;
-  range.infinity_allowed = true;
-  return range;
-}
-constexpr Range at_least(double min) {
+constexpr Range between(double min, double max) {
   Range range;
   range.min = min;
-  return range;
-}
-constexpr Range at_least_or_infinite(double min) {
-  Range range = at_least(min);
-  range.infinity_allowed = true;
-  return range;
-}
-constexpr Range above(double min) {
-  Range range = at_least(min);
-  range.min_open = true;
-  return range;
-}
-constexpr Range above_or_infinite(double min) {
-  Range range = above(min);
-  range.infinity_allowed = true;
-  return range;
-}
-constexpr Range between(double min, double max) {
-  Range range = at_least(min);
   range.max = max;
   return range;
 }
-constexpr Range half_open(double min, double max) {
-  Range range = between(min, max);
-  range.max_open = true;
+constexpr Range within(double most) { return between(-most, most); }
+constexpr Range or_infinite(Range range) {
+  range.infinity_allowed = true;
   return range;
 }
 
-// "in [0, 0.5)", "> 0", ">= 0 or .inf"; empty where everything finite is allowed.
+// "in [0, 0.5]", "in [0, 1000] or .inf"; empty where everything finite is allowed.
 std::string describe(const Range& range);
 
 // The shortest text that reads back as the same number; ".inf" and "-.inf" as YAML writes them.

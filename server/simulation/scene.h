@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a scene file says, as plain data. Every field has a default and a unit; read_scene() checks the ranges.
+// What a scene file says, as plain data. Every field has a default and a unit; validate() checks the ranges, which
+// scene_fields.h lists.
 #pragma once
 
 #include <array>
@@ -19,6 +20,11 @@
 #include "server/models/tissue_element.h"
 
 namespace acus {
+
+// Bounds of the workspace and of a needle's spin, of scenes as of commands: positions lie within +-kMaxPosition (m) along
+// each axis of the world, the spin within +-kMaxSpin (rad).
+inline constexpr double kMaxPosition = 100;
+inline constexpr double kMaxSpin = 1e6;
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -229,7 +235,7 @@ Scene read_scene(const std::string& path);
 Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder);
 
 // The scene's mesh at its place in the world, with topology; throws SceneError (broken file, inverted or unconnected
-// tetrahedra). A scene without tissue has a mesh without nodes, which has no regions and no fixed nodes either.
+// tetrahedra, too many of them, nodes outside the workspace). A scene without tissue has a mesh without nodes, which has no regions and no fixed nodes either.
 TetrahedralMesh load_mesh(const Scene& scene);
 
 // Per tetrahedron, the index of its region in scene.tissue.regions; throws SceneError if a tetrahedron has none, a

@@ -2,6 +2,7 @@
 // validate(): every range of scene_fields.h, then the rules that tie one field to another.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <numbers>
@@ -14,8 +15,14 @@
 namespace acus {
 namespace {
 
-// More points than this would neither fit the tick nor be resolved by any mesh.
-constexpr double kMaxConstraintPoints = 1000;
+// What every pair of points needs, some 10 kB, is set aside at load; ticks of so many points are far from real time.
+constexpr int kMaxConstraintPoints = 500;
+
+// Fills a few gigabytes with the tissue's factor.
+constexpr std::int64_t kMaxCells = 100'000;
+
+// Thinner walls have no area that rounding leaves over.
+constexpr double kLargestBore = 0.999;  // outer diameters
 
 constexpr std::size_t kMaxNamesInMessage = 10;
 
@@ -147,15 +154,17 @@ class Checker {
   }
 
   void check_rules(const Needle& needle, const std::string& path) const {
-    if (needle.inner_diameter >= needle.outer_diameter) {
+    if (needle.inner_diameter > kLargestBore * needle.outer_diameter) {
       const std::string field = child_path(path, "inner_diameter");
-      fail(field, "expected a number < outer_diameter (" + format_number(needle.outer_diameter) + "), found " +
-                      format_number(needle.inner_diameter));
+      fail(field, "expected a number <= " + format_number(kLargestBore) + " outer_diameter (" +
+                      format_number(kLargestBore * needle.outer_diameter) + "), found " +
+                      format_number(needle.inner_diameter) + "; make the bore smaller or the needle thicker");
     }
     if (needle.constraint_spacing * kMaxConstraintPoints < needle.length) {
       const std::string field = child_path(path, "constraint_spacing");
-      fail(field, "expected a number >= length / 1000 (" + format_number(needle.length / kMaxConstraintPoints) +
-                      "), found " + format_number(needle.constraint_spacing) + origin(field));
+      fail(field, "expected a number >= length / " + std::to_string(kMaxConstraintPoints) + " (" +
+                      format_number(needle.length / kMaxConstraintPoints) + "), found " +
+                      format_number(needle.constraint_spacing) + origin(field));
     }
     check_curvature(needle, child_path(path, "curvature"));
     check_curved_length(needle, child_path(path, "curved_length"));
@@ -183,6 +192,14 @@ class Checker {
          "expected a number > 0, found " + format_number(direction.x()) + "; a tip cuts forwards, along +x");
   }
 
+  void check_rules(const BoxMesh& box, const std::string& path) const {
+    const auto [x, y, z] = box.cells;
+    const std::int64_t count = std::int64_t{x} * y * z;
+    if (count <= kMaxCells) return;
+    fail(child_path(path, "cells"), "expected at most " + std::to_string(kMaxCells) + " cells in all, found " +
+                                        std::to_string(count) + "; make them larger");
+  }
+
   void check_rules(const Tissue& tissue, const std::string& path) const {
     NameSet names;
     check_distinct(tissue.regions, child_path(path, "regions"), names, "region");
@@ -194,6 +211,17 @@ class Checker {
     check_distinct(scene.needles, child_path(path, "needles"), names, "needle");
     check_guides(scene, names, child_path(path, "guides"));
     check_distinct(scene.guides, child_path(path, "guides"), names, "needle or guide");
+    if (!scene.tissue.left_out()) check_constraint_points(scene.needles, child_path(path, "needles"));
+  }
+
+  // What they need grows with the square of their number.
+  void check_constraint_points(const std::vector<Needle>& needles, const std::string& path) const {
+    double count = 0;
+    for (const Needle& needle : needles) count += std::ceil(needle.length / needle.constraint_spacing);
+    if (count <= kMaxConstraintPoints) return;
+    fail(path, "expected at most " + std::to_string(kMaxConstraintPoints) +
+                   " constraint points of all needles together (the sum of length / constraint_spacing), found " +
+                   format_number(count) + "; raise constraint_spacing");
   }
 
   void check_interfaces(const std::vector<Interface>& interfaces, const NameSet& regions,

@@ -16,6 +16,18 @@ inline constexpr const char* kVersionField = "acus_scene";
 inline constexpr Range kNameLength = between(1, 100);
 inline constexpr Range kPathLength = between(1, 4096);
 
+// Ranges that several fields share. They end far beyond what needles, tissue and machines are, and near enough for the
+// squares and products of their values to stay numbers.
+inline constexpr Range kRate = between(1, 1e5);                  // Hz: ticks of 10 us to 1 s
+inline constexpr Range kWorkspace = within(kMaxPosition);        // m
+inline constexpr Range kSelection = within(1e4);                 // m, of volumes, which only select
+inline constexpr Range kRadius = between(1e-6, 1e4);             // m, of volumes
+inline constexpr Range kDirection = within(1e6);                 // of a vector of which only the direction counts
+inline constexpr Range kForce = between(0, 1e6);                 // N
+inline constexpr Range kFrictionCoefficient = between(0, 1000);  // -
+inline constexpr Range kSpeed = between(1e-6, 1e6);              // m/s or rad/s
+inline constexpr Range kSmoothing = between(0, 1000);            // s
+
 // A quaternion whose length differs from 1 by no more is taken and normalised.
 inline constexpr double kUnitTolerance = 1e-3;
 
@@ -28,11 +40,12 @@ template <>
 struct FieldsOf<Material> {
   static constexpr const char* title = "material";
   static constexpr std::tuple list{
-      Field{"young_modulus", &Material::young_modulus, "Pa", above(0), "Young's modulus E"},
-      Field{"poisson_ratio", &Material::poisson_ratio, "-", half_open(0, 0.5), "Poisson's ratio nu"},
-      Field{"density", &Material::density, "kg/m^3", above(0), "mass per volume"},
-      Field{"rayleigh_mass", &Material::rayleigh_mass, "1/s", at_least(0), "damping in proportion to the mass matrix"},
-      Field{"rayleigh_stiffness", &Material::rayleigh_stiffness, "s", at_least(0),
+      Field{"young_modulus", &Material::young_modulus, "Pa", between(0.01, 1e13), "Young's modulus E"},
+      Field{"poisson_ratio", &Material::poisson_ratio, "-", between(0, 0.499999), "Poisson's ratio nu"},
+      Field{"density", &Material::density, "kg/m^3", between(1e-6, 1e6), "mass per volume"},
+      Field{"rayleigh_mass", &Material::rayleigh_mass, "1/s", between(0, 1e6),
+            "damping in proportion to the mass matrix"},
+      Field{"rayleigh_stiffness", &Material::rayleigh_stiffness, "s", between(0, 1000),
             "damping in proportion to the stiffness matrix"},
   };
 };
@@ -41,22 +54,21 @@ template <>
 struct FieldsOf<Interaction> {
   static constexpr const char* title = "interaction";
   static constexpr std::tuple list{
-      Field{"puncture_force", &Interaction::puncture_force, "N", at_least_or_infinite(0),
+      Field{"puncture_force", &Interaction::puncture_force, "N", or_infinite(kForce),
             "f_p, force of the tip on the surface at which it enters; .inf for bone, on which it slides"},
-      Field{"cutting_force", &Interaction::cutting_force, "N", at_least(0),
-            "f_c, force of the tip at which its path grows"},
-      Field{"pressure", &Interaction::pressure, "Pa", at_least(0),
+      Field{"cutting_force", &Interaction::cutting_force, "N", kForce, "f_c, force of the tip at which its path grows"},
+      Field{"pressure", &Interaction::pressure, "Pa", between(0, 1e12),
             "p, of the tissue on the shaft; absent: estimated from the stiffness as E/(1 + nu)"},
-      Field{"friction_static", &Interaction::friction_static, "-", at_least(0),
+      Field{"friction_static", &Interaction::friction_static, "-", kFrictionCoefficient,
             "mu_s, friction coefficient of a shaft that sticks; not below friction_dynamic"},
-      Field{"friction_dynamic", &Interaction::friction_dynamic, "-", at_least(0),
+      Field{"friction_dynamic", &Interaction::friction_dynamic, "-", kFrictionCoefficient,
             "mu_d, friction coefficient of a shaft that slides"},
-      Field{"friction_viscous", &Interaction::friction_viscous, "N s/m^2", at_least(0),
+      Field{"friction_viscous", &Interaction::friction_viscous, "N s/m^2", between(0, 1e9),
             "b, friction per metre of shaft and m/s of sliding"},
-      Field{"foundation_stiffness", &Interaction::foundation_stiffness, "Pa", above_or_infinite(0),
+      Field{"foundation_stiffness", &Interaction::foundation_stiffness, "Pa", or_infinite(between(1e-6, 1e15)),
             "k, lateral force per metre of shaft and metre off its path, of the tissue beside the shaft that the mesh "
             "does not resolve; absent: estimated from material, element size and diameter; .inf: the mesh alone"},
-      Field{"friction_contact", &Interaction::friction_contact, "-", at_least(0),
+      Field{"friction_contact", &Interaction::friction_contact, "-", kFrictionCoefficient,
             "mu, friction coefficient of the tip on the surface before puncture"},
   };
 };
@@ -65,8 +77,8 @@ template <>
 struct FieldsOf<Box> {
   static constexpr const char* title = "box";
   static constexpr std::tuple list{
-      Field{"min", &Box::min, "m", any_or_infinite(), "lower corner [x, y, z] in the mesh frame"},
-      Field{"max", &Box::max, "m", any_or_infinite(), "upper corner [x, y, z] in the mesh frame, not below min"},
+      Field{"min", &Box::min, "m", or_infinite(kSelection), "lower corner [x, y, z] in the mesh frame"},
+      Field{"max", &Box::max, "m", or_infinite(kSelection), "upper corner [x, y, z] in the mesh frame, not below min"},
   };
 };
 
@@ -74,8 +86,8 @@ template <>
 struct FieldsOf<Sphere> {
   static constexpr const char* title = "sphere";
   static constexpr std::tuple list{
-      Field{"center", &Sphere::center, "m", any(), "[x, y, z] in the mesh frame"},
-      Field{"radius", &Sphere::radius, "m", above(0), "of the sphere"},
+      Field{"center", &Sphere::center, "m", kSelection, "[x, y, z] in the mesh frame"},
+      Field{"radius", &Sphere::radius, "m", kRadius, "of the sphere"},
   };
 };
 
@@ -83,8 +95,8 @@ template <>
 struct FieldsOf<HalfSpace> {
   static constexpr const char* title = "half_space";
   static constexpr std::tuple list{
-      Field{"point", &HalfSpace::point, "m", any(), "[x, y, z] on the plane, in the mesh frame"},
-      Field{"normal", &HalfSpace::normal, "-", any(), "[x, y, z] out of the half-space; any length but zero"},
+      Field{"point", &HalfSpace::point, "m", kSelection, "[x, y, z] on the plane, in the mesh frame"},
+      Field{"normal", &HalfSpace::normal, "-", kDirection, "[x, y, z] out of the half-space; any length but zero"},
   };
 };
 
@@ -92,9 +104,9 @@ template <>
 struct FieldsOf<Cylinder> {
   static constexpr const char* title = "cylinder";
   static constexpr std::tuple list{
-      Field{"from", &Cylinder::from, "m", any(), "centre [x, y, z] of one end, in the mesh frame"},
-      Field{"to", &Cylinder::to, "m", any(), "centre [x, y, z] of the other end"},
-      Field{"radius", &Cylinder::radius, "m", above(0), "of the cylinder"},
+      Field{"from", &Cylinder::from, "m", kSelection, "centre [x, y, z] of one end, in the mesh frame"},
+      Field{"to", &Cylinder::to, "m", kSelection, "centre [x, y, z] of the other end"},
+      Field{"radius", &Cylinder::radius, "m", kRadius, "of the cylinder"},
   };
 };
 
@@ -113,7 +125,7 @@ template <>
 struct FieldsOf<Pose> {
   static constexpr const char* title = "pose";
   static constexpr std::tuple list{
-      Field{"position", &Pose::position, "m", any(), "origin [x, y, z] in the world"},
+      Field{"position", &Pose::position, "m", kWorkspace, "origin [x, y, z] in the world"},
       Field{"orientation", &Pose::orientation, "-", any(), "unit quaternion [w, x, y, z] from this frame to the world"},
   };
 };
@@ -140,9 +152,9 @@ struct FieldsOf<Interface> {
   static constexpr std::tuple list{
       Field{"between", &Interface::between, "", kNameLength, "name of one region"},
       Field{"and", &Interface::and_, "", kNameLength, "name of the other"},
-      Field{"puncture_force", &Interface::puncture_force, "N", at_least_or_infinite(0),
+      Field{"puncture_force", &Interface::puncture_force, "N", or_infinite(kForce),
             "f_p, force of the tip at which it crosses, either way; at or below cutting_force it is no obstacle"},
-      Field{"friction_contact", &Interface::friction_contact, "-", at_least(0),
+      Field{"friction_contact", &Interface::friction_contact, "-", kFrictionCoefficient,
             "mu, friction coefficient of the tip that slides along it"},
   };
 };
@@ -151,9 +163,10 @@ template <>
 struct FieldsOf<BoxMesh> {
   static constexpr const char* title = "mesh.box";
   static constexpr std::tuple list{
-      Field{"size", &BoxMesh::size, "m", above(0), "edge lengths [x, y, z]; the box is centred on the mesh frame"},
+      Field{"size", &BoxMesh::size, "m", between(1e-6, kMaxPosition),
+            "edge lengths [x, y, z]; the box is centred on the mesh frame"},
       Field{"cells", &BoxMesh::cells, "-", between(1, 1000),
-            "cells along each edge, one node more; six tetrahedra per cell"},
+            "cells along each edge, one node more; six tetrahedra per cell; at most 100,000 cells in all"},
   };
 };
 
@@ -162,7 +175,7 @@ struct FieldsOf<GmshMesh> {
   static constexpr const char* title = "mesh.gmsh";
   static constexpr std::tuple list{
       Field{"file", &GmshMesh::file, "", kPathLength, "mesh file, relative to the scene file"},
-      Field{"metres_per_unit", &GmshMesh::metres_per_unit, "m", above(0),
+      Field{"metres_per_unit", &GmshMesh::metres_per_unit, "m", between(1e-9, 1000),
             "length of the file's unit: 0.001 for millimetres"},
   };
 };
@@ -215,28 +228,29 @@ struct FieldsOf<Needle> {
       Field{"name", &Needle::name, "", kNameLength, "distinct from the other needles' names"},
       Field{"rung", &Needle::rung, "", any(),
             "how it is solved: flexible (beams) or rigid (follows its base as it is)"},
-      Field{"length", &Needle::length, "m", above(0), "from base to tip"},
+      Field{"length", &Needle::length, "m", between(1e-4, 10), "from base to tip"},
       Field{"beams", &Needle::beams, "-", between(1, 1000), "beam elements of equal length"},
-      Field{"outer_diameter", &Needle::outer_diameter, "m", above(0), "d of the shaft"},
-      Field{"inner_diameter", &Needle::inner_diameter, "m", at_least(0),
-            "of the bore, below outer_diameter; 0 for a solid needle"},
-      Field{"curvature", &Needle::curvature, "1/m", any(),
+      Field{"outer_diameter", &Needle::outer_diameter, "m", between(1e-6, 1), "d of the shaft"},
+      Field{"inner_diameter", &Needle::inner_diameter, "m", between(0, 0.999),
+            "of the bore, at most 0.999 outer_diameter; 0 for a solid needle"},
+      Field{"curvature", &Needle::curvature, "1/m", within(1e4),
             "of the unloaded needle's end; positive bends it from +x towards +y"},
-      Field{"curved_length", &Needle::curved_length, "m", above(0),
+      Field{"curved_length", &Needle::curved_length, "m", between(1e-6, 10),
             "of that end, from the tip, at most length; absent: the whole needle"},
-      Field{"cutting_direction", &Needle::cutting_direction, "-", any(),
+      Field{"cutting_direction", &Needle::cutting_direction, "-", kDirection,
             "[x, y, z] in the tip's frame, along which the tip cuts when it is pushed: [1, 0, 0] for a symmetric tip, "
             "[1, 0.1, 0] for a bevel that steers towards +y; any length, x > 0"},
-      Field{"torsional_friction", &Needle::torsional_friction, "-", at_least(0),
+      Field{"torsional_friction", &Needle::torsional_friction, "-", kFrictionCoefficient,
             "share of the shaft's friction that resists spin; 0 leaves it out"},
       Field{"material", &Needle::material, "", any(), "how it bends; the default is steel"},
       Field{"base", &Needle::base, "", any(), "first node at the start; the needle lies along +x of this frame"},
-      Field{"constraint_spacing", &Needle::constraint_spacing, "m", above(0),
-            "between the points that hold the shaft to its path; at least length / 1000"},
-      Field{"max_speed", &Needle::max_speed, "m/s", above(0), "limit of the base's speed"},
-      Field{"max_angular_speed", &Needle::max_angular_speed, "rad/s", above(0), "limit of the base's rotation"},
-      Field{"max_spin_speed", &Needle::max_spin_speed, "rad/s", above(0), "limit of the spin about the needle's axis"},
-      Field{"smoothing", &Needle::smoothing, "s", at_least(0),
+      Field{"constraint_spacing", &Needle::constraint_spacing, "m", between(1e-6, 10),
+            "between the points that hold the shaft to its path; at least length / 500; the "
+            "needles of a tissue have at most 500 such points together"},
+      Field{"max_speed", &Needle::max_speed, "m/s", kSpeed, "limit of the base's speed"},
+      Field{"max_angular_speed", &Needle::max_angular_speed, "rad/s", kSpeed, "limit of the base's rotation"},
+      Field{"max_spin_speed", &Needle::max_spin_speed, "rad/s", kSpeed, "limit of the spin about the needle's axis"},
+      Field{"smoothing", &Needle::smoothing, "s", kSmoothing,
             "time constant with which the base follows its commands; 0 follows at once"},
   };
 };
@@ -248,11 +262,12 @@ struct FieldsOf<Guide> {
       Field{"name", &Guide::name, "", kNameLength, "distinct from the names of the other guides and the needles"},
       Field{"needle", &Guide::needle, "", kNameLength, "name of the needle that slides in it"},
       Field{"pose", &Guide::pose, "", any(), "of the hole at the start; its axis is +x of this frame"},
-      Field{"play", &Guide::play, "m", at_least(0), "between needle and hole, to each side"},
-      Field{"friction", &Guide::friction, "-", at_least(0), "mu, friction coefficient of the needle in the hole"},
-      Field{"max_speed", &Guide::max_speed, "m/s", above(0), "limit of its speed"},
-      Field{"max_angular_speed", &Guide::max_angular_speed, "rad/s", above(0), "limit of its rotation"},
-      Field{"smoothing", &Guide::smoothing, "s", at_least(0),
+      Field{"play", &Guide::play, "m", between(0, 1), "between needle and hole, to each side"},
+      Field{"friction", &Guide::friction, "-", kFrictionCoefficient,
+            "mu, friction coefficient of the needle in the hole"},
+      Field{"max_speed", &Guide::max_speed, "m/s", kSpeed, "limit of its speed"},
+      Field{"max_angular_speed", &Guide::max_angular_speed, "rad/s", kSpeed, "limit of its rotation"},
+      Field{"smoothing", &Guide::smoothing, "s", kSmoothing,
             "time constant with which it follows its commands; 0 follows at once"},
   };
 };
@@ -263,7 +278,7 @@ struct FieldsOf<Newton> {
   static constexpr std::tuple list{
       Field{"max_iterations", &Newton::max_iterations, "-", between(1, 1000),
             "limit per tick, rungs refined and exact"},
-      Field{"tolerance", &Newton::tolerance, "m", above(0),
+      Field{"tolerance", &Newton::tolerance, "m", between(1e-18, 1),
             "largest change of a node's position in the last iteration"},
   };
 };
@@ -282,7 +297,7 @@ struct FieldsOf<LawSolver> {
       Field{"max_sweeps", &LawSolver::max_sweeps, "-", between(1, 100000),
             "limit of the steps of a solution, whatever the solver: sweeps, choices of pieces and interior-point "
             "iterations together; one solution per tick, with refined and exact one per iteration"},
-      Field{"tolerance", &LawSolver::tolerance, "N", above(0),
+      Field{"tolerance", &LawSolver::tolerance, "N", between(1e-15, 1e6),
             "largest violation of a law, as the force that would mend it"},
   };
 };
@@ -298,7 +313,7 @@ struct FieldsOf<Overrun> {
             "limit is otherwise more"},
       Field{"publish_every", &Overrun::publish_every, "-", between(1, 1000),
             "one of so many needle and tissue states goes out while ticks come late; forces go out every tick"},
-      Field{"recovery", &Overrun::recovery, "s", above(0),
+      Field{"recovery", &Overrun::recovery, "s", between(1e-3, 1e6),
             "without a tick whose own work took longer than its period, after which all is as before; a relapse doubles "
             "it, up to 64 times"},
   };
@@ -308,8 +323,10 @@ template <>
 struct FieldsOf<Publishing> {
   static constexpr const char* title = "publish";
   static constexpr std::tuple list{
-      Field{"needle_rate", &Publishing::needle_rate, "Hz", above(0), "of the topic needle, in simulation time"},
-      Field{"tissue_rate", &Publishing::tissue_rate, "Hz", above(0), "of the topic tissue, in simulation time"},
+      Field{"needle_rate", &Publishing::needle_rate, "Hz", between(1e-3, 1e5),
+            "of the topic needle, in simulation time"},
+      Field{"tissue_rate", &Publishing::tissue_rate, "Hz", between(1e-3, 1e5),
+            "of the topic tissue, in simulation time"},
   };
 };
 
@@ -318,8 +335,8 @@ struct FieldsOf<Scene> {
   static constexpr const char* title = "scene";
   static constexpr std::tuple list{
       Field{"name", &Scene::name, "", kNameLength, "what clients are told"},
-      Field{"rate", &Scene::rate, "Hz", above(0), "ticks per second; the time step is h = 1/rate"},
-      Field{"gravity", &Scene::gravity, "m/s^2", any(), "acceleration [x, y, z] in the world"},
+      Field{"rate", &Scene::rate, "Hz", kRate, "ticks per second; the time step is h = 1/rate"},
+      Field{"gravity", &Scene::gravity, "m/s^2", within(1e4), "acceleration [x, y, z] in the world"},
       Field{"tissue", &Scene::tissue, "", any(), "mesh, place, regions and fixed nodes"},
       Field{"needles", &Scene::needles, "", between(1, 64), "one entry per needle"},
       Field{"guides", &Scene::guides, "", between(0, 64), "one entry per guide; they take commands like needles"},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "server/simulation/field.h"
 #include "server/simulation/scene_error.h"
 
 namespace acus {
@@ -28,6 +29,24 @@ Matrix3X centroids(const TetrahedralMesh& mesh) {
     result.col(t) = (mesh.nodes.col(c[0]) + mesh.nodes.col(c[1]) + mesh.nodes.col(c[2]) + mesh.nodes.col(c[3])) / 4;
   }
   return result;
+}
+
+// As many as the cells that a box may have: the factor of more would fill the memory.
+constexpr int kMaxTetrahedra = 600'000;
+
+void check_size_and_place(const TetrahedralMesh& mesh) {
+  if (mesh.tetrahedron_count() > kMaxTetrahedra) {
+    throw MeshError("expected at most " + std::to_string(kMaxTetrahedra) + " tetrahedra, found " +
+                    std::to_string(mesh.tetrahedron_count()) + "; make them larger");
+  }
+  for (int i = 0; i < mesh.node_count(); ++i) {
+    const Vector3 at = mesh.nodes.col(i);
+    if (at.cwiseAbs().maxCoeff() <= kMaxPosition) continue;
+    const std::string bound = format_number(kMaxPosition);
+    throw MeshError("expected nodes in [-" + bound + ", " + bound + "] m along each axis of the world, found one at [" +
+                    format_number(at.x()) + ", " + format_number(at.y()) + ", " + format_number(at.z()) +
+                    "] m; mind the pose and metres_per_unit");
+  }
 }
 
 // Number of the group that the mesh knows by this name or number, if any tetrahedron has it.
@@ -142,6 +161,7 @@ TetrahedralMesh load_mesh(const Scene& scene) {
                                        : make_box_mesh(tissue.box.size, tissue.box.cells);
     const Matrix3 world_from_mesh = tissue.pose.orientation.toRotationMatrix();
     mesh.nodes = ((world_from_mesh * mesh.nodes).colwise() + tissue.pose.position).eval();
+    check_size_and_place(mesh);
     return mesh;
   } catch (const MeshError& error) {
     throw scene_error(scene, "tissue.mesh", error.what());

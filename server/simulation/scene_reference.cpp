@@ -62,12 +62,12 @@ std::string description(const char* meaning, const std::string& unit) {
   return json_string(unit.empty() ? meaning : std::string(meaning) + " (" + unit + ")");
 }
 
+// JSON has no infinity to name beside a bound, so a side on which infinity is allowed has no bound in the schema.
 JsonMembers number_schema(const Range& range, bool whole) {
   JsonMembers members{{"type", json_string(whole ? "integer" : "number")}};
-  if (std::isfinite(range.min))
-    members.emplace_back(range.min_open ? "exclusiveMinimum" : "minimum", format_number(range.min));
-  if (std::isfinite(range.max))
-    members.emplace_back(range.max_open ? "exclusiveMaximum" : "maximum", format_number(range.max));
+  const bool below = range.infinity_allowed && range.min < 0;
+  if (std::isfinite(range.min) && !below) members.emplace_back("minimum", format_number(range.min));
+  if (std::isfinite(range.max) && !range.infinity_allowed) members.emplace_back("maximum", format_number(range.max));
   return members;
 }
 
@@ -220,9 +220,7 @@ constexpr bool is_bounded_number<std::optional<Value>> = is_bounded_number<Value
 template <class Value>
 std::string range_cell(const Range& range) {
   if constexpr (is_bounded_number<Value>) {
-    const std::string bounds = describe(range);
-    if (std::isfinite(range.min)) return bounds;
-    return bounds.empty() ? "finite" : "finite, " + bounds;
+    return describe(range);
   } else if constexpr (std::is_same_v<Value, Quaternion>) {
     return "length 1 within " + format_number(kUnitTolerance);
   } else if constexpr (std::is_enum_v<Value>) {

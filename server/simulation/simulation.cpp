@@ -523,9 +523,9 @@ void Simulation::step() {
   w.write_report(flags, laws, iteration), timer.lap(10);
 }
 
-void Simulation::command(int body, const Command& command) {
+bool Simulation::command(int body, const Command& command) {
   World& w = *world_;
-  (body < w.needles() ? w.bases[body] : w.guides[body - w.needles()].motion()).command(command);
+  return (body < w.needles() ? w.bases[body] : w.guides[body - w.needles()].motion()).command(command);
 }
 void Simulation::reset() { world_->reset(); }
 void Simulation::economize(bool on) { world_->economizing = on; }

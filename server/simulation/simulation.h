@@ -17,8 +17,8 @@ namespace acus {
 // Where the base of a needle shall go. Fields that are absent keep their last value.
 struct Command {
   std::uint64_t seq = 0;
-  std::optional<Pose> pose;    // world, orientation without spin; must be finite and unit
-  std::optional<double> spin;  // rad, continuous over many turns, about the needle's +x axis
+  std::optional<Pose> pose;    // world, within kMaxPosition, unit orientation without spin
+  std::optional<double> spin;  // rad, within kMaxSpin, continuous over many turns, about the needle's +x axis
 };
 
 // What a loaded scene has room for, which fixes its memory and bounds the work of a tick.
@@ -52,8 +52,8 @@ class Simulation {
   Simulation& operator=(const Simulation&) = delete;
 
   // The newest command of a needle, or of guide g as number needles + g, taken in by the next tick. Never blocks, never
-  // allocates.
-  void command(int body, const Command& command);
+  // allocates. False for one that is out of range or not finite: it is refused as a whole, the one before stays.
+  bool command(int body, const Command& command);
 
   // One tick of length h = 1/rate: the ten stages. Never throws; trouble is a flag in the report.
   void step();

@@ -101,6 +101,13 @@ TEST_CASE("errors name file, line, column, field, what was expected and what was
       0);
 }
 
+TEST_CASE("a position or a spin that no server takes is an error of its line") {
+  CHECK(row_error("0,a,100,-100,0,1,0,0,0,-1e6") == "no error");
+  CHECK(row_error("0,a,0,1e308,0,1,0,0,0,0") == "file.csv:2:7: y: expected a number in [-100, 100] m, found 1e+308");
+  CHECK(row_error("0,a,0,0,0,1,0,0,0,0\n1,a,0,0,0,1,0,0,0,-1e307") ==
+        "file.csv:3:19: spin: expected a number in [-1e+06, 1e+06] rad, found -1e+307");
+}
+
 TEST_CASE("errors of the header") {
   CHECK(error_of("t,needle,x,y,z,qw,qx,qy,qq\n").find("file.csv:1:25: header: expected one of") == 0);
   CHECK(error_of("t,needle,x,y,z,qw,qx,qy\n") == "file.csv:1:1: header: expected a column 'qz', found none");

@@ -25,6 +25,27 @@ TEST_CASE("SIGTERM and SIGINT end the server with status 0, in both modes") {
   }
 }
 
+TEST_CASE("SIGTERM and shutdown end a server whose ticks are a second apart") {
+  ServerProcess slow({"--rate", "1"}), asked({"--rate", "1"});
+  wait_until_up(slow);
+  slow.process().send_signal(SIGTERM);
+  CHECK(slow.process().wait(kPatience) == kEnded);
+  client::CommandLink(asked.commands()).shutdown(kPatience);
+  CHECK(asked.process().wait(kPatience) == kEnded);
+}
+
+TEST_CASE("rates that no clock keeps are refused, in a scene and on the command line") {
+  for (const std::string rate : {"1e300", "1e-9", "0", "-1", "nan", "inf", "fast"}) {
+    CAPTURE(rate);
+    CHECK(ServerProcess({"--check", "--rate", rate}).process().wait(kPatience) == kBadCommandLine);
+    CHECK(ServerProcess({"--check"}, "{acus_scene: 1, rate: " + rate + "}").process().wait(kPatience) == kBadScene);
+  }
+  CHECK(ServerProcess({"--check", "--rate", "100000"}).process().wait(kPatience) == kEnded);
+  CHECK(ServerProcess({"--check"}, "{acus_scene: 1, rate: 1e5, publish: {needle_rate: 1e-300}}")
+            .process()
+            .wait(kPatience) == kBadScene);
+}
+
 TEST_CASE("SIGTERM ends a server with a subscriber that never reads") {
   ServerProcess server;
   client::StateLink stalled(server.states(), 1);

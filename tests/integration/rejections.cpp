@@ -2,7 +2,9 @@
 // Bad messages get their typed error and harm nothing.
 #include <doctest/doctest.h>
 
+#include <functional>
 #include <limits>
+#include <optional>
 #include <zmq.hpp>
 
 #include "tests/integration/server_process.h"
@@ -47,6 +49,22 @@ class RawClient {
   zmq::socket_t socket_;
 };
 
+// The forces of a needle that moves up, as bytes, while another client does something now and then.
+std::vector<std::string> forces_beside(const std::function<void(RawClient&)>& disturb) {
+  ServerProcess server({"--lockstep"});
+  client::CommandLink commands(server.commands());
+  client::StateLink states = subscribe(server, {"force"});
+  RawClient other(server, zmq::socket_type::dealer);
+  std::vector<std::string> forces;
+  for (std::uint64_t i = 1; i <= 20; ++i) {
+    CHECK(commands.send(pose_at(0.5 + 1e-4 * static_cast<double>(i), i)));
+    commands.step(1, kPatience);
+    forces.push_back(encode(receive<protocol::Force>(states)));
+    if (i % 10 == 5) disturb(other);  // not at each: errors about streams are answered ten times a second
+  }
+  return forces;
+}
+
 std::string with_version(std::string bytes, char version) {
   bytes[bytes.find('v') + 1] = version;
   return bytes;
@@ -86,6 +104,25 @@ TEST_CASE("each kind of bad message gets its own error, and the server goes on")
   CHECK(receive<protocol::Stats>(states).rejected == cases.size());
   client::CommandLink commands(server.commands());
   CHECK(commands.hello(kPatience).scene == "small");
+}
+
+TEST_CASE("positions and spins beyond all use are refused, and the needle goes on as if they had never come") {
+  const auto pose = [](double x, std::optional<double> spin) {
+    protocol::Pose message = pose_at(0.5, 99);
+    message.position[0] = x;
+    message.spin = spin;
+    return encode(message);
+  };
+  protocol::Spin spin;
+  spin.needle = "needle";
+  spin.spin = -1e307;
+  const std::vector<std::string> bad{pose(1e308, {}), pose(-1e308, 0.0), pose(0, 1e307), encode(spin)};
+  const auto quiet = forces_beside([](RawClient&) {});
+  const auto disturbed = forces_beside([&](RawClient& other) {
+    for (const std::string& bytes : bad) CHECK(other.error_to(bytes) == "bad_value");
+  });
+  CHECK(quiet.size() == 20);
+  CHECK(disturbed == quiet);  // decoded by the test's client, which takes no number that is not finite
 }
 
 TEST_CASE("a REQ client is served, also after its bad messages") {

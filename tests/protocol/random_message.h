@@ -65,7 +65,10 @@ struct FillField {
 template <class Message>
 void bring_into_range(Message&) {}
 inline void bring_into_range(Step& step) { step.ticks = 1 + step.ticks % kMaxStepTicks; }
-inline void bring_into_range(Pose& pose) { pose.seq |= 1; }
+inline void bring_into_range(Pose& pose) {
+  pose.seq |= 1;
+  for (double& x : pose.position) x = std::remainder(x, kMaxPosition);
+}
 inline void bring_into_range(Spin& spin) { spin.seq |= 1; }
 
 template <class Message>

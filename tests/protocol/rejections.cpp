@@ -3,6 +3,7 @@
 // the encoder under test cannot hide them.
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <map>
@@ -168,6 +169,29 @@ TEST_CASE("bad_value") {
   }
   Values step{{"v", value(1)}, {"type", value(std::string("step"))}, {"seq", value(1)}, {"ticks", value(1ull << 40)}};
   CHECK(rejection(pack(step)) == "bad_value");
+}
+
+TEST_CASE("bad_value: positions outside the workspace, and spins beyond all use") {
+  const auto position = [](double x) { return pose_with("position", std::vector<double>{0, 0, x}); };
+  const auto spin = [](double angle) {
+    Spin message;
+    message.spin = angle;
+    return encode(message);
+  };
+  for (const double sign : {1.0, -1.0}) {
+    CHECK(rejection(position(sign * kMaxPosition)) == "accepted");
+    CHECK(rejection(position(sign * std::nextafter(kMaxPosition, kInfinity))) == "bad_value");
+    CHECK(rejection(position(sign * 1e308)) == "bad_value");
+    CHECK(rejection(spin(sign * kMaxSpin)) == "accepted");
+    CHECK(rejection(spin(sign * std::nextafter(kMaxSpin, kInfinity))) == "bad_value");
+    CHECK(rejection(spin(sign * 1e307)) == "bad_value");
+    CHECK(rejection(pose_with("spin", sign * kMaxSpin)) == "accepted");
+    CHECK(rejection(pose_with("spin", sign * 1e307)) == "bad_value");
+  }
+  CHECK_THROWS_WITH_AS(decode_command(position(1e308)), "field 'position' must be in [-100, 100] m, found 1e+308",
+                       DecodeError);
+  CHECK_THROWS_WITH_AS(decode_command(spin(-1e307)), "field 'spin' must be in [-1e+06, 1e+06] rad, found -1e+307",
+                       DecodeError);
 }
 
 TEST_CASE("packed arrays must hold whole elements") {

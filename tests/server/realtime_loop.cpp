@@ -84,7 +84,33 @@ Ready after_ticks(TopicSet wanted) {
   return take(link, world);
 }
 
+// A tick a second: a thread that slept through it would be deaf for that long.
+std::unique_ptr<LoadedScene> slow_world() {
+  Scene scene;
+  scene.rate = 1;
+  scene.tissue.rung = TissueRung::none;
+  return std::make_unique<LoadedScene>(scene);
+}
+
 }  // namespace
+
+// A loop that sleeps through its periods answers one request a tick. Waiting for these takes 20 of its ticks; a machine
+// that stands still for seconds in between does no harm.
+TEST_CASE("between ticks that are far apart requests are answered, and a signal to end is heard") {
+  constexpr std::uint64_t kRequests = 20;
+  Link link;
+  RealtimeLoop loop(slow_world(), {}, link);
+  {
+    const std::jthread simulation([&] { loop.run(); });
+    for (std::uint64_t epoch = 1; epoch <= kRequests; ++epoch) {
+      ask(link, Request::Kind::reset, 0, epoch);
+      while (link.epoch < epoch) std::this_thread::yield();
+    }
+    SUBCASE("the stop flag") { link.stop = true; }
+    SUBCASE("a request") { ask(link, Request::Kind::shutdown); }
+  }
+  CHECK(loop.ticks() < kRequests / 2);
+}
 
 TEST_CASE("nothing is packed or recorded for topics that nobody listens to") {
   const int ticks = kTicks, shapes = kTicks / 3, answers = 2;

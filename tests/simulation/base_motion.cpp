@@ -4,6 +4,10 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <limits>
+#include <vector>
+
 #include "server/math/rotation.h"
 #include "tests/support/random.h"
 
@@ -254,6 +258,64 @@ TEST_CASE("a reset puts the base back and forgets its motion and its command") {
   motion.advance(0);
   CHECK(motion.pose().position == n.base.position);
   CHECK(motion.command_seq() == 0);
+}
+
+// The pose and the sequence number after a good command, after the given one and so many ticks.
+struct Outcome {
+  Vector3 position;
+  double spin;
+  std::uint64_t seq;
+
+  bool operator==(const Outcome&) const = default;
+};
+
+Outcome after(const std::optional<Command>& second, bool between) {
+  const Needle n = needle(5e-3);
+  BaseMotion motion(n, 1e-3);
+  Command good = go_to({0.01, 0.02, 0.03});
+  good.spin = 0.5;
+  CHECK(motion.command(good));
+  if (between) motion.advance(1);
+  if (second) CHECK_FALSE(motion.command(*second));
+  for (std::uint64_t tick = 2; tick < 100; ++tick) motion.advance(tick);
+  return {motion.pose().position, motion.spin(), motion.command_seq()};
+}
+
+TEST_CASE("a command out of range is refused as a whole, and the one before it stays, taken in or pending") {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = kInfinity;
+  std::vector<Command> refused;
+  for (const double bad : {kNan, kInf, -kInf, 1e308, -1e308, std::nextafter(kMaxPosition, kInf)}) {
+    refused.push_back({9, Pose{{0, bad, 0}, Quaternion::Identity()}, 2.0});
+  }
+  for (const double bad : {kNan, kInf, -kInf, 1e307, -1e307, std::nextafter(kMaxSpin, kInf)}) {
+    refused.push_back({9, Pose{}, bad});
+    refused.push_back({9, std::nullopt, bad});
+  }
+  for (const double bad : {kNan, kInf, 0.0, 0.9, 1e200}) {
+    refused.push_back({9, Pose{Vector3::Zero(), Quaternion(bad, 0, 0, 0)}, 2.0});
+  }
+  for (const bool between : {false, true}) {
+    const Outcome expected = after(std::nullopt, between);
+    for (const Command& command : refused) CHECK(after(command, between) == expected);
+  }
+}
+
+TEST_CASE("the ends of the ranges are taken") {
+  const Needle n = needle(5e-3);
+  BaseMotion motion(n, 1e-3);
+  CHECK(motion.command({1, Pose{{kMaxPosition, -kMaxPosition, 0}, Quaternion::Identity()}, -kMaxSpin}));
+  for (std::uint64_t tick = 0; tick < 1000000 && motion.spin() > 1 - kMaxSpin; ++tick) motion.advance(tick);
+  CHECK(motion.pose().position.isApprox(Vector3(kMaxPosition, -kMaxPosition, 0)));
+  CHECK(motion.spin() == doctest::Approx(-kMaxSpin));
+}
+
+TEST_CASE("a smoothing of next to no time is none") {
+  BaseMotion motion(needle(1e-300), 1e-3), at_once(needle(0), 1e-3);
+  for (BaseMotion* m : {&motion, &at_once}) {
+    m->command(go_to({kMaxPosition, 0, 0}));
+    for (std::uint64_t tick = 0; tick < 3; ++tick) m->advance(tick);
+  }
+  CHECK(motion.pose().position == at_once.pose().position);
 }
 
 }  // namespace

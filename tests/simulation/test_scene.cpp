@@ -134,11 +134,11 @@ TEST_CASE("a field given twice") {
 }
 
 TEST_CASE("wrong types") {
-  CHECK(error_of("rate: fast") == "scene.yaml:2:7: rate: expected a number > 0, found \"fast\"");
-  CHECK(error_of("rate: \"500\"") == "scene.yaml:2:7: rate: expected a number > 0, found \"500\"");
-  CHECK(error_of("rate:") == "scene.yaml:2:1: rate: expected a number > 0, found nothing");
-  CHECK(error_of("rate: [1]") == "scene.yaml:2:7: rate: expected a number > 0, found a list of 1");
-  CHECK(error_of("rate: 5 Hz") == "scene.yaml:2:7: rate: expected a number > 0, found \"5 Hz\"");
+  CHECK(error_of("rate: fast") == "scene.yaml:2:7: rate: expected a number in [1, 100000], found \"fast\"");
+  CHECK(error_of("rate: \"500\"") == "scene.yaml:2:7: rate: expected a number in [1, 100000], found \"500\"");
+  CHECK(error_of("rate:") == "scene.yaml:2:1: rate: expected a number in [1, 100000], found nothing");
+  CHECK(error_of("rate: [1]") == "scene.yaml:2:7: rate: expected a number in [1, 100000], found a list of 1");
+  CHECK(error_of("rate: 5 Hz") == "scene.yaml:2:7: rate: expected a number in [1, 100000], found \"5 Hz\"");
   CHECK(error_of("rate: 0x10").starts_with("scene.yaml:2:7: rate: expected a number"));
   CHECK(error_of("rate: inf").starts_with("scene.yaml:2:7: rate: expected a number"));
   CHECK(error_of("rate: .nan").starts_with("scene.yaml:2:7: rate: expected a number"));
@@ -151,7 +151,8 @@ TEST_CASE("wrong types") {
         "scene.yaml:2:19: needles[0].beams: expected a whole number in [1, 1000], found 2.5");
   CHECK(error_of("needles: [{beams: 1e12}]").starts_with("scene.yaml:2:19: needles[0].beams: expected a whole"));
   CHECK(error_of("gravity: [0, 0]") == "scene.yaml:2:10: gravity: expected 3 numbers [x, y, z], found a list of 2");
-  CHECK(error_of("gravity: [0, 0, down]") == "scene.yaml:2:17: gravity[2]: expected a number, found \"down\"");
+  CHECK(error_of("gravity: [0, 0, down]") ==
+        "scene.yaml:2:17: gravity[2]: expected a number in [-10000, 10000], found \"down\"");
   CHECK(error_of("tissue: {rung: fast}") ==
         "scene.yaml:2:16: tissue.rung: expected none, linear, warped, refined or exact, found \"fast\"");
   CHECK(error_of("tissue: {pose: {orientation: [1, 0, 0]}}") ==
@@ -164,12 +165,13 @@ TEST_CASE("wrong types") {
 }
 
 TEST_CASE("values out of range") {
-  CHECK(error_of("rate: 0") == "scene.yaml:2:7: rate: expected a number > 0, found 0");
-  CHECK(error_of("rate: .inf") == "scene.yaml:2:7: rate: expected a number > 0, found .inf");
+  CHECK(error_of("rate: 0") == "scene.yaml:2:7: rate: expected a number in [1, 100000], found 0");
+  CHECK(error_of("rate: .inf") == "scene.yaml:2:7: rate: expected a number in [1, 100000], found .inf");
   CHECK(error_of("name: \"\"") == "scene.yaml:2:7: name: expected a text whose length is in [1, 100], found length 0");
-  CHECK(error_of("gravity: [0, 0, -.inf]") == "scene.yaml:2:17: gravity[2]: expected a finite number, found -.inf");
+  CHECK(error_of("gravity: [0, 0, -.inf]") ==
+        "scene.yaml:2:17: gravity[2]: expected a number in [-10000, 10000], found -.inf");
   CHECK(error_of("tissue: {regions: [{material: {poisson_ratio: 0.5}}]}") ==
-        "scene.yaml:2:47: tissue.regions[0].material.poisson_ratio: expected a number in [0, 0.5), found 0.5");
+        "scene.yaml:2:47: tissue.regions[0].material.poisson_ratio: expected a number in [0, 0.499999], found 0.5");
   CHECK(error_of("tissue: {regions: []}") ==
         "scene.yaml:2:19: tissue.regions: expected a list whose length is in [1, 1000], found 0 entries");
   CHECK(error_of("tissue: {mesh: {box: {cells: [9, 0, 9]}}}") ==
@@ -178,14 +180,63 @@ TEST_CASE("values out of range") {
             .starts_with("scene.yaml:2:32: needles[0].base.orientation: expected a unit quaternion [w, x, y, z], "
                          "found one of length 1.414"));
   CHECK(error_of("tissue: {regions: [{interaction: {puncture_force: -1}}]}") ==
-        "scene.yaml:2:51: tissue.regions[0].interaction.puncture_force: expected a number >= 0 or .inf, found -1");
+        "scene.yaml:2:51: tissue.regions[0].interaction.puncture_force: expected a number in [0, 1e+06] or .inf, found "
+        "-1");
+}
+
+TEST_CASE("rates that a clock cannot keep, and publishing that would divide by them") {
+  CHECK(error_of("rate: 1e300") == "scene.yaml:2:7: rate: expected a number in [1, 100000], found 1e+300");
+  CHECK(error_of("rate: 1e-9") == "scene.yaml:2:7: rate: expected a number in [1, 100000], found 1e-09");
+  CHECK(error_of("rate: 1e5\npublish: {needle_rate: 1e-300}") ==
+        "scene.yaml:3:24: publish.needle_rate: expected a number in [0.001, 100000], found 1e-300");
+  CHECK(error_of("publish: {tissue_rate: 1e-300}").starts_with("scene.yaml:2:24: publish.tissue_rate: expected"));
+  CHECK(parse("rate: 1").rate == 1);
+  CHECK(parse("rate: 100000").rate == 1e5);
+}
+
+TEST_CASE("what no machine or tissue is has no place in a scene") {
+  CHECK(error_of("needles: [{base: {position: [0, 0, 1e308]}}]") ==
+        "scene.yaml:2:36: needles[0].base.position[2]: expected a number in [-100, 100], found 1e+308");
+  CHECK(error_of("needles: [{max_speed: 1e308}]").find("expected a number in [1e-06, 1e+06]") != std::string::npos);
+  CHECK(error_of("needles: [{smoothing: 1e308}]").find("expected a number in [0, 1000]") != std::string::npos);
+  CHECK(error_of("tissue: {regions: [{material: {density: 1e-300}}]}").find("in [1e-06, 1e+06]") != std::string::npos);
+  CHECK(error_of("tissue: {regions: [{box: {max: [2e4, 0, 0]}}]}").find("in [-10000, 10000], .inf or -.inf, found") !=
+        std::string::npos);
+  CHECK(error_of("tissue: {regions: [{interaction: {foundation_stiffness: -.inf}}]}").find("or .inf, found -.inf") !=
+        std::string::npos);
+}
+
+TEST_CASE("what is hard or unusual, but real, has a place") {
+  const Scene scene = parse(R"(
+tissue:
+  regions:
+    - material: {young_modulus: 1e12, poisson_ratio: 0.4999}
+      interaction: {puncture_force: .inf, foundation_stiffness: .inf, friction_contact: 10}
+    - {name: soft, material: {young_modulus: 100}, box: {min: [-.inf, -.inf, 0], max: [.inf, .inf, .inf]}}
+needles: [{outer_diameter: 1e-4, material: {young_modulus: 1e12}}]
+)");
+  CHECK(scene.tissue.regions[0].material.young_modulus == 1e12);
+  CHECK(scene.tissue.regions[0].interaction.foundation_stiffness == kInfinity);
+}
+
+TEST_CASE("what a scene needs in all is bounded") {
+  CHECK(error_of("tissue: {mesh: {box: {cells: [1000, 1000, 1000]}}}") ==
+        "scene.yaml:2:30: tissue.mesh.box.cells: expected at most 100000 cells in all, found 1000000000; make them "
+        "larger");
+  std::string many = "needles:\n";
+  for (int i = 0; i < 14; ++i) many += "  - {name: n" + std::to_string(i) + "}\n";
+  CHECK(error_of(many) ==
+        "scene.yaml:3:3: needles: expected at most 500 constraint points of all needles together (the sum of length / "
+        "constraint_spacing), found 532; raise constraint_spacing");
+  CHECK_NOTHROW(parse("tissue: {rung: none}\n" + many));  // without rows between needle and tissue
 }
 
 TEST_CASE("fields at odds with each other") {
   CHECK(error_of("needles: [{inner_diameter: 0.001}]") ==
-        "scene.yaml:2:28: needles[0].inner_diameter: expected a number < outer_diameter (0.001), found 0.001");
-  CHECK(error_of("needles: [{constraint_spacing: 1e-9}]") ==
-        "scene.yaml:2:32: needles[0].constraint_spacing: expected a number >= length / 1000 (0.00015), found 1e-09");
+        "scene.yaml:2:28: needles[0].inner_diameter: expected a number <= 0.999 outer_diameter (0.000999), found "
+        "0.001; make the bore smaller or the needle thicker");
+  CHECK(error_of("needles: [{constraint_spacing: 1e-5}]") ==
+        "scene.yaml:2:32: needles[0].constraint_spacing: expected a number >= length / 500 (0.0003), found 1e-05");
   CHECK(error_of("tissue: {fixed: [{box: {min: [0, 0, 0], max: [1, -1, 1]}}]}") ==
         "scene.yaml:2:50: tissue.fixed[0].box.max[1]: expected a number >= min (0), found -1");
   CHECK(error_of("tissue: {regions: [{interaction: {friction_dynamic: 0.9}}]}") ==
@@ -213,7 +264,7 @@ TEST_CASE("shapes and directions that are none") {
         "scene.yaml:2:51: tissue.fixed[0].cylinder.to: expected another point than `from`; the two are the centres of "
         "the ends");
   CHECK(error_of("tissue: {fixed: [{sphere: {radius: 0}}]}") ==
-        "scene.yaml:2:36: tissue.fixed[0].sphere.radius: expected a number > 0, found 0");
+        "scene.yaml:2:36: tissue.fixed[0].sphere.radius: expected a number in [1e-06, 10000], found 0");
   CHECK(error_of("needles: [{cutting_direction: [0, 0, 0]}]")
             .starts_with("scene.yaml:2:31: needles[0].cutting_direction: expected a vector that is not zero"));
   CHECK(error_of("needles: [{cutting_direction: [0, 1, 0]}]") ==
@@ -227,7 +278,7 @@ TEST_CASE("a curved end is not longer than its needle") {
       "scene.yaml:2:40: needles[0].curved_length: expected a number <= length (0.1), found 0.11; leave it out to bend "
       "the whole needle");
   CHECK(error_of("needles: [{curved_length: 0}]") ==
-        "scene.yaml:2:27: needles[0].curved_length: expected a number > 0, found 0");
+        "scene.yaml:2:27: needles[0].curved_length: expected a number in [1e-06, 10], found 0");
   CHECK(error_of("needles: [{length: 1, beams: 2, curvature: -7}]")
             .starts_with("scene.yaml:2:44: needles[0].curvature: expected a number in (-6.28"));
   const Scene scene = parse("needles: [{length: 0.1, curvature: -5, curved_length: 0.1}]");
@@ -335,7 +386,7 @@ TEST_CASE("a scene built in code is checked alike, without places") {
   CHECK(message_of([&scene] { validate(scene); }) == "no error");
   scene.tissue.regions[0].material.poisson_ratio = std::numeric_limits<double>::quiet_NaN();
   CHECK(message_of([&scene] { validate(scene); }) ==
-        "tissue.regions[0].material.poisson_ratio: expected a number in [0, 0.5), found .nan");
+        "tissue.regions[0].material.poisson_ratio: expected a number in [0, 0.499999], found .nan");
 }
 
 TEST_CASE("the default scene is what the documents promise") {

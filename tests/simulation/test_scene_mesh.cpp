@@ -222,9 +222,10 @@ TEST_CASE("a broken mesh leads to the field `mesh` and names the file") {
     const FileScene f(flat, "");
     CHECK(error_of(f.scene).find("a.msh: tetrahedron 1 at (0.05, 0.025, 0.025) m is flat") != std::string::npos);
   }
-  SUBCASE("too many cells") {
-    CHECK(error_of("tissue:\n  mesh: {box: {cells: [1000, 1000, 1000]}}")
-              .starts_with("scene.yaml:3:9: tissue.mesh: a box may have"));
+  SUBCASE("beyond the workspace") {
+    CHECK(error_of("tissue:\n  mesh: {box: {size: [20, 1, 1], cells: [1, 1, 1]}}\n  pose: {position: [-95, 0, 0]}") ==
+          "scene.yaml:3:9: tissue.mesh: expected nodes in [-100, 100] m along each axis of the world, found one at "
+          "[-105, -0.5, -0.5] m; mind the pose and metres_per_unit");
   }
 }
 

@@ -124,22 +124,27 @@ TEST_CASE("a tissue without a free node is refused") {
   CHECK_THROWS_WITH_AS(Simulation{scene}, doctest::Contains("tissue.fixed"), SceneError);
 }
 
-TEST_CASE("numbers that stop being finite are flagged and not taken over") {
-  // No message can carry such a number, the protocol refuses it; what matters here is what any source of one would do.
+TEST_CASE("a command that is no number, or beyond the workspace, changes nothing") {
   const Scene scene = small_scene();
-  Simulation simulation(scene);
-  simulation.step();
-  const Matrix3X before = simulation.needle_positions(0);
-  Command broken{.seq = 1, .pose = scene.needles[0].base, .spin = {}};
-  broken.pose->position.x() = std::numeric_limits<double>::quiet_NaN();
-  simulation.command(0, broken);
-  simulation.step();
-  CHECK((simulation.report().flags & kNotFinite) != 0);
-  CHECK(simulation.needle_positions(0) == before);
-  CHECK(simulation.tissue_positions().allFinite());
-  CHECK(simulation.report().needles[0].base_force.allFinite());
-  CHECK(simulation.report().needles[0].base_torque.allFinite());
-  CHECK(simulation.report().needles[0].base.position.allFinite());
+  Simulation quiet(scene), disturbed(scene);
+  Command good{.seq = 1, .pose = scene.needles[0].base, .spin = {}};
+  good.pose->position.x() += 1e-3;
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), 1e308, -2 * kMaxPosition}) {
+    Command broken = good;
+    broken.seq = 2;
+    broken.pose->position.x() = bad;
+    CHECK(quiet.command(0, good));
+    CHECK(disturbed.command(0, good));
+    CHECK_FALSE(disturbed.command(0, broken));
+    quiet.step();
+    disturbed.step();
+    CHECK_FALSE(disturbed.command(0, broken));
+    CHECK(disturbed.report().flags == quiet.report().flags);
+    CHECK((disturbed.report().flags & kNotFinite) == 0);
+    CHECK(disturbed.report().needles[0].command_seq == 1);
+    CHECK(disturbed.needle_positions(0) == quiet.needle_positions(0));
+    CHECK(disturbed.tissue_positions() == quiet.tissue_positions());
+  }
 }
 
 }  // namespace acus::test
