@@ -13,7 +13,6 @@
 #include <cstring>
 #include <limits>
 #include <random>
-#include <set>
 
 #include "server/models/mesh_answer.h"
 #include "server/models/mesh_process.h"
@@ -141,15 +140,6 @@ std::string read_error(const MeshFile& file, const MeshReadingLimits& limits = {
   return error_of([&] { decode_mesh_answer(run_mesh_program(mesh_program_path(), path, ending, limits)); });
 }
 
-std::set<std::string> temporary_mesh_folders() {
-  std::set<std::string> found;
-  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::temp_directory_path())) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("acus_mesh_")) found.insert(name);
-  }
-  return found;
-}
-
 std::string decode_error(const std::vector<char>& bytes) {
   return error_of([&bytes] { decode_mesh_answer(bytes); });
 }
@@ -200,7 +190,8 @@ TEST_CASE("what Gmsh would run all the same starts no program and writes no file
 TEST_CASE("damaged meshes are refused, and the program goes on") {
   constexpr int kMutants = 4;
   std::mt19937 random(1);
-  const std::set<std::string> before = temporary_mesh_folders();
+  const TemporaryFolder own;
+  setenv("TMPDIR", own.path().c_str(), 1);
   for (const MeshFile& file : kFiles) {
     for (int i = 0; i < kMutants; ++i) {
       const TemporaryFolder folder;
@@ -210,6 +201,8 @@ TEST_CASE("damaged meshes are refused, and the program goes on") {
       CHECK((error == "no error" || error.starts_with(path + ": ")));
     }
   }
+  unsetenv("TMPDIR");
+  CHECK(std::filesystem::is_empty(own.path()));
   CHECK(waitpid(-1, nullptr, WNOHANG) == -1);
   CHECK(errno == ECHILD);
 }
