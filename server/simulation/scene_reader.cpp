@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numeric>
+#include <regex>
 #include <sstream>
 
 #include "server/simulation/scene_error.h"
@@ -67,18 +68,26 @@ bool is_plain_value(const YAML::Node& node) {
   return parse_number(node) || text == "true" || text == "false";
 }
 
-std::string describe_found(const YAML::Node& node) {
+// Without the value.
+std::string describe_kind(const YAML::Node& node) {
   switch (node.Type()) {
     case YAML::NodeType::Map:
       return "found a map";
     case YAML::NodeType::Sequence:
       return "found a list of " + std::to_string(node.size());
     case YAML::NodeType::Scalar:
-      return parse_number(node) ? "found " + node.Scalar() : "found \"" + node.Scalar().substr(0, 100) + "\"";
+      return "found a text";
     default:
       return "found nothing";
   }
 }
+
+std::string describe_found(const YAML::Node& node) {
+  if (!node.IsScalar()) return describe_kind(node);
+  return parse_number(node) ? "found " + node.Scalar() : "found \"" + node.Scalar().substr(0, 100) + "\"";
+}
+
+std::string version_line() { return "\"" + std::string(kVersionField) + ": " + std::to_string(kSceneVersion) + "\""; }
 
 class Reader {
  public:
@@ -86,7 +95,6 @@ class Reader {
 
   void read_scene(const YAML::Node& root) {
     mark("", root.Mark());
-    check_map(root, "");
     check_version(root);
     read_fields(FieldsOf<Scene>::list, root, "", scene_);
   }
@@ -228,14 +236,16 @@ class Reader {
     fail(path, "expected " + std::to_string(length) + " numbers " + form + ", " + describe_found(node));
   }
 
+  // Of what has no version this says nothing but the kind: it may be any file (see has_version_line).
   void check_version(const YAML::Node& root) {
-    const std::string expected =
-        "expected \"" + std::string(kVersionField) + ": " + std::to_string(kSceneVersion) + "\"";
+    if (!root.IsMap()) fail("", "expected fields \"name: value\" with " + version_line() + ", " + describe_kind(root));
     const YAML::Node version = find(root, kVersionField);
-    if (!version.IsDefined()) fail("", expected + ", found no " + kVersionField);
+    if (!version.IsDefined()) fail("", "expected " + version_line() + ", found no " + kVersionField);
     mark(kVersionField, version.Mark());
-    if (parse_number(version) == kSceneVersion) return;
-    fail(kVersionField, expected + ", " + describe_found(version) + "; this program reads no other version");
+    const std::optional<double> number = parse_number(version);
+    if (number == kSceneVersion) return;
+    const std::string found = number ? describe_found(version) : describe_kind(version);
+    fail(kVersionField, "expected " + version_line() + ", " + found + "; this program reads no other version");
   }
 
   // Every key must be known and stand once. Remembers where each value is.
@@ -304,11 +314,23 @@ void check_one_document(const std::string& text, const std::string& name) {
   if (parser.HandleNextDocument(ignore)) throw SceneError(name + ":1:1: expected one YAML document, found more");
 }
 
+// Whether a line gives the version, as YAML or JSON writes it. A text without one is no scene, and whoever named its
+// file, perhaps over the network, learns nothing of what stands in it.
+bool has_version_line(const std::string& text) {
+  const std::regex version("[ {\"']*" + std::string(kVersionField) + "[\"']? *: *" + std::to_string(kSceneVersion));
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (std::regex_search(line.substr(0, 100), version, std::regex_constants::match_continuous)) return true;
+  }
+  return false;
+}
+
 YAML::Node parse_yaml(const std::string& text, const std::string& name) {
   try {
     check_one_document(text, name);
     return YAML::Load(text);
-  } catch (const YAML::ParserException& error) {
+  } catch (const YAML::Exception& error) {
+    if (!has_version_line(text)) throw SceneError(name + ": expected " + version_line() + ", found no such line");
     throw SceneError(name + ":" + std::to_string(error.mark.line + 1) + ":" + std::to_string(error.mark.column + 1) +
                      ": expected YAML, found: " + error.msg);
   }
@@ -332,8 +354,7 @@ Scene read_scene(const std::string& path) {
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (error) throw SceneError(path + ": expected a scene file, found: " + error.message());
   if (size > kMaxFileSize) {
-    throw SceneError(path + ": expected a scene of at most " + std::to_string(kMaxFileSize) + " bytes, found " +
-                     std::to_string(size));
+    throw SceneError(path + ": expected a scene of at most " + std::to_string(kMaxFileSize) + " bytes, found more");
   }
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;

@@ -109,11 +109,49 @@ TEST_CASE("what is no scene") {
   CHECK(file_error("") == "scene.yaml:1:1: expected one YAML document, found none");
   CHECK(file_error("acus_scene: 1\n---\nrate: 2\n") == "scene.yaml:1:1: expected one YAML document, found more");
   CHECK(file_error(", acus_scene: 1") == "scene.yaml:1:1: expected one YAML document, found more");
-  CHECK(file_error("rate: [1\n").starts_with("scene.yaml:2:1: expected YAML, found: "));
+  CHECK(error_of("rate: [1\n").starts_with("scene.yaml:3:1: expected YAML, found: "));
+  CHECK(file_error("rate: [1\nacus_scene: 1\n").starts_with("scene.yaml:2:11: expected YAML, found: "));
+  CHECK(file_error("{\"acus_scene\": 1,\n \"rate\": \"\\q\"}").find(": expected YAML, found: ") != std::string::npos);
   CHECK(file_error("just words").starts_with("scene.yaml:1:1: expected fields"));
   CHECK(file_error("rate: 500\n") == "scene.yaml:1:1: expected \"acus_scene: 1\", found no acus_scene");
   CHECK(file_error("acus_scene: 2\n").starts_with("scene.yaml:1:13: acus_scene: expected \"acus_scene: 1\", found 2"));
   CHECK(file_error("acus_scene: \"1\"\n").starts_with("scene.yaml:1:13: acus_scene: expected"));
+}
+
+// A client may name any file that the server can read.
+TEST_CASE("an error about a file that is no scene tells nothing of what stands in it") {
+  for (const std::string text : {
+           "secret",                                         // one text
+           "root:secret:0:0:root:/root:/bin/bash\nb:secret",  // as lists of users are written
+           "- secret\n- secret",
+           "secret: 5",
+           "rate: secret",
+           "? [secret]\n: 1",
+           "name: *secret",                                  // words that yaml-cpp repeats
+           "name: !<secret",
+           "name: \"\\secret\"",
+           "%secret\n---\nname: x",
+           "%YAML secret\n---\nname: x",
+           "%TAG ! secret\n%TAG ! secret\n---\nname: x",
+           "!secret name",
+           "secret: [1",
+           "acus_scene: secret",
+           "acus_scene: secret\nname: *secret",
+           "acus_scene: [secret]",
+           "acus_scene: 2\nsecret: secret",
+           "secret: acus_scene: 1",
+       }) {
+    CAPTURE(text);
+    const std::string error = file_error(text);
+    CHECK(error.starts_with("scene.yaml:"));
+    CHECK(error.find("secret") == std::string::npos);
+    const TemporaryFolder folder;
+    const std::string path = folder.write("file", text);
+    CHECK(message_of([&path] { read_scene(path); }).find("secret") == std::string::npos);
+  }
+  CHECK(file_error("secret") ==
+        "scene.yaml:1:1: expected fields \"name: value\" with \"acus_scene: 1\", found a text");
+  CHECK(file_error("secret: [1") == "scene.yaml: expected \"acus_scene: 1\", found no such line");
 }
 
 TEST_CASE("unknown fields, with the nearest known name") {
