@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "server/endpoint.h"
+#include "server/listening.h"
 #include "server/privileges.h"
 #include "server/realtime_loop.h"
 #include "server/simulation/scene_summary.h"
@@ -127,9 +128,8 @@ int run(const Arguments& arguments) {
   std::optional<Endpoint> endpoint;
   try {
     endpoint.emplace(*world, arguments.endpoint, link);
-  } catch (const zmq::error_t& error) {
-    spdlog::error("cannot listen on {} and {}: {}", arguments.endpoint.commands, arguments.endpoint.states,
-                  error.what());
+  } catch (const CannotListen& error) {
+    spdlog::error("{}", error.what());
     return kCannotListen;
   }
   serve(*endpoint, std::move(world), arguments.loop, link, termination);

@@ -5,6 +5,7 @@
 
 #include "protocol/codec.h"
 #include "server/convert.h"
+#include "server/listening.h"
 
 namespace acus {
 namespace {
@@ -23,7 +24,7 @@ Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, bool 
   socket_.set(zmq::sockopt::linger, kLinger);
   socket_.set(zmq::sockopt::xpub_nodrop, lockstep);
   socket_.set(zmq::sockopt::maxmsgsize, kMaxNoticeBytes);
-  socket_.bind(endpoint);
+  listen(socket_, "--states", endpoint);
 }
 
 TopicSet Publisher::update_subscriptions() {

@@ -17,7 +17,7 @@ namespace acus {
 
 class Publisher {
  public:
-  // Binds; throws zmq::error_t.
+  // Binds; throws CannotListen.
   Publisher(zmq::context_t& context, const std::string& endpoint, bool lockstep);
 
   zmq::socket_ref socket() { return socket_; }
