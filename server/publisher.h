@@ -38,11 +38,13 @@ class Publisher {
   void publish(const protocol::Stats& stats);
 
  private:
+  void ask_about_doubts();
   template <class Message>
   void encode_and_send(const Message& message);
   bool try_to_send(const char* topic, const std::string& bytes);
 
   zmq::socket_t socket_;
+  zmq::socket_t asking_;  // SUB, connected to socket_
   Subscriptions subscriptions_;
   std::string bytes_;  // the encoded state, reused
 
