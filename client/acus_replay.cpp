@@ -261,6 +261,7 @@ int replay_trajectory(Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // the files are written to their end, whoever stops reading what is printed
   CLI::App app("Drives a recorded trajectory into an acus-server and writes the forces that come back.", "acus-replay");
   Arguments arguments;
   declare(app, arguments);

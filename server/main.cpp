@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <iostream>
 #include <optional>
 #include <thread>
@@ -136,10 +137,17 @@ int run(const Arguments& arguments) {
   return kEnded;
 }
 
+// A server outlives who reads its log: lines that cannot be written are lost, and nothing else happens.
+void begin_log() {
+  std::signal(SIGPIPE, SIG_IGN);
+  spdlog::set_default_logger(spdlog::stderr_color_mt("acus-server"));
+  spdlog::set_error_handler([](const std::string&) {});
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("acus-server"));
+  begin_log();
   Arguments arguments;
   CLI::App app(kDescription, "acus-server");
   declare(app, arguments);
