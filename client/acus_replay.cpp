@@ -21,6 +21,7 @@
 #include "client/replay.h"
 #include "client/text_histogram.h"
 #include "client/timing_log.h"
+#include "protocol/endpoint_address.h"
 
 namespace {
 
@@ -65,14 +66,21 @@ struct Arguments {
   ReplayOptions replay;
 };
 
+std::string check_endpoint(const std::string& endpoint) {
+  const std::string problem = acus::protocol::problem_with_endpoint(endpoint, acus::protocol::EndpointUse::connect);
+  return problem.empty() ? problem : "endpoint '" + endpoint + "': " + problem;
+}
+
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.add_option("trajectory", arguments.trajectory,
                  "CSV with the columns t,needle,x,y,z,qw,qx,qy,qz[,spin]; 'needle' may name a guide, too")
       ->required();
   app.add_option("--commands", arguments.replay.commands, "the server's endpoint for commands")
+      ->check(check_endpoint)
       ->capture_default_str();
   app.add_option("--states", arguments.replay.states, "the server's endpoint for states")
+      ->check(check_endpoint)
       ->capture_default_str();
   app.add_option("--out", arguments.out, "CSV to write, a row per force state; events go to NAME.events.csv beside it");
   app.add_option("--shapes", arguments.shapes,

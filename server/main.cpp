@@ -9,6 +9,7 @@
 #include <optional>
 #include <thread>
 
+#include "protocol/endpoint_address.h"
 #include "server/endpoint.h"
 #include "server/listening.h"
 #include "server/privileges.h"
@@ -44,13 +45,27 @@ struct Arguments {
   bool check = false;
 };
 
+std::string check_endpoint(const std::string& endpoint) {
+  const std::string problem = protocol::problem_with_endpoint(endpoint, protocol::EndpointUse::listen);
+  return problem.empty() ? problem : "endpoint '" + endpoint + "': " + problem;
+}
+
+void check_distinct(const EndpointOptions& endpoint) {
+  if (endpoint.commands != endpoint.states || protocol::is_wildcard_endpoint(endpoint.commands)) return;
+  throw CLI::ValidationError("--commands and --states", "both are '" + endpoint.commands + "'; give each its own");
+}
+
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
   app.add_option("SCENE", arguments.scene, "Scene file (YAML); scenes/README.md describes the format")->required();
   app.add_option("--commands", arguments.endpoint.commands, "ZeroMQ endpoint for commands (ROUTER)")
+      ->check(check_endpoint)
       ->capture_default_str();
-  app.add_option("--states", arguments.endpoint.states, "ZeroMQ endpoint for states (XPUB)")->capture_default_str();
+  app.add_option("--states", arguments.endpoint.states, "ZeroMQ endpoint for states (XPUB)")
+      ->check(check_endpoint)
+      ->capture_default_str();
+  app.callback([&arguments] { check_distinct(arguments.endpoint); });
   app.add_option("--rate", arguments.endpoint.rate, "Ticks per second instead of every scene's own (Hz)")
       ->check(CLI::Range(1.0, 1e5));
   app.add_option("--ticks", arguments.loop.max_ticks, "End after so many ticks")

@@ -14,7 +14,7 @@
 namespace acus::testing {
 namespace {
 
-constexpr int kEnded = 0, kCannotListen = 3;
+constexpr int kEnded = 0, kBadCommandLine = 1, kCannotListen = 3;
 
 // A folder with a scene, and servers that are started in it.
 struct Place {
@@ -107,6 +107,23 @@ TEST_CASE("where nobody can listen, one sentence says why and what to do") {
                 {"--commands", "tcp://192.0.2.1:5750", "no network interface of this machine has that address"});
   check_refusal(place.server("tcp://no-such-interface:5750", place.ipc("states")), kCannotListen,
                 {"--commands", "no network interface of this machine has that address"});
+}
+
+TEST_CASE("endpoints that mean nothing are a bad command line, at the server and at acus-replay") {
+  const Place place;
+  const std::string motion = place.folder.write("motion.csv", "t,needle,x,y,z,qw,qx,qy,qz\n0,needle,0,0,0,1,0,0,0\n");
+  for (const std::string bad : {"tcp://127.0.0.1:99999", "tcp://127.0.0.1:-1", "tcp://127.0.0.1", "inproc://x",
+                                "ws://127.0.0.1:5750", "nonsense", "ipc://"}) {
+    for (const std::string option : {"--commands", "--states"}) {
+      check_refusal({ACUS_BINARY_DIR "/acus-server", place.scene, option, bad}, kBadCommandLine,
+                    {option, bad, "expected"});
+      check_refusal({ACUS_BINARY_DIR "/acus-replay", motion, option, bad}, 1, {option, bad, "expected"});
+    }
+  }
+  const std::string far = place.ipc(std::string(120, 'x'));
+  check_refusal(place.server(far, place.ipc("states")), kBadCommandLine, {"--commands", "at most 107 bytes"});
+  check_refusal(place.server(place.ipc("same"), place.ipc("same")), kBadCommandLine,
+                {"--commands and --states", "give each its own"});
 }
 
 TEST_CASE("a web page is not heard over TCP either") {
