@@ -6,7 +6,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -15,11 +14,14 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "client/replay.h"
 #include "client/text_histogram.h"
 #include "client/timing_log.h"
+#include "protocol/endpoint_address.h"
 
 namespace {
 
@@ -64,13 +66,22 @@ struct Arguments {
   ReplayOptions replay;
 };
 
+std::string check_endpoint(const std::string& endpoint) {
+  const std::string problem = acus::protocol::problem_with_endpoint(endpoint, acus::protocol::EndpointUse::connect);
+  return problem.empty() ? problem : "endpoint '" + endpoint + "': " + problem;
+}
+
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.add_option("trajectory", arguments.trajectory,
                  "CSV with the columns t,needle,x,y,z,qw,qx,qy,qz[,spin]; 'needle' may name a guide, too")
       ->required();
-  app.add_option("--commands", arguments.replay.commands, "the server's endpoint for commands")->capture_default_str();
-  app.add_option("--states", arguments.replay.states, "the server's endpoint for states")->capture_default_str();
+  app.add_option("--commands", arguments.replay.commands, "the server's endpoint for commands")
+      ->check(check_endpoint)
+      ->capture_default_str();
+  app.add_option("--states", arguments.replay.states, "the server's endpoint for states")
+      ->check(check_endpoint)
+      ->capture_default_str();
   app.add_option("--out", arguments.out, "CSV to write, a row per force state; events go to NAME.events.csv beside it");
   app.add_option("--shapes", arguments.shapes,
                  "file to write with the shapes of needles and tissue, as protocol/README.md says; after --out RUN.csv "
@@ -201,17 +212,48 @@ int run(Replay& replay) {
   }
 }
 
-// Throws if two results were to go to the same file.
+// Where writing to the path ends up: links are followed, also one to a file that is not there yet.
+std::filesystem::path destination(std::filesystem::path path) {
+  constexpr int kMaxLinks = 40;  // as many as the kernel follows
+  std::error_code error;
+  for (int i = 0; i < kMaxLinks && std::filesystem::is_symlink(path, error); ++i) {
+    path = path.parent_path() / std::filesystem::read_symlink(path, error);
+  }
+  path = std::filesystem::absolute(path);
+  const auto canonical = std::filesystem::weakly_canonical(path, error);
+  return error ? path.lexically_normal() : canonical;
+}
+
+// Also by two names of one file, which hard links make.
+bool same_file(const std::string& a, const std::string& b) {
+  std::error_code error;
+  return destination(a) == destination(b) || std::filesystem::equivalent(a, b, error);
+}
+
+// Throws if two results were to go to the same file, or one into the trajectory.
 void check_distinct(const Arguments& arguments) {
-  const std::array<std::pair<const char*, std::string>, 3> results{
-      {{"--out", arguments.out}, {"--shapes", arguments.shapes}, {"--timing", arguments.timing}}};
-  const auto file = [](const std::string& path) { return std::filesystem::weakly_canonical(path); };
+  struct File {
+    std::string what, path;
+  };
+  std::vector<File> results;
+  if (!arguments.out.empty()) {
+    results.push_back({"--out", arguments.out});
+    results.push_back({"the events of --out", RunLog::events_path_beside(arguments.out)});
+  }
+  if (!arguments.shapes.empty()) results.push_back({"--shapes", arguments.shapes});
+  if (!arguments.timing.empty()) {
+    results.push_back({"--timing", arguments.timing});
+    results.push_back({"the statistics of --timing", TimingLog::stats_path_beside(arguments.timing)});
+  }
   for (std::size_t i = 0; i < results.size(); ++i) {
+    const auto& [what, path] = results[i];
+    if (same_file(path, arguments.trajectory)) {
+      throw std::runtime_error(what + " would overwrite the trajectory: '" + path + "' and '" + arguments.trajectory +
+                               "' are the same file; give it another name");
+    }
     for (std::size_t j = 0; j < i; ++j) {
-      const auto& [option, path] = results[i];
-      const auto& [other, other_path] = results[j];
-      if (path.empty() || other_path.empty() || file(path) != file(other_path)) continue;
-      throw std::runtime_error(std::string(other) + " and " + option + " name the same file, '" + path +
+      if (!same_file(path, results[j].path)) continue;
+      throw std::runtime_error(results[j].what + " and " + what + " name the same file, '" + path +
                                "'; give each its own");
     }
   }
@@ -261,6 +303,7 @@ int replay_trajectory(Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // the files are written to their end, whoever stops reading what is printed
   CLI::App app("Drives a recorded trajectory into an acus-server and writes the forces that come back.", "acus-replay");
   Arguments arguments;
   declare(app, arguments);

@@ -113,12 +113,16 @@ std::string header_of() {
 
 RunLog::RunLog(const std::string& path, bool wall_time)
     : path_(path),
-      events_path_(std::filesystem::path(path).replace_extension(".events.csv").string()),
+      events_path_(events_path_beside(path)),
       wall_time_(wall_time),
       forces_(create_log(path_)),
       events_(create_log(events_path_)) {
   forces_ << header_of<protocol::Force>() << (wall_time_ ? ",received_s" : "") << '\n';
   events_ << header_of<protocol::Event>() << '\n';
+}
+
+std::string RunLog::events_path_beside(const std::string& path) {
+  return std::filesystem::path(path).replace_extension(".events.csv").string();
 }
 
 void RunLog::write(const protocol::Force& force, double received_s) {

@@ -25,6 +25,9 @@ class RunLog {
   // Everything is on its way to the disk after this. Throws LogError if anything could not be written.
   void close();
 
+  // Where the events of a run go that is written to `path`.
+  static std::string events_path_beside(const std::string& path);
+
   const std::string& path() const { return path_; }
   const std::string& events_path() const { return events_path_; }
 

@@ -13,7 +13,7 @@ constexpr int kDigits = 9;  // of a number: nanoseconds within a second, microse
 
 TimingLog::TimingLog(const std::string& path)
     : path_(path),
-      stats_path_(std::filesystem::path(path).replace_extension(".stats.csv").string()),
+      stats_path_(stats_path_beside(path)),
       trips_(create_log(path_)),
       stats_(create_log(stats_path_)) {
   trips_ << std::setprecision(kDigits) << "seq,sent_s,round_trip_s\n";
@@ -21,6 +21,10 @@ TimingLog::TimingLog(const std::string& path)
       << std::setprecision(kDigits)
       << "received_s,period_s,time_step_s,ticks,late,overruns,tick_p50_s,tick_p99_s,tick_max_s,wake_p50_s,wake_p99_s,"
          "wake_max_s,end_p50_s,end_p99_s,end_max_s,flags\n";
+}
+
+std::string TimingLog::stats_path_beside(const std::string& path) {
+  return std::filesystem::path(path).replace_extension(".stats.csv").string();
 }
 
 void TimingLog::write(const protocol::Stats& stats, double received_s) {

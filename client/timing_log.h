@@ -24,6 +24,9 @@ class TimingLog {
   // Everything is on its way to the disk after this. Throws LogError if anything could not be written.
   void close();
 
+  // Where the statistics of a timing go that is written to `path`.
+  static std::string stats_path_beside(const std::string& path);
+
   const std::string& path() const { return path_; }
   const std::string& stats_path() const { return stats_path_; }
 

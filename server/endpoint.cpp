@@ -6,6 +6,7 @@
 #include <array>
 
 #include "server/convert.h"
+#include "server/listening.h"
 
 namespace acus {
 namespace {
@@ -54,7 +55,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       stats_begun_(Clock::now()) {
   commands_.set(zmq::sockopt::linger, kLinger);
   commands_.set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
-  commands_.bind(options.commands);
+  listen(commands_, "--commands", options.commands);
 }
 
 void Endpoint::run(int signals) {

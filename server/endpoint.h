@@ -32,7 +32,7 @@ struct EndpointOptions {
 
 class Endpoint {
  public:
-  // Binds both sockets; throws zmq::error_t. `world` is the one the simulation thread starts with.
+  // Binds both sockets; throws CannotListen. `world` is the one the simulation thread starts with.
   Endpoint(LoadedScene& world, const EndpointOptions& options, Link& link);
 
   std::string commands_endpoint() const { return commands_.get(zmq::sockopt::last_endpoint); }

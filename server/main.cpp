@@ -4,11 +4,14 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <iostream>
 #include <optional>
 #include <thread>
 
+#include "protocol/endpoint_address.h"
 #include "server/endpoint.h"
+#include "server/listening.h"
 #include "server/privileges.h"
 #include "server/realtime_loop.h"
 #include "server/simulation/scene_fields.h"
@@ -53,13 +56,27 @@ CLI::Validator rate_in_range() {
   return {check, "[" + format_number(kRate.min) + " - " + format_number(kRate.max) + "]", "rate"};
 }
 
+std::string check_endpoint(const std::string& endpoint) {
+  const std::string problem = protocol::problem_with_endpoint(endpoint, protocol::EndpointUse::listen);
+  return problem.empty() ? problem : "endpoint '" + endpoint + "': " + problem;
+}
+
+void check_distinct(const EndpointOptions& endpoint) {
+  if (endpoint.commands != endpoint.states || protocol::is_wildcard_endpoint(endpoint.commands)) return;
+  throw CLI::ValidationError("--commands and --states", "both are '" + endpoint.commands + "'; give each its own");
+}
+
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
   app.add_option("SCENE", arguments.scene, "Scene file (YAML); scenes/README.md describes the format")->required();
   app.add_option("--commands", arguments.endpoint.commands, "ZeroMQ endpoint for commands (ROUTER)")
+      ->check(check_endpoint)
       ->capture_default_str();
-  app.add_option("--states", arguments.endpoint.states, "ZeroMQ endpoint for states (XPUB)")->capture_default_str();
+  app.add_option("--states", arguments.endpoint.states, "ZeroMQ endpoint for states (XPUB)")
+      ->check(check_endpoint)
+      ->capture_default_str();
+  app.callback([&arguments] { check_distinct(arguments.endpoint); });
   app.add_option("--rate", arguments.endpoint.rate, "Ticks per second instead of every scene's own (Hz)")
       ->check(rate_in_range());
   app.add_option("--ticks", arguments.loop.max_ticks, "End after so many ticks")
@@ -138,19 +155,25 @@ int run(const Arguments& arguments) {
   std::optional<Endpoint> endpoint;
   try {
     endpoint.emplace(*world, arguments.endpoint, link);
-  } catch (const zmq::error_t& error) {
-    spdlog::error("cannot listen on {} and {}: {}", arguments.endpoint.commands, arguments.endpoint.states,
-                  error.what());
+  } catch (const CannotListen& error) {
+    spdlog::error("{}", error.what());
     return kCannotListen;
   }
   serve(*endpoint, std::move(world), arguments.loop, link, termination);
   return kEnded;
 }
 
+// A server outlives who reads its log: lines that cannot be written are lost, and nothing else happens.
+void begin_log() {
+  std::signal(SIGPIPE, SIG_IGN);
+  spdlog::set_default_logger(spdlog::stderr_color_mt("acus-server"));
+  spdlog::set_error_handler([](const std::string&) {});
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("acus-server"));
+  begin_log();
   Arguments arguments;
   CLI::App app(kDescription, "acus-server");
   declare(app, arguments);

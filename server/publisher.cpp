@@ -3,8 +3,11 @@
 
 #include <spdlog/spdlog.h>
 
+#include <random>
+
 #include "protocol/codec.h"
 #include "server/convert.h"
+#include "server/listening.h"
 
 namespace acus {
 namespace {
@@ -14,16 +17,27 @@ constexpr int kLinger = 200;         // ms to deliver what is queued at the end
 constexpr auto kPatience = std::chrono::seconds(10);
 constexpr int kMaxNotices = 256;                // taken in at a time
 constexpr std::int64_t kMaxNoticeBytes = 1024;  // beyond it the subscriber is disconnected
+constexpr const char* kAskingEndpoint = "inproc://subscriptions";
+
+std::string random_mark() {
+  std::random_device random;
+  std::string mark = "?";
+  for (int i = 0; i < 4; ++i) mark += std::to_string(random());
+  return mark;
+}
 
 }  // namespace
 
 Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, bool lockstep)
-    : socket_(context, zmq::socket_type::xpub) {
+    : socket_(context, zmq::socket_type::xpub), asking_(context, zmq::socket_type::sub), subscriptions_(random_mark()) {
   socket_.set(zmq::sockopt::sndhwm, kQueuedStates);
   socket_.set(zmq::sockopt::linger, kLinger);
   socket_.set(zmq::sockopt::xpub_nodrop, lockstep);
   socket_.set(zmq::sockopt::maxmsgsize, kMaxNoticeBytes);
-  socket_.bind(endpoint);
+  socket_.bind(kAskingEndpoint);
+  asking_.set(zmq::sockopt::linger, 0);
+  asking_.connect(kAskingEndpoint);
+  listen(socket_, "--states", endpoint);
 }
 
 TopicSet Publisher::update_subscriptions() {
@@ -31,7 +45,20 @@ TopicSet Publisher::update_subscriptions() {
   for (int i = 0; i < kMaxNotices && socket_.recv(notice, zmq::recv_flags::dontwait); ++i) {
     subscriptions_.apply(notice.to_string_view());
   }
+  ask_about_doubts();
   return subscriptions_.wanted();
+}
+
+// The answer is among the next notices.
+void Publisher::ask_about_doubts() {
+  const auto prefixes = subscriptions_.begin_question();
+  if (prefixes.empty()) return;
+  asking_.set(zmq::sockopt::subscribe, subscriptions_.mark());
+  for (const std::string& prefix : prefixes) {
+    asking_.set(zmq::sockopt::subscribe, prefix);
+    asking_.set(zmq::sockopt::unsubscribe, prefix);
+  }
+  asking_.set(zmq::sockopt::unsubscribe, subscriptions_.mark());
 }
 
 bool Publisher::flush() {

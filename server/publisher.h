@@ -17,7 +17,7 @@ namespace acus {
 
 class Publisher {
  public:
-  // Binds; throws zmq::error_t.
+  // Binds; throws CannotListen.
   Publisher(zmq::context_t& context, const std::string& endpoint, bool lockstep);
 
   zmq::socket_ref socket() { return socket_; }
@@ -38,11 +38,13 @@ class Publisher {
   void publish(const protocol::Stats& stats);
 
  private:
+  void ask_about_doubts();
   template <class Message>
   void encode_and_send(const Message& message);
   bool try_to_send(const char* topic, const std::string& bytes);
 
   zmq::socket_t socket_;
+  zmq::socket_t asking_;  // SUB, connected to socket_
   Subscriptions subscriptions_;
   std::string bytes_;  // the encoded state, reused
 

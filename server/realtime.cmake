@@ -1,7 +1,7 @@
 # The server around the simulation: real-time loop, sockets, program.
 find_package(CLI11 REQUIRED)
 
-add_library(acus_server_core STATIC loaded_scene.cpp realtime_loop.cpp publisher.cpp endpoint.cpp
+add_library(acus_server_core STATIC loaded_scene.cpp realtime_loop.cpp publisher.cpp endpoint.cpp listening.cpp
                                     privileges.cpp termination.cpp)
 target_link_libraries(acus_server_core PUBLIC acus_simulation acus_protocol PkgConfig::zeromq Threads::Threads
                                               spdlog::spdlog)

@@ -12,6 +12,7 @@
 #include <iterator>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/codec.h"
@@ -304,6 +305,51 @@ TEST_CASE("two results in one file, and the timing of a run in lockstep, are ref
   CHECK(here.read("run.csv") == "kept");
   CHECK(here.replay(server, "--lockstep --timing " + here.path("run.csv")).status == 1);
   CHECK(here.read("run.csv") == "kept");
+}
+
+TEST_CASE("a result in the place of the trajectory is refused, by whatever name") {
+  const Workplace here;
+  MockServer server;
+  const std::string motion = here.read("motion.csv");
+  std::filesystem::create_symlink("motion.csv", here.path("link.csv"));
+  std::filesystem::create_hard_link(here.path("motion.csv"), here.path("hard.csv"));
+  std::filesystem::create_directory(here.path("folder"));
+  for (const std::string name : {"motion.csv", "./motion.csv", "folder/../motion.csv", "link.csv", "hard.csv"}) {
+    for (const std::string option : {"--out", "--shapes", "--timing"}) {
+      const auto outcome = here.replay(server, option + " " + here.path(name));
+      INFO(outcome.output);
+      CHECK(outcome.status == 1);
+      CHECK(contains(outcome.output, option + " would overwrite the trajectory"));
+    }
+  }
+  CHECK(here.read("motion.csv") == motion);
+
+  for (const auto& [option, name] : {std::pair{"--out", "run.events.csv"}, {"--timing", "run.stats.csv"}}) {
+    std::filesystem::copy(here.path("motion.csv"), here.path(name));
+    const auto outcome = here.replay(server, std::string(option) + " " + here.path("run.csv"), name);
+    INFO(outcome.output);
+    CHECK(outcome.status == 1);
+    CHECK(contains(outcome.output, "would overwrite the trajectory"));
+    CHECK(here.read(name) == motion);
+    CHECK_FALSE(std::filesystem::exists(here.path("run.csv")));
+  }
+}
+
+TEST_CASE("two results in one file are refused, also those beside them and by other names") {
+  const Workplace here;
+  MockServer server;
+  std::filesystem::create_symlink("run.csv", here.path("dangling.csv"));
+  for (const std::string& arguments :
+       {"--out " + here.path("run.csv") + " --shapes " + here.path("run.events.csv"),
+        "--out " + here.path("run.csv") + " --timing " + here.path("run.events.csv"),
+        "--shapes " + here.path("run.stats.csv") + " --timing " + here.path("run.csv"),
+        "--out " + here.path("run.csv") + " --shapes " + here.path("dangling.csv")}) {
+    const auto outcome = here.replay(server, arguments);
+    INFO(outcome.output);
+    CHECK(outcome.status == 1);
+    CHECK(contains(outcome.output, "name the same file"));
+    CHECK_FALSE(std::filesystem::exists(here.path("run.csv")));
+  }
 }
 
 TEST_CASE("a server that rejects poses returns 2") {

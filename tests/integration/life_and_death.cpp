@@ -95,7 +95,7 @@ TEST_CASE("what cannot start says so in its exit status") {
   Process absent_scene({ACUS_BINARY_DIR "/acus-server", running.folder() / "absent.yaml"});
   CHECK(absent_scene.wait(kPatience) == kBadScene);
   Process bad_endpoint({ACUS_BINARY_DIR "/acus-server", running.scene(), "--commands", "nonsense"});
-  CHECK(bad_endpoint.wait(kPatience) == kCannotListen);
+  CHECK(bad_endpoint.wait(kPatience) == kBadCommandLine);
 }
 
 TEST_CASE("a client may start before the server") {

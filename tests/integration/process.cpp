@@ -11,11 +11,18 @@
 
 namespace acus::testing {
 
-Process::Process(const std::vector<std::string>& argv) {
+Process::Process(const std::vector<std::string>& argv, std::optional<int> output) {
   std::vector<char*> arguments;
   for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
-  const int error = posix_spawn(&id_, arguments[0], nullptr, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  if (output) {
+    posix_spawn_file_actions_adddup2(&actions, *output, STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, *output, STDERR_FILENO);
+  }
+  const int error = posix_spawn(&id_, arguments[0], &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
   if (error != 0) throw std::system_error(error, std::generic_category(), "cannot start " + argv[0]);
 }
 

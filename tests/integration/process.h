@@ -13,8 +13,9 @@ namespace acus::testing {
 
 class Process {
  public:
-  // Starts the program argv[0]; throws std::system_error if it cannot be started.
-  explicit Process(const std::vector<std::string>& argv);
+  // Starts the program argv[0]; throws std::system_error if it cannot be started. What it prints goes to the file
+  // `output`, if one is given.
+  explicit Process(const std::vector<std::string>& argv, std::optional<int> output = {});
 
   // Kills it if it still runs.
   ~Process();
