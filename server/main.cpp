@@ -10,13 +10,13 @@
 #include <thread>
 
 #include "protocol/endpoint_address.h"
-#include "server/endpoint.h"
-#include "server/listening.h"
-#include "server/privileges.h"
-#include "server/realtime_loop.h"
-#include "server/simulation/scene_fields.h"
+#include "server/transport/endpoint.h"
+#include "server/transport/listening.h"
+#include "server/runtime/privileges.h"
+#include "server/runtime/realtime_loop.h"
+#include "server/scene/scene_fields.h"
 #include "server/simulation/scene_summary.h"
-#include "server/termination.h"
+#include "server/runtime/termination.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/models/surface.h"
-#include "server/simulation/scene.h"
+#include "server/scene/scene.h"
 
 namespace acus {
 

@@ -15,7 +15,7 @@
 
 #include "server/simulation/base_motion.h"
 #include "server/simulation/report.h"
-#include "server/simulation/rows.h"
+#include "server/constraints/rows.h"
 #include "server/simulation/views.h"
 
 namespace acus {

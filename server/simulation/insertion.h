@@ -62,8 +62,8 @@
 
 #include "server/simulation/path.h"
 #include "server/simulation/report.h"
-#include "server/simulation/rows.h"
-#include "server/simulation/scene.h"
+#include "server/constraints/rows.h"
+#include "server/scene/scene.h"
 #include "server/simulation/views.h"
 
 namespace acus {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "server/math/types.h"
-#include "server/simulation/scene.h"
+#include "server/scene/scene.h"
 
 namespace acus {
 

@@ -9,8 +9,8 @@
 
 #include "server/models/needle.h"
 #include "server/simulation/borders.h"
-#include "server/simulation/scene_fields.h"
-#include "server/simulation/text_table.h"
+#include "server/scene/scene_fields.h"
+#include "server/scene/text_table.h"
 
 namespace acus {
 namespace {

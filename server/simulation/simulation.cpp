@@ -10,7 +10,7 @@
 #include "server/simulation/borders.h"
 #include "server/simulation/guide_hold.h"
 #include "server/simulation/insertion.h"
-#include "server/simulation/scene_error.h"
+#include "server/scene/scene_error.h"
 
 namespace acus {
 

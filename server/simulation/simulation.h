@@ -10,7 +10,7 @@
 #include <span>
 
 #include "server/simulation/report.h"
-#include "server/simulation/scene.h"
+#include "server/scene/scene.h"
 
 namespace acus {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "server/math/rotation.h"
-#include "server/simulation/local_compliance.h"
+#include "server/constraints/compliance/local_compliance.h"
 
 namespace acus {
 

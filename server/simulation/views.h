@@ -8,7 +8,7 @@
 #include "server/models/needle.h"
 #include "server/models/surface.h"
 #include "server/simulation/borders.h"
-#include "server/simulation/scene.h"
+#include "server/scene/scene.h"
 
 namespace acus {
 

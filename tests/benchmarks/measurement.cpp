@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/bench/measurement.h"
+#include "server/tools/bench/measurement.h"
 
 #include <doctest/doctest.h>
 
-#include "server/bench/bench_report.h"
+#include "server/tools/bench/bench_report.h"
 #include "tests/benchmarks/small_scene.h"
 
 namespace acus {

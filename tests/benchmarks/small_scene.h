@@ -3,7 +3,7 @@
 #pragma once
 
 #include "client/trajectory.h"
-#include "server/simulation/scene.h"
+#include "server/scene/scene.h"
 
 namespace acus::test {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A contact with friction is solved to the graphs of its laws, however strongly normal and friction are coupled.
-#include "server/constraints/contact_block.h"
+#include "server/constraints/laws/contact_block.h"
 
 #include <doctest/doctest.h>
 

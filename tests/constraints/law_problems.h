@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "server/constraints/constraint_solver.h"
+#include "server/constraints/solver/constraint_solver.h"
 #include "tests/support/random.h"
 
 namespace acus {

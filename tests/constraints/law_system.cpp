@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The violation of a law is the force by which its row would still move.
-#include "server/constraints/law_system.h"
+#include "server/constraints/solver/law_system.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Each law at every branch of its graph: the force lies on the graph and on the line at once.
-#include "server/constraints/laws.h"
+#include "server/constraints/laws/laws.h"
 
 #include <doctest/doctest.h>
 

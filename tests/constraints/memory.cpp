@@ -2,7 +2,7 @@
 // Neither method allocates, on problems that need all of their parts.
 #include <doctest/doctest.h>
 
-#include "server/bench/allocation_count.h"
+#include "server/tools/bench/allocation_count.h"
 #include "tests/constraints/law_problems.h"
 
 namespace acus {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <mutex>
 
-#include "server/bench/allocation_count.h"
+#include "server/tools/bench/allocation_count.h"
 #include "tests/simulation/lock_count.h"
 #include "tests/simulation/to_and_fro.h"
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "server/simulation/local_compliance.h"
+#include "server/constraints/compliance/local_compliance.h"
 #include "tests/simulation/bench.h"
 
 namespace acus::test {

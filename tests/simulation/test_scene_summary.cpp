@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "server/simulation/scene_summary.h"
-#include "server/simulation/text_table.h"
+#include "server/scene/text_table.h"
 
 namespace acus {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The table's cases: enough of them, each what it says.
-#include "server/study/stability_cases.h"
+#include "server/tools/study/stability_cases.h"
 
 #include <doctest/doctest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <set>
 
-#include "server/study/stability_mesh.h"
+#include "server/tools/study/stability_mesh.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace acus;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/study/csv.h"
+#include "server/tools/study/csv.h"
 
 #include <doctest/doctest.h>
 

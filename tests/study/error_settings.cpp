@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/study/error_settings.h"
+#include "server/tools/study/error_settings.h"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/study/errors.h"
+#include "server/tools/study/errors.h"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/study/experiment.h"
+#include "server/tools/study/experiment.h"
 
 #include <doctest/doctest.h>
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/convert.h"
+#include "server/runtime/convert.h"
 #include "server/models/surface.h"
 
 namespace acus::test {

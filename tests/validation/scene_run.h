@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "client/trajectory.h"
-#include "server/bench/trajectory_driver.h"
+#include "server/tools/bench/trajectory_driver.h"
 #include "server/simulation/simulation.h"
 
 namespace acus::test {

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a scene may leave out and the material tells.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "server/constraints/compliance/local_compliance.h"
+#include "server/scene/scene.h"
+
+namespace acus {
+
+namespace {
+
+// c: a mesh of edge length h answers as a needle of radius c h does.
+constexpr double kAlong = 0.43;
+constexpr double kOnSurface = 0.69;
+constexpr double kAhead = 0.57;
+
+double shear_modulus(const Material& material) { return material.young_modulus / (2 * (1 + material.poisson_ratio)); }
+
+// With A/r (m/N) the give at the radius r: what a point force up to f gives more at b than at the `resolved` radius (m).
+double point_compliance(double A, double a, double resolved, double f) {
+  const double b = std::max(a, std::sqrt(A * f));
+  return b < resolved ? A * (1 / b - 1 / resolved) : 0;
+}
+
+}  // namespace
+
+double shaft_pressure(const Region& region) {
+  return region.interaction.pressure.value_or(region.material.young_modulus / (1 + region.material.poisson_ratio));
+}
+
+double foundation_compliance(const Material& material, double h, double d) {
+  if (h <= d) return 0;
+  const double nu = material.poisson_ratio;
+  return (3 - 4 * nu) / (8 * std::numbers::pi * shear_modulus(material) * (1 - nu)) * std::log(h / d);
+}
+
+double axial_compliance(const Material& material, double h, double d) {
+  return std::log(std::max(1.0, 2 * kAlong * h / d)) / (2 * std::numbers::pi * shear_modulus(material));
+}
+
+double surface_compliance(const Material& material, double h, double d, double f) {
+  const double nu = material.poisson_ratio;
+  return point_compliance((1 - nu * nu) / (2 * material.young_modulus), d / 2, kOnSurface * h, f);
+}
+
+double tip_compliance(const Material& material, double h, double d, double f) {
+  const double nu = material.poisson_ratio;
+  const double A = (5 - 6 * nu) / (24 * std::numbers::pi * shear_modulus(material) * (1 - nu));
+  return point_compliance(A, d / 2, kAhead * h, f);
+}
+
+}  // namespace acus

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/runtime/loaded_scene.h"
+
+#include <spdlog/spdlog.h>
+#include <spdlog/stopwatch.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/runtime/convert.h"
+#include "server/runtime/topics.h"
+
+namespace acus {
+namespace {
+
+constexpr std::size_t kFrames = 8;  // of each shape, waiting for the publisher
+
+std::uint64_t ticks_between(double rate, double published_rate) {
+  return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(rate / published_rate)));
+}
+
+std::size_t largest_node_count(const Simulation& simulation) {
+  int largest = 0;
+  for (int i = 0; i < static_cast<int>(simulation.scene().needles.size()); ++i) {
+    largest = std::max(largest, simulation.needle_node_count(i));
+  }
+  return static_cast<std::size_t>(largest);
+}
+
+std::vector<protocol::TopicInfo> topic_rates(const LoadedScene& world) {
+  const double rate = world.simulation.scene().rate;
+  std::vector<protocol::TopicInfo> topics;
+  for (const char* name : kTopicNames) topics.push_back({name, 0});
+  topics[static_cast<int>(Topic::force)].rate = rate;
+  topics[static_cast<int>(Topic::needle)].rate = rate / static_cast<double>(world.needle_frame_ticks);
+  topics[static_cast<int>(Topic::tissue)].rate = rate / static_cast<double>(world.tissue_frame_ticks);
+  topics[static_cast<int>(Topic::stats)].rate = 1;
+  return topics;
+}
+
+protocol::HelloReply make_hello(const LoadedScene& world) {
+  const Simulation& simulation = world.simulation;
+  const Scene& scene = simulation.scene();
+  protocol::HelloReply hello;
+  hello.server = ACUS_VERSION;  // defined by the build
+  hello.scene = scene.name;
+  hello.rate = scene.rate;
+  hello.time_step = 1 / scene.rate;
+  for (int i = 0; i < static_cast<int>(scene.needles.size()); ++i) {
+    const Needle& needle = scene.needles[i];
+    hello.needles.push_back({needle.name, needle.length, needle.outer_diameter,
+                             static_cast<std::uint32_t>(simulation.needle_node_count(i)), to_wire(needle.base.position),
+                             to_wire(needle.base.orientation)});
+  }
+  for (const Guide& guide : scene.guides) {
+    hello.guides.push_back({guide.name, guide.needle, to_wire(guide.pose.position), to_wire(guide.pose.orientation)});
+  }
+  const TetrahedralMesh& mesh = simulation.mesh();
+  hello.tissue = {static_cast<std::uint32_t>(mesh.nodes.cols()), static_cast<std::uint32_t>(mesh.tetrahedra.size()),
+                  static_cast<std::uint32_t>(mesh.surface.size())};
+  hello.topics = topic_rates(world);
+  return hello;
+}
+
+template <std::size_t N>
+std::vector<std::int32_t> flatten(const std::vector<std::array<int, N>>& rows) {
+  std::vector<std::int32_t> flat;
+  flat.reserve(rows.size() * N);
+  for (const auto& row : rows) flat.insert(flat.end(), row.begin(), row.end());
+  return flat;
+}
+
+protocol::DescribeReply make_describe(const Simulation& simulation) {
+  const Scene& scene = simulation.scene();
+  const TetrahedralMesh& mesh = simulation.mesh();
+  protocol::DescribeReply describe;
+  describe.positions.resize(static_cast<std::size_t>(mesh.nodes.size()));
+  pack(mesh.nodes, describe.positions);
+  describe.triangles = flatten(mesh.surface);
+  describe.tetrahedra = flatten(mesh.tetrahedra);
+  if (!scene.tissue.left_out()) {
+    for (const Region& region : scene.tissue.regions) describe.regions.push_back(region.name);
+  }
+  const std::span<const int> regions = simulation.regions();
+  describe.tetrahedron_regions.assign(regions.begin(), regions.end());
+  for (int i = 0; i < static_cast<int>(scene.needles.size()); ++i) {
+    protocol::NeedleRest rest{scene.needles[i].name, {}};
+    const auto positions = simulation.needle_positions(i);
+    rest.positions.resize(static_cast<std::size_t>(positions.size()));
+    pack(positions, rest.positions);
+    describe.needles.push_back(std::move(rest));
+  }
+  return describe;
+}
+
+}  // namespace
+
+LoadedScene::LoadedScene(const Scene& scene, const Progress& progress)
+    : simulation(scene, progress),
+      needle_frames(kFrames * scene.needles.size()),
+      tissue_frames(kFrames),
+      path_points(3, simulation.path_capacity()),
+      needle_frame_ticks(ticks_between(scene.rate, scene.publish.needle_rate)),
+      tissue_frame_ticks(ticks_between(scene.rate, scene.publish.tissue_rate)),
+      hello(make_hello(*this)),
+      describe(make_describe(simulation)) {
+  const std::size_t needle_nodes = largest_node_count(simulation);
+  for (NeedleFrame& frame : needle_frames.slots()) {
+    frame.shape.positions.reserve(3 * needle_nodes);
+    frame.shape.orientations.reserve(4 * needle_nodes);
+  }
+  const auto paths = static_cast<std::size_t>(Simulation::max_paths());
+  for (protocol::TissueShape& shape : tissue_frames.slots()) {
+    shape.positions.resize(describe.positions.size());
+    shape.path_points.reserve(paths * static_cast<std::size_t>(path_points.size()));
+    shape.path_sizes.reserve(paths);
+  }
+}
+
+int LoadedScene::find_body(const std::string& name) const {
+  const auto named = [&](const auto& info) { return info.name == name; };
+  const auto needle = std::find_if(hello.needles.begin(), hello.needles.end(), named);
+  if (needle != hello.needles.end()) return static_cast<int>(needle - hello.needles.begin());
+  const auto guide = std::find_if(hello.guides.begin(), hello.guides.end(), named);
+  if (guide != hello.guides.end()) return static_cast<int>(hello.needles.size() + (guide - hello.guides.begin()));
+  return -1;
+}
+
+std::unique_ptr<LoadedScene> load_scene(const std::string& scene_path, std::optional<double> rate) {
+  Scene scene = read_scene(scene_path);
+  if (rate) scene.rate = *rate;
+  const spdlog::stopwatch since_start;
+  auto world = std::make_unique<LoadedScene>(scene, [](const char* what) { spdlog::info("loading: {}", what); });
+  spdlog::info("loaded in {:.2f} s", since_start);
+  return world;
+}
+
+}  // namespace acus

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A loaded scene with everything that belongs to it and goes when it goes: the simulation, room for its shapes on their
+// way to the publisher, and what clients are told about it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "protocol/messages.h"
+#include "server/runtime/exchange.h"
+#include "server/simulation/simulation.h"
+
+namespace acus {
+
+struct NeedleFrame {
+  int needle = 0;
+  protocol::NeedleShape shape;  // buffers sized for the largest needle of the scene; the publisher adds the name
+};
+
+struct LoadedScene {
+  explicit LoadedScene(const Scene& scene, const Progress& progress = {});  // throws SceneError
+
+  Simulation simulation;  // of the simulation thread while it has the world
+
+  // From the simulation thread to the publisher.
+  SpscQueue<NeedleFrame> needle_frames;
+  SpscQueue<protocol::TissueShape> tissue_frames;  // with room for every path at its longest
+
+  Matrix3X path_points;  // 3 x path_capacity(), m, world: the path being packed, of the simulation thread
+
+  // Constant.
+  std::uint64_t needle_frame_ticks;  // ticks between two needle shapes, >= 1
+  std::uint64_t tissue_frame_ticks;  // ticks between two tissue shapes, >= 1
+  protocol::HelloReply hello;        // all but what depends on the request and the moment
+  protocol::DescribeReply describe;  // likewise
+
+  // What takes commands: the needles in the order of the scene, then the guides.
+  int body_count() const { return static_cast<int>(hello.needles.size() + hello.guides.size()); }
+  bool is_guide(int body) const { return body >= static_cast<int>(hello.needles.size()); }
+
+  // Number of the needle or guide with that name, or -1.
+  int find_body(const std::string& name) const;
+};
+
+// Reads the scene and builds its world, step by step as the log says; `rate` (Hz) replaces the scene's. Throws
+// SceneError.
+std::unique_ptr<LoadedScene> load_scene(const std::string& scene_path, std::optional<double> rate);
+
+}  // namespace acus

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/runtime/privileges.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <spdlog/spdlog.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace acus {
+namespace {
+
+// Of 1 to 99: above ordinary threads, the simulation below the kernel's own interrupt threads (50).
+constexpr int kSimulationPriority = 49;
+constexpr int kSocketsPriority = 45;
+constexpr unsigned long kTimerSlack = 1;  // ns; only ordinary threads have any
+
+int set_policy(int policy, int priority) {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  return pthread_setschedparam(pthread_self(), policy, &parameters);
+}
+
+// That the calling thread has with SCHED_FIFO; 0 if it is an ordinary one. A thread inherits it from whoever started
+// it, also where it may have no higher one of its own.
+int real_time_priority() {
+  int policy = SCHED_OTHER;
+  sched_param parameters{};
+  pthread_getschedparam(pthread_self(), &policy, &parameters);
+  return policy == SCHED_FIFO ? parameters.sched_priority : 0;
+}
+
+}  // namespace
+
+void lock_memory() {
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) {
+    spdlog::info("memory is locked");
+  } else {
+    spdlog::warn("memory is not locked ({}): paging may make ticks late; raise the limit 'memlock' (ulimit -l)",
+                 std::strerror(errno));
+  }
+}
+
+void raise_priority(RealtimeThread thread) {
+  const bool simulation = thread == RealtimeThread::simulation;
+  const char* name = simulation ? "simulation thread runs" : "socket threads run";
+  const int priority = simulation ? kSimulationPriority : kSocketsPriority;
+  prctl(PR_SET_TIMERSLACK, kTimerSlack);
+  const int error = set_policy(SCHED_FIFO, priority);
+  const int granted = real_time_priority();
+  if (error == 0) {
+    spdlog::info("the {} with SCHED_FIFO, priority {}", name, granted);
+  } else if (granted > 0) {
+    spdlog::warn(
+        "the {} with SCHED_FIFO, priority {} instead of {} ({}): the server's other threads may make ticks late; "
+        "raise the limit 'rtprio' (ulimit -r)",
+        name, granted, priority, std::strerror(error));
+  } else {
+    spdlog::warn(
+        "the {} without SCHED_FIFO ({}): other programs may make ticks late; raise the limit 'rtprio' (ulimit -r)",
+        name, std::strerror(error));
+  }
+}
+
+void lower_priority() { set_policy(SCHED_OTHER, 0); }
+
+}  // namespace acus

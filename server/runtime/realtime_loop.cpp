@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/runtime/realtime_loop.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <utility>
+
+#include "server/runtime/convert.h"
+#include "server/runtime/deadline.h"
+
+namespace acus {
+namespace {
+
+constexpr std::int64_t kNanoseconds = 1'000'000'000;
+constexpr std::int64_t kRoomPoll = 50'000;  // ns between two looks for room, in lockstep
+constexpr int kIdleCheck = 100;             // ms between two looks at the stop flag without a request, in lockstep
+constexpr std::int64_t kNear = 50'000'000;  // ns to a deadline, for which nothing but the clock is looked at
+constexpr int kIdleSlice = 20;              // ms between two looks at the stop flag on the way to a far deadline
+constexpr std::uint32_t kGaveWay = kSweepsCapped | kIterationsCapped | kPublishingReduced;
+constexpr TopicSet kShapes = bit(Topic::needle) | bit(Topic::tissue);
+
+std::int64_t now_on(clockid_t clock) {
+  timespec now;
+  clock_gettime(clock, &now);
+  return now.tv_sec * kNanoseconds + now.tv_nsec;
+}
+
+std::int64_t monotonic_now() { return now_on(CLOCK_MONOTONIC); }
+std::int64_t processor_now() { return now_on(CLOCK_THREAD_CPUTIME_ID); }  // of this thread alone
+
+void sleep_until(std::int64_t time) {
+  const timespec deadline{time / kNanoseconds, time % kNanoseconds};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
+  }
+}
+
+double seconds_between(std::int64_t from, std::int64_t to) { return static_cast<double>(to - from) / kNanoseconds; }
+
+std::int64_t period_of(const LoadedScene& world) {
+  return std::max<std::int64_t>(1, std::llround(kNanoseconds / world.simulation.scene().rate));
+}
+
+OverrunPolicy overrun_policy_of(const LoadedScene& world) {
+  return OverrunPolicy(std::llround(kNanoseconds * world.simulation.scene().overrun.recovery));
+}
+
+}  // namespace
+
+RealtimeLoop::RealtimeLoop(std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link)
+    : world_(std::move(world)), options_(options), link_(link), overrun_(overrun_policy_of(*world_)) {}
+
+void RealtimeLoop::run() {
+  if (options_.lockstep) {
+    run_on_requests();
+  } else {
+    run_on_deadlines();
+  }
+  link_.finished.store(true, std::memory_order_release);
+  link_.to_sockets.signal();
+}
+
+bool RealtimeLoop::over() const {
+  return shut_down_ || ticks_ >= options_.max_ticks || link_.stop.load(std::memory_order_relaxed);
+}
+
+void RealtimeLoop::run_on_deadlines() {
+  std::int64_t due = monotonic_now();
+  while (!over()) {
+    wait_until(due);
+    const std::int64_t woke = monotonic_now();
+    take_requests();
+    const std::int64_t begun = processor_now();
+    const bool ticking = !paused_ && !over();
+    const double computing = ticking ? tick() : 0;
+    const double work = seconds_between(begun, processor_now());
+    const std::int64_t ended = monotonic_now();
+    const Deadline next = next_deadline(due, period_of(*world_), ended);
+    link_.overruns.fetch_add(next.skipped, std::memory_order_relaxed);
+    const TickTiming timing{computing, work, seconds_between(due, woke), seconds_between(due, ended), next.skipped > 0};
+    if (ticking) keep_time(timing, ended);
+    due = next.time;
+  }
+}
+
+// A deadline far ahead leaves time for requests, and for a signal to end; it comes back at once when the loop is over.
+void RealtimeLoop::wait_until(std::int64_t due) {
+  while (due - monotonic_now() > kNear) {
+    link_.to_simulation.wait(kIdleSlice);
+    take_requests();
+    if (over()) return;
+  }
+  sleep_until(due);
+}
+
+// What the tick that ended at `now` means for those to come. One that was late for want of a processor, not for its own
+// work, would have been late with less to do, too.
+void RealtimeLoop::keep_time(const TickTiming& timing, std::int64_t now) {
+  publish_tick(timing);
+  punctuality_.woke.add(timing.woke);
+  punctuality_.ended.add(timing.ended);
+  punctuality_.late += timing.late ? 1 : 0;
+  const TopicSet wanted = link_.wanted.load(std::memory_order_relaxed);
+  punctuality_.economized += flags(world_->simulation.report(), wanted) & kGaveWay ? 1 : 0;
+  world_->simulation.economize(overrun_.update(now, timing.overran(world_->hello.time_step)));
+}
+
+void RealtimeLoop::run_on_requests() {
+  while (!over()) {
+    link_.to_simulation.wait(kIdleCheck);
+    take_requests();
+  }
+}
+
+// A request waits until there is room for its acknowledgement, which must not be lost.
+void RealtimeLoop::take_requests() {
+  while (Request* request = link_.requests.readable()) {
+    if (!link_.records.writable() || over()) return;
+    handle(*request);
+    link_.requests.release();
+  }
+}
+
+void RealtimeLoop::handle(Request& request) {
+  switch (request.kind) {
+    case Request::Kind::pause:
+      paused_ = true;
+      break;
+    case Request::Kind::resume:
+      paused_ = false;
+      break;
+    case Request::Kind::reset:
+      world_->simulation.reset();
+      begin_epoch(request.epoch);
+      break;
+    case Request::Kind::replace_world:
+      return replace_world(request);
+    case Request::Kind::step:
+      for (std::uint32_t i = 0; i < request.ticks && !over(); ++i) {
+        const double computing = tick();
+        publish_tick({.computing = computing, .ended = computing});
+      }
+      break;
+    case Request::Kind::shutdown:
+      shut_down_ = true;
+      break;
+  }
+  acknowledge(request);
+}
+
+void RealtimeLoop::replace_world(Request& request) {
+  std::unique_ptr<LoadedScene> retired = std::exchange(world_, std::move(request.world));
+  begin_epoch(request.epoch);
+  acknowledge(request, std::move(retired));
+}
+
+// The simulation does not economise: it has just been loaded or reset.
+void RealtimeLoop::begin_epoch(std::uint64_t epoch) {
+  epoch_ = epoch;
+  overrun_ = overrun_policy_of(*world_);
+}
+
+void RealtimeLoop::acknowledge(const Request& request, std::unique_ptr<LoadedScene> retired) {
+  const TickReport& report = world_->simulation.report();
+  link_.epoch.store(epoch_, std::memory_order_relaxed);
+  link_.tick.store(report.tick, std::memory_order_relaxed);
+  if (Record* record = room_in(link_.records)) {
+    *record =
+        Acknowledgement{request.kind, request.id, epoch_, report.tick, report.time, world_.get(), std::move(retired)};
+    link_.records.commit();
+  }
+  link_.to_sockets.signal();
+}
+
+// Returns the time it took to compute (s).
+double RealtimeLoop::tick() {
+  take_commands();
+  const std::int64_t begin = monotonic_now();
+  world_->simulation.step();
+  const double computing = seconds_between(begin, monotonic_now());
+  ++ticks_;
+  link_.tick.store(world_->simulation.report().tick, std::memory_order_relaxed);
+  publish();
+  return computing;
+}
+
+// A command for an earlier epoch is forgotten; one for a later epoch overtook the request that begins it, and waits.
+void RealtimeLoop::take_commands() {
+  for (int i = 0; i < kMaxBodies; ++i) {
+    if (const EpochCommand* fresh = link_.commands[i].take()) taken_[i] = fresh;
+    if (!taken_[i] || taken_[i]->epoch > epoch_) continue;
+    if (taken_[i]->epoch == epoch_ && i < world_->body_count()) world_->simulation.command(i, taken_[i]->command);
+    taken_[i] = nullptr;
+  }
+}
+
+// Forces first: the socket thread sends them while shapes are packed here.
+void RealtimeLoop::publish() {
+  const TopicSet wanted = link_.wanted.load(std::memory_order_relaxed);
+  const TickReport& report = world_->simulation.report();
+  if (wanted & bit(Topic::force)) publish_forces(report, wanted);
+  if (wanted & bit(Topic::event)) publish_events(report);
+  if (wanted & (bit(Topic::force) | bit(Topic::event))) link_.to_sockets.signal();
+  if (wanted & kShapes) publish_shapes(report, wanted);
+}
+
+// Of so many shapes that the scene asks for, one goes out.
+std::uint64_t RealtimeLoop::shape_decimation() const {
+  const int every = world_->simulation.scene().overrun.publish_every;
+  return overrun_.economizing() ? static_cast<std::uint64_t>(every) : 1;
+}
+
+// With what the loop, not the simulation, left out, if anybody misses it.
+std::uint32_t RealtimeLoop::flags(const TickReport& report, TopicSet wanted) const {
+  const bool reduced = wanted & kShapes && shape_decimation() > 1;
+  return reduced ? report.flags | kPublishingReduced : report.flags;
+}
+
+void RealtimeLoop::publish_forces(const TickReport& report, TopicSet wanted) {
+  const double time_step = world_->hello.time_step;
+  for (std::size_t i = 0; i < report.needles.size(); ++i) {
+    Record* record = room_in(link_.records);
+    if (!record) continue;
+    const NeedleReport& needle = report.needles[i];
+    const double age = needle.command_seq == 0 ? 0 : static_cast<double>(report.tick - needle.command_tick) * time_step;
+    *record = ForceRecord{epoch_,        report.tick,         report.time, age, flags(report, wanted),
+                          report.solver, static_cast<int>(i), needle};
+    link_.records.commit();
+  }
+}
+
+void RealtimeLoop::publish_events(const TickReport& report) {
+  for (const Event& event : report.events) {
+    Record* record = room_in(link_.records);
+    if (!record) continue;
+    *record = EventRecord{epoch_, report.time, event};
+    link_.records.commit();
+  }
+}
+
+void RealtimeLoop::publish_tick(const TickTiming& timing) {
+  const TopicSet wanted = link_.wanted.load(std::memory_order_relaxed);
+  if (!(wanted & bit(Topic::stats))) return;
+  Record* record = room_in(link_.records);
+  if (!record) return;
+  const TickReport& report = world_->simulation.report();
+  *record =
+      TickRecord{timing,          flags(report, wanted), report.rows,         report.sweeps, report.newton_iterations,
+                 report.residual, report.imbalance,      report.largest_force};
+  link_.records.commit();
+  if (!(wanted & bit(Topic::force))) link_.to_sockets.signal();  // else it goes along with the next force
+}
+
+void RealtimeLoop::publish_shapes(const TickReport& report, TopicSet wanted) {
+  const auto due = [&](Topic topic, std::uint64_t ticks_between) {
+    return wanted & bit(topic) && report.tick % (ticks_between * shape_decimation()) == 0;
+  };
+  const bool needles = due(Topic::needle, world_->needle_frame_ticks);
+  const bool tissue = due(Topic::tissue, world_->tissue_frame_ticks);
+  if (needles) publish_needles(report);
+  if (tissue) publish_tissue(report);
+  if (needles || tissue) link_.to_sockets.signal();
+}
+
+void RealtimeLoop::publish_needles(const TickReport& report) {
+  const Simulation& simulation = world_->simulation;
+  for (int i = 0; i < static_cast<int>(world_->hello.needles.size()); ++i) {
+    NeedleFrame* frame = room_in(world_->needle_frames);
+    if (!frame) continue;
+    protocol::NeedleShape& shape = frame->shape;
+    frame->needle = i;
+    shape.epoch = epoch_;
+    shape.tick = report.tick;
+    shape.time = report.time;
+    const auto positions = simulation.needle_positions(i);
+    shape.positions.resize(static_cast<std::size_t>(positions.size()));
+    pack(positions, shape.positions);
+    shape.orientations.clear();
+    for (const Quaternion& q : simulation.needle_orientations(i)) {
+      shape.orientations.insert(shape.orientations.end(), {q.w(), q.x(), q.y(), q.z()});
+    }
+    world_->needle_frames.commit();
+  }
+}
+
+void RealtimeLoop::publish_tissue(const TickReport& report) {
+  protocol::TissueShape* shape = room_in(world_->tissue_frames);
+  if (!shape) return;
+  shape->epoch = epoch_;
+  shape->tick = report.tick;
+  shape->time = report.time;
+  pack(world_->simulation.tissue_positions(), shape->positions);
+  pack_paths(*shape);
+  world_->tissue_frames.commit();
+}
+
+void RealtimeLoop::pack_paths(protocol::TissueShape& shape) {
+  shape.path_points.clear();
+  shape.path_sizes.clear();
+  Matrix3X& points = world_->path_points;
+  for (int path = 0; path < Simulation::max_paths(); ++path) {
+    const int size = world_->simulation.path_positions(path, points);
+    if (size == 0) continue;
+    shape.path_sizes.push_back(size);
+    for (int i = 0; i < size; ++i) {
+      for (int axis = 0; axis < 3; ++axis) shape.path_points.push_back(static_cast<float>(points(axis, i)));
+    }
+  }
+}
+
+template <class T>
+T* RealtimeLoop::room_in(SpscQueue<T>& queue) {
+  T* room = queue.writable();
+  while (!room && options_.lockstep && !link_.stop.load(std::memory_order_relaxed)) {
+    link_.to_sockets.signal();
+    sleep_until(monotonic_now() + kRoomPoll);
+    room = queue.writable();
+  }
+  if (!room) link_.dropped.fetch_add(1, std::memory_order_relaxed);
+  return room;
+}
+
+}  // namespace acus

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The simulation thread: runs the world's ticks on absolute deadlines of CLOCK_MONOTONIC or, in lockstep, when a
+// `step` request asks for them, and passes on what somebody listens to.
+//
+// In real time it never waits for anything but its next deadline, and answers requests meanwhile where that is far; a state for which there is no room is dropped and
+// counted. When a tick's own work is too much, what the scene's `overrun` allows to give way gives way. In lockstep
+// time is the client's: it waits for requests, and for room, so that no state is lost.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+
+#include "server/runtime/delay_histogram.h"
+#include "server/runtime/link.h"
+#include "server/runtime/overrun_policy.h"
+
+namespace acus {
+
+struct LoopOptions {
+  bool lockstep = false;
+  std::uint64_t max_ticks = std::numeric_limits<std::uint64_t>::max();  // after which the loop ends
+};
+
+// How punctual a run in real time was, all its ticks together.
+struct Punctuality {
+  DelayHistogram woke;           // s from when a tick was due to when it began
+  DelayHistogram ended;          // s from when a tick was due to when all it had to say was handed on
+  std::uint64_t late = 0;        // ticks that ended after the next one was due
+  std::uint64_t economized = 0;  // ticks in which something gave way, as their flags say
+};
+
+class RealtimeLoop {
+ public:
+  RealtimeLoop(std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link);
+
+  // Returns when the link says stop, after a shutdown request, or after max_ticks.
+  void run();
+
+  std::uint64_t ticks() const { return ticks_; }  // run so far, over all epochs
+  const Punctuality& punctuality() const { return punctuality_; }
+
+ private:
+  void run_on_deadlines();
+  void wait_until(std::int64_t due);
+  void run_on_requests();
+  bool over() const;
+
+  void take_requests();
+  void handle(Request& request);
+  void replace_world(Request& request);
+  void begin_epoch(std::uint64_t epoch);
+  void acknowledge(const Request& request, std::unique_ptr<LoadedScene> retired = nullptr);
+
+  double tick();
+  void take_commands();
+  void keep_time(const TickTiming& timing, std::int64_t now);
+  void publish();
+  void publish_forces(const TickReport& report, TopicSet wanted);
+  void publish_events(const TickReport& report);
+  void publish_shapes(const TickReport& report, TopicSet wanted);
+  void publish_needles(const TickReport& report);
+  void publish_tissue(const TickReport& report);
+  void pack_paths(protocol::TissueShape& shape);
+  void publish_tick(const TickTiming& timing);
+  std::uint32_t flags(const TickReport& report, TopicSet wanted) const;
+  std::uint64_t shape_decimation() const;
+
+  // Room for one more; null if there is none and it must be dropped, which is counted.
+  template <class T>
+  T* room_in(SpscQueue<T>& queue);
+
+  std::unique_ptr<LoadedScene> world_;
+  const LoopOptions options_;
+  Link& link_;
+  std::array<const EpochCommand*, kMaxBodies> taken_{};  // commands for an epoch that has not begun yet
+  OverrunPolicy overrun_;
+  Punctuality punctuality_;
+  std::uint64_t epoch_ = 0;
+  std::uint64_t ticks_ = 0;
+  bool paused_ = false;
+  bool shut_down_ = false;
+};
+
+}  // namespace acus

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// acus-scene: writes the reference of a scene file's fields.
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "server/scene/scene_reference.h"
+
+namespace {
+
+constexpr const char* kUsage =
+    "usage: acus-scene schema   print the JSON Schema of scene files\n"
+    "       acus-scene tables   print the tables of all fields in Markdown\n"
+    "To check a scene: acus-server SCENE --check\n";
+
+int print_schema() {
+  std::fputs(acus::scene_schema().c_str(), stdout);
+  return 0;
+}
+
+int print_tables() {
+  for (const acus::FieldTable& table : acus::scene_tables()) {
+    std::printf("### %s\n\n%s\n", table.title.c_str(), table.markdown.c_str());
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (arguments.size() == 1 && arguments[0] == "schema") return print_schema();
+  if (arguments.size() == 1 && arguments[0] == "tables") return print_tables();
+  std::fputs(kUsage, stderr);
+  return 2;
+}

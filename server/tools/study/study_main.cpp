@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// acus-study: error against run time, dependence on the mesh, stability at the extremes, as tables.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <string>
+
+#include "server/tools/study/study.h"
+
+namespace {
+
+using namespace acus;
+
+enum ExitCode : int { kDone = 0, kBadCommandLine = 1, kFailed = 3 };
+
+constexpr const char* kDescription =
+    "Runs many simulations in process and writes what they show as CSV tables. scripts/report runs all studies and "
+    "draws the tables.";
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  acus-study --quick --out /tmp/study errors\n"
+    "  acus-study --out out/report stability refinement\n"
+    "  acus-study --out out/report errors --scene steering\n"
+    "\nExit status: 0 done; 1 bad command line; 3 anything else.";
+
+struct StudyCommand {
+  const char* name;
+  const char* meaning;
+  void (*run)(const StudyPlan&);
+};
+
+constexpr StudyCommand kStudies[] = {
+    {"errors", "Errors against a converged reference and run time, over every knob of a scene", study_errors},
+    {"refinement", "Locking and point forces: what depends on the mesh, and what mends it", study_refinement},
+    {"stability", "Extreme cases and their nastiest pairs, each with a verdict", study_stability},
+};
+
+// A line per run, with the time since the start.
+class ProgressLine {
+ public:
+  explicit ProgressLine(std::string study) : study_(std::move(study)) {}
+
+  void tell(int done, int of, const std::string& next) {
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    std::fprintf(stderr, "acus-study %s: %d of %d runs, %.0f s; %s\n", study_.c_str(), done, of, seconds, next.c_str());
+  }
+
+ private:
+  std::string study_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+int run(const StudyCommand& study, StudyPlan plan) {
+  ProgressLine line(study.name);
+  plan.progress = [&line](int done, int of, const std::string& next) { line.tell(done, of, next); };
+  try {
+    study.run(plan);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "acus-study %s: %s\n", study.name, error.what());
+    return kFailed;
+  }
+  return kDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  StudyPlan plan;
+  CLI::App app(kDescription, "acus-study");
+  app.footer(kFooter);
+  app.require_subcommand(1, 0);
+  app.add_flag("--quick", plan.quick, "A short form that still goes through every kind of run");
+  app.add_option("--out", plan.out, "Folder for the tables; made if it is not there")->capture_default_str();
+  app.add_option("--scenes", plan.scenes, "Folder of the project's scenes")->capture_default_str();
+  for (const StudyCommand& study : kStudies) app.add_subcommand(study.name, study.meaning);
+  app.get_subcommand("errors")->add_option("--scene", plan.scene, "Only this one of its scenes")->default_str("all");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kBadCommandLine;
+  }
+  std::error_code trouble;
+  std::filesystem::create_directories(plan.out, trouble);
+  for (const StudyCommand& study : kStudies) {
+    if (!app.got_subcommand(study.name)) continue;
+    if (const int code = run(study, plan); code != kDone) return code;
+  }
+  return kDone;
+}

@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/transport/endpoint.h"
+
+#include <spdlog/spdlog.h>
+
+#include <array>
+
+#include "server/runtime/convert.h"
+#include "server/transport/listening.h"
+
+namespace acus {
+namespace {
+
+using protocol::DecodeError;
+using protocol::ErrorCode;
+using std::chrono::milliseconds;
+
+constexpr double kErrorsPerSecond = 10;            // to one client, about its streams
+constexpr int kMessagesPerTurn = 64;               // received before states have their turn
+constexpr int kRecordsPerTurn = 1024;              // passed on before messages have theirs
+constexpr int kLinger = 1000;                      // ms to deliver the last answers
+constexpr std::int64_t kMaxFrameBytes = 16 << 20;  // beyond it the client is disconnected
+constexpr auto kStatsPeriod = milliseconds(1000);
+constexpr auto kBlockedPoll = milliseconds(1);  // between two tries to send a state that is held back
+
+template <class Message>
+constexpr bool kIsStream = std::is_same_v<Message, protocol::Pose> || std::is_same_v<Message, protocol::Spin>;
+
+bool has_spin(const protocol::Pose& pose) { return pose.spin.has_value(); }
+bool has_spin(const protocol::Spin&) { return true; }
+
+// Whether it is the type of a request, which is always answered.
+template <std::size_t I = 0>
+bool is_request(std::string_view type) {
+  if constexpr (I == std::variant_size_v<protocol::Command>) {
+    return false;
+  } else {
+    using Message = std::variant_alternative_t<I, protocol::Command>;
+    return (!kIsStream<Message> && type == Message::kType) || is_request<I + 1>(type);
+  }
+}
+
+}  // namespace
+
+Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& link)
+    : options_(options),
+      link_(link),
+      commands_(context_, zmq::socket_type::router),
+      publisher_(context_, options.states, options.lockstep),
+      loader_(link.to_sockets, options.rate),
+      published_(&world),
+      commanded_(&world),
+      newest_(static_cast<std::size_t>(world.body_count())),
+      error_limit_(kErrorsPerSecond),
+      stats_begun_(Clock::now()) {
+  commands_.set(zmq::sockopt::linger, kLinger);
+  commands_.set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
+  listen(commands_, "--commands", options.commands);
+}
+
+void Endpoint::run(int signals) {
+  bool finished = false;
+  while (!finished || !all_sent_) {
+    if (wait_for_work(signals)) return;
+    link_.to_sockets.clear();
+    finished = link_.finished.load(std::memory_order_acquire);
+    wanted_ = publisher_.update_subscriptions();
+    link_.wanted.store(wanted_, std::memory_order_relaxed);
+    receive_messages();
+    finish_loading();
+    all_sent_ = pass_on_records();
+    publish_stats();
+  }
+}
+
+// In lockstep the next message is not looked at before the request ahead of it is dealt with.
+bool Endpoint::listening() const { return !options_.lockstep || (waiting_.empty() && !loader_.busy()); }
+
+// Sleeps until something happens or stats are due; true if it is a signal to end.
+bool Endpoint::wait_for_work(int signals) {
+  const auto until_stats = std::chrono::ceil<milliseconds>(stats_begun_ + kStatsPeriod - Clock::now());
+  const auto idle = all_sent_ ? std::max(milliseconds(0), until_stats) : milliseconds(0);
+  std::array<zmq::pollitem_t, 4> items{{{nullptr, signals, ZMQ_POLLIN, 0},
+                                        {nullptr, link_.to_sockets.file(), ZMQ_POLLIN, 0},
+                                        {publisher_.socket().handle(), 0, ZMQ_POLLIN, 0},
+                                        {commands_.handle(), 0, ZMQ_POLLIN, 0}}};
+  zmq::poll(items.data(), listening() ? items.size() : items.size() - 1, blocked_ ? kBlockedPoll : idle);
+  return (items[0].revents & ZMQ_POLLIN) != 0;
+}
+
+// ---- Messages ----
+
+void Endpoint::receive_messages() {
+  for (int i = 0; i < kMessagesPerTurn && listening(); ++i) {
+    if (!receive_message()) return;
+  }
+}
+
+// Frames: identity, an empty one if the client is a REQ, payload. False if no message waits.
+bool Endpoint::receive_message() {
+  zmq::message_t frame, payload;
+  if (!commands_.recv(frame, zmq::recv_flags::dontwait)) return false;
+  Sender sender{frame.to_string(), false, 0};
+  int frames = 0;
+  for (bool more = frame.more(); more; more = payload.more(), ++frames) {
+    if (frames == 1) sender.delimited = payload.size() == 0;
+    [[maybe_unused]] const auto received = commands_.recv(payload, zmq::recv_flags::none);
+  }
+  try {
+    if (frames != (sender.delimited ? 2 : 1)) {
+      throw DecodeError(ErrorCode::invalid_msgpack, "a message must be one frame, or an empty frame and one more");
+    }
+    std::visit([&](const auto& message) { handle(sender, message); },
+               protocol::decode_command(payload.to_string_view()));
+  } catch (const DecodeError& error) {
+    reject(sender, error);
+  }
+  return true;
+}
+
+void Endpoint::reject(const Sender& sender, const DecodeError& error) {
+  ++rejected_;
+  const bool request = error.type && is_request(*error.type);
+  if (!request && !error_limit_.allow(sender.identity, Clock::now())) return;
+  send(sender, protocol::Error{error.seq, error.type, error.code(), error.what()});
+}
+
+template <class Message>
+void Endpoint::reject(const Sender& sender, const Message& message, ErrorCode code, const std::string& sentence) {
+  DecodeError error(code, sentence);
+  error.type = Message::kType;
+  error.seq = message.seq;
+  reject(sender, error);
+}
+
+template <class Message>
+void Endpoint::send(const Sender& sender, const Message& message) {
+  protocol::encode(message, bytes_);
+  const auto more = zmq::send_flags::sndmore | zmq::send_flags::dontwait;
+  if (!commands_.send(zmq::buffer(sender.identity), more)) return;
+  if (sender.delimited) commands_.send(zmq::message_t(), more);
+  commands_.send(zmq::buffer(bytes_), zmq::send_flags::dontwait);
+}
+
+// ---- Requests ----
+
+void Endpoint::handle(const Sender& sender, const protocol::Hello& request) {
+  protocol::HelloReply reply = published_->hello;
+  reply.seq = request.seq;
+  reply.epoch = published_epoch_;
+  reply.lockstep = options_.lockstep;
+  reply.paused = paused_;
+  send(sender, reply);
+}
+
+void Endpoint::handle(const Sender& sender, const protocol::Describe& request) {
+  protocol::DescribeReply reply = published_->describe;
+  reply.seq = request.seq;
+  reply.epoch = published_epoch_;
+  send(sender, reply);
+}
+
+void Endpoint::handle(const Sender& sender, const protocol::Pause& request) {
+  ask_in_real_time(sender, request, Request::Kind::pause);
+}
+
+void Endpoint::handle(const Sender& sender, const protocol::Resume& request) {
+  ask_in_real_time(sender, request, Request::Kind::resume);
+}
+
+void Endpoint::handle(const Sender& sender, const protocol::Reset& request) {
+  ask(sender, request, Request::Kind::reset, [this](Request& reset) { begin_epoch(reset); });
+}
+
+void Endpoint::handle(const Sender& sender, const protocol::Load& request) {
+  if (loader_.busy()) return reject(sender, request, ErrorCode::busy, "another scene is being loaded; try again later");
+  loading_ = request;
+  loading_for_ = sender;
+  loader_.start(request.scene);
+}
+
+void Endpoint::handle(const Sender& sender, const protocol::Step& request) {
+  if (!options_.lockstep) {
+    return reject(sender, request, ErrorCode::wrong_mode, "'step' needs a server that was started with --lockstep");
+  }
+  ask(sender, request, Request::Kind::step, [&](Request& step) { step.ticks = request.ticks; });
+}
+
+void Endpoint::handle(const Sender& sender, const protocol::Shutdown& request) {
+  ask(sender, request, Request::Kind::shutdown, [](Request&) {});
+}
+
+template <class Message>
+void Endpoint::ask_in_real_time(const Sender& sender, const Message& message, Request::Kind kind) {
+  if (options_.lockstep) {
+    const std::string sentence = std::string("in lockstep the world stands still anyway, '") + Message::kType +
+                                 "' needs a server that was started without --lockstep";
+    return reject(sender, message, ErrorCode::wrong_mode, sentence);
+  }
+  ask(sender, message, kind, [](Request&) {});
+}
+
+template <class Message, class Prepare>
+bool Endpoint::ask(const Sender& sender, const Message& message, Request::Kind kind, Prepare&& prepare) {
+  Request* request = link_.requests.writable();
+  if (!request) {
+    reject(sender, message, ErrorCode::busy, "too many requests wait to be carried out; try again later");
+    return false;
+  }
+  request->kind = kind;
+  request->id = ++last_request_;
+  prepare(*request);
+  waiting_[request->id] = {sender.identity, sender.delimited, message.seq};
+  link_.requests.commit();
+  link_.to_simulation.signal();
+  return true;
+}
+
+// What was commanded before ends with its epoch.
+void Endpoint::begin_epoch(Request& request) {
+  request.epoch = ++commanded_epoch_;
+  newest_.assign(static_cast<std::size_t>(commanded_->body_count()), Command{});
+}
+
+void Endpoint::finish_loading() {
+  std::optional<LoadResult> result = loader_.take();
+  if (!result) return;
+  if (!result->world) return reject(loading_for_, loading_, ErrorCode::scene_error, result->error);
+  const bool asked = ask(loading_for_, loading_, Request::Kind::replace_world, [&](Request& request) {
+    commanded_ = result->world.get();
+    begin_epoch(request);
+    request.world = std::move(result->world);
+  });
+  if (!asked) loader_.destroy(std::move(result->world));
+}
+
+void Endpoint::finish_request(Acknowledgement& acknowledgement) {
+  published_epoch_ = acknowledgement.epoch;
+  switch (acknowledgement.kind) {
+    case Request::Kind::pause:
+      paused_ = true;
+      break;
+    case Request::Kind::resume:
+      paused_ = false;
+      break;
+    case Request::Kind::replace_world:
+      published_ = acknowledgement.world;
+      spdlog::info("scene '{}' loaded", published_->hello.scene);
+      loader_.destroy(std::move(acknowledgement.retired));
+      break;
+    case Request::Kind::reset:
+    case Request::Kind::step:
+    case Request::Kind::shutdown:
+      break;
+  }
+  const auto sender = waiting_.extract(acknowledgement.id);
+  send(sender.mapped(),
+       protocol::Done{sender.mapped().seq, acknowledgement.epoch, acknowledgement.tick, acknowledgement.time});
+}
+
+// ---- Streams ----
+
+void Endpoint::handle(const Sender& sender, const protocol::Pose& pose) {
+  update_command(sender, pose, [&](Command& command) {
+    command.pose = Pose{from_wire(pose.position), from_wire(pose.orientation)};
+    if (pose.spin) command.spin = pose.spin;
+  });
+}
+
+void Endpoint::handle(const Sender& sender, const protocol::Spin& spin) {
+  update_command(sender, spin, [&](Command& command) { command.spin = spin.spin; });
+}
+
+template <class Stream, class Change>
+void Endpoint::update_command(const Sender& sender, const Stream& stream, Change&& change) {
+  const int body = commanded_->find_body(stream.needle);
+  if (body < 0) {
+    return reject(sender, stream, ErrorCode::unknown_needle,
+                  "the scene has no needle or guide '" + stream.needle + "'; 'hello' lists them");
+  }
+  if (commanded_->is_guide(body) && has_spin(stream)) {
+    return reject(sender, stream, ErrorCode::bad_value,
+                  "field 'spin' must not be given for '" + stream.needle + "', which is a guide and does not spin");
+  }
+  Command& command = newest_[static_cast<std::size_t>(body)];
+  command.seq = stream.seq;
+  change(command);
+  link_.commands[static_cast<std::size_t>(body)].put({commanded_epoch_, command});
+}
+
+// ---- States ----
+
+// True if nothing is left that the simulation thread said; bounded, so that messages have their turn.
+bool Endpoint::pass_on_records() {
+  for (int i = 0; i < kRecordsPerTurn; ++i) {
+    blocked_ = !publisher_.flush();
+    if (blocked_) return false;
+    Record* record = link_.records.readable();
+    if (!record) return pass_on_frames();
+    if (auto* acknowledgement = std::get_if<Acknowledgement>(record)) {
+      if (!pass_on_frames()) return false;  // an answer comes after all states before it
+      finish_request(*acknowledgement);
+    } else if (const auto* force = std::get_if<ForceRecord>(record)) {
+      publisher_.publish(*force, *published_);
+    } else if (const auto* event = std::get_if<EventRecord>(record)) {
+      publisher_.publish(*event, *published_);
+    } else {
+      statistics_.add(std::get<TickRecord>(*record));
+    }
+    link_.records.release();
+  }
+  return false;
+}
+
+bool Endpoint::pass_on_frames() {
+  while (!(blocked_ = !publisher_.flush())) {
+    if (NeedleFrame* needle = published_->needle_frames.readable()) {
+      publisher_.publish(*needle, *published_);
+      published_->needle_frames.release();
+    } else if (protocol::TissueShape* tissue = published_->tissue_frames.readable()) {
+      publisher_.publish(*tissue);
+      published_->tissue_frames.release();
+    } else {
+      return true;
+    }
+  }
+  return false;
+}
+
+void Endpoint::publish_stats() {
+  const Clock::time_point now = Clock::now();
+  const std::chrono::duration<double> period = now - stats_begun_;
+  if (period < kStatsPeriod || blocked_) return;
+  stats_begun_ = now;
+  protocol::Stats stats = statistics_.take();
+  if (!(wanted_ & bit(Topic::stats))) return;
+  stats.epoch = link_.epoch.load(std::memory_order_relaxed);
+  stats.tick = link_.tick.load(std::memory_order_relaxed);
+  stats.time = static_cast<double>(stats.tick) * published_->hello.time_step;
+  stats.period = period.count();
+  stats.paused = paused_;
+  stats.overruns = link_.overruns.load(std::memory_order_relaxed);
+  stats.rejected = rejected_;
+  stats.dropped = link_.dropped.load(std::memory_order_relaxed);
+  for (int i = 0; i < kTopicCount; ++i) {
+    if (wanted_ & bit(static_cast<Topic>(i))) stats.subscribed.push_back(kTopicNames[i]);
+  }
+  publisher_.publish(stats);
+}
+
+}  // namespace acus

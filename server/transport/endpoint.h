@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The socket thread: serves the commands socket (ROUTER), feeds the publisher, and answers requests once the simulation
+// thread has carried them out. protocol/README.md is what clients may rely on.
+//
+// In lockstep one request is dealt with after the other, and commands between two of them in the order in which they
+// came, so that the same messages give the same run.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+#include <zmq.hpp>
+
+#include "protocol/codec.h"
+#include "server/runtime/link.h"
+#include "server/transport/publisher.h"
+#include "server/transport/rate_limiter.h"
+#include "server/runtime/scene_loader.h"
+#include "server/transport/tick_statistics.h"
+
+namespace acus {
+
+struct EndpointOptions {
+  std::string commands = protocol::kDefaultCommandsEndpoint;
+  std::string states = protocol::kDefaultStatesEndpoint;
+  bool lockstep = false;
+  std::optional<double> rate;  // Hz, instead of that of every scene
+};
+
+class Endpoint {
+ public:
+  // Binds both sockets; throws CannotListen. `world` is the one the simulation thread starts with.
+  Endpoint(LoadedScene& world, const EndpointOptions& options, Link& link);
+
+  std::string commands_endpoint() const { return commands_.get(zmq::sockopt::last_endpoint); }
+  std::string states_endpoint() const { return publisher_.endpoint(); }
+
+  // Serves until the simulation thread has finished and everything it said is sent, or until `signals` (a file
+  // descriptor) becomes readable.
+  void run(int signals);
+
+  std::uint64_t rejected() const { return rejected_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  // Whom to answer, and about what.
+  struct Sender {
+    std::string identity;    // the client's routing frame
+    bool delimited = false;  // whether an empty frame stood before the payload, as REQ sends it
+    std::uint64_t seq = 0;   // of the request
+  };
+
+  bool wait_for_work(int signals);
+  bool listening() const;
+
+  void receive_messages();
+  bool receive_message();
+  void reject(const Sender& sender, const protocol::DecodeError& error);
+  template <class Message>
+  void reject(const Sender& sender, const Message& message, protocol::ErrorCode code, const std::string& sentence);
+  template <class Message>
+  void send(const Sender& sender, const Message& message);
+
+  void handle(const Sender& sender, const protocol::Hello& request);
+  void handle(const Sender& sender, const protocol::Describe& request);
+  void handle(const Sender& sender, const protocol::Pause& request);
+  void handle(const Sender& sender, const protocol::Resume& request);
+  void handle(const Sender& sender, const protocol::Reset& request);
+  void handle(const Sender& sender, const protocol::Load& request);
+  void handle(const Sender& sender, const protocol::Step& request);
+  void handle(const Sender& sender, const protocol::Shutdown& request);
+  void handle(const Sender& sender, const protocol::Pose& pose);
+  void handle(const Sender& sender, const protocol::Spin& spin);
+
+  // Sends a request to the simulation thread and remembers whom to answer; prepare(request) fills in what the kind
+  // needs. False, and an error to the client, if too many wait already.
+  template <class Message, class Prepare>
+  bool ask(const Sender& sender, const Message& message, Request::Kind kind, Prepare&& prepare);
+  template <class Message>
+  void ask_in_real_time(const Sender& sender, const Message& message, Request::Kind kind);
+  void begin_epoch(Request& request);
+
+  // Calls change(command) on the body's newest command and passes it to the simulation thread.
+  template <class Stream, class Change>
+  void update_command(const Sender& sender, const Stream& stream, Change&& change);
+
+  void finish_loading();
+  bool pass_on_records();
+  bool pass_on_frames();
+  void finish_request(Acknowledgement& acknowledgement);
+  void publish_stats();
+
+  const EndpointOptions options_;
+  Link& link_;
+  zmq::context_t context_;
+  zmq::socket_t commands_;
+  Publisher publisher_;
+  SceneLoader loader_;
+
+  LoadedScene* published_;        // the world whose states come out
+  const LoadedScene* commanded_;  // the world that commands go to: the same, or one on its way to the simulation thread
+  std::uint64_t published_epoch_ = 0;
+  std::uint64_t commanded_epoch_ = 0;
+  std::vector<Command> newest_;  // per body of commanded_: pose and spin together, whichever message they came in
+  bool paused_ = false;
+
+  std::uint64_t last_request_ = 0;
+  std::unordered_map<std::uint64_t, Sender> waiting_;  // requests with the simulation thread
+  protocol::Load loading_;                             // the request that the loader works on,
+  Sender loading_for_;                                 // and whose it is
+
+  RateLimiter error_limit_;
+  std::uint64_t rejected_ = 0;
+  TopicSet wanted_ = 0;
+  TickStatistics statistics_;
+  Clock::time_point stats_begun_;
+  bool blocked_ = false;   // the publisher holds a state back
+  bool all_sent_ = false;  // nothing that the simulation thread said so far waits
+  std::string bytes_;      // the encoded answer, reused
+};
+
+}  // namespace acus

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/transport/publisher.h"
+
+#include <spdlog/spdlog.h>
+
+#include <random>
+
+#include "protocol/codec.h"
+#include "server/runtime/convert.h"
+#include "server/transport/listening.h"
+
+namespace acus {
+namespace {
+
+constexpr int kQueuedStates = 4096;  // per subscriber
+constexpr int kLinger = 200;         // ms to deliver what is queued at the end
+constexpr auto kPatience = std::chrono::seconds(10);
+constexpr int kMaxNotices = 256;                // taken in at a time
+constexpr std::int64_t kMaxNoticeBytes = 1024;  // beyond it the subscriber is disconnected
+constexpr const char* kAskingEndpoint = "inproc://subscriptions";
+
+std::string random_mark() {
+  std::random_device random;
+  std::string mark = "?";
+  for (int i = 0; i < 4; ++i) mark += std::to_string(random());
+  return mark;
+}
+
+}  // namespace
+
+Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, bool lockstep)
+    : socket_(context, zmq::socket_type::xpub), asking_(context, zmq::socket_type::sub), subscriptions_(random_mark()) {
+  socket_.set(zmq::sockopt::sndhwm, kQueuedStates);
+  socket_.set(zmq::sockopt::linger, kLinger);
+  socket_.set(zmq::sockopt::xpub_nodrop, lockstep);
+  socket_.set(zmq::sockopt::maxmsgsize, kMaxNoticeBytes);
+  socket_.bind(kAskingEndpoint);
+  asking_.set(zmq::sockopt::linger, 0);
+  asking_.connect(kAskingEndpoint);
+  listen(socket_, "--states", endpoint);
+}
+
+TopicSet Publisher::update_subscriptions() {
+  zmq::message_t notice;
+  for (int i = 0; i < kMaxNotices && socket_.recv(notice, zmq::recv_flags::dontwait); ++i) {
+    subscriptions_.apply(notice.to_string_view());
+  }
+  ask_about_doubts();
+  return subscriptions_.wanted();
+}
+
+// The answer is among the next notices.
+void Publisher::ask_about_doubts() {
+  const auto prefixes = subscriptions_.begin_question();
+  if (prefixes.empty()) return;
+  asking_.set(zmq::sockopt::subscribe, subscriptions_.mark());
+  for (const std::string& prefix : prefixes) {
+    asking_.set(zmq::sockopt::subscribe, prefix);
+    asking_.set(zmq::sockopt::unsubscribe, prefix);
+  }
+  asking_.set(zmq::sockopt::unsubscribe, subscriptions_.mark());
+}
+
+bool Publisher::flush() {
+  if (!held_topic_ || try_to_send(held_topic_, bytes_)) {
+    held_topic_ = nullptr;
+    return true;
+  }
+  if (std::chrono::steady_clock::now() - held_since_ < kPatience) return false;
+  spdlog::warn("a subscriber took no states for {} s; states that it has no room for are dropped from here on",
+               kPatience.count());
+  socket_.set(zmq::sockopt::xpub_nodrop, false);
+  return flush();
+}
+
+void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
+  const NeedleReport& needle = record.report;
+  const Quaternion base_from_world = needle.base.orientation.conjugate();
+  protocol::Force force;
+  force.epoch = record.epoch;
+  force.tick = record.tick;
+  force.time = record.time;
+  force.needle = world.hello.needles[static_cast<std::size_t>(record.needle)].name;
+  force.seq = needle.command_seq;
+  force.age = record.age;
+  force.phase = to_wire(needle.phase);
+  force.depth = needle.inserted_depth;
+  force.base_position = to_wire(needle.base.position);
+  force.base_orientation = to_wire(needle.base.orientation);
+  force.spin = needle.spin;
+  force.tip_position = to_wire(needle.tip_position);
+  force.tip_force = to_wire(needle.tip_force);
+  force.base_force = to_wire(needle.base_force);
+  force.base_torque = to_wire(needle.base_torque);
+  force.base_force_in_base = to_wire(base_from_world * needle.base_force);
+  force.base_torque_in_base = to_wire(base_from_world * needle.base_torque);
+  force.cutting_force = to_wire(needle.cutting_force);
+  force.friction_force = to_wire(needle.friction_force);
+  force.lateral_force = to_wire(needle.lateral_force);
+  force.guide_force = to_wire(needle.guide_force);
+  force.solver = to_wire(record.solver);
+  force.flags = record.flags;
+  encode_and_send(force);
+}
+
+void Publisher::publish(const EventRecord& record, const LoadedScene& world) {
+  const Event& event = record.event;
+  encode_and_send(protocol::Event{record.epoch, event.tick, record.time,
+                                  world.hello.needles[static_cast<std::size_t>(event.needle)].name, to_wire(event.kind),
+                                  world.describe.regions[static_cast<std::size_t>(event.region)],
+                                  to_wire(event.position), event.force});
+}
+
+void Publisher::publish(NeedleFrame& frame, const LoadedScene& world) {
+  frame.shape.needle = world.hello.needles[static_cast<std::size_t>(frame.needle)].name;
+  encode_and_send(frame.shape);
+}
+
+void Publisher::publish(const protocol::TissueShape& shape) { encode_and_send(shape); }
+void Publisher::publish(const protocol::Stats& stats) { encode_and_send(stats); }
+
+template <class Message>
+void Publisher::encode_and_send(const Message& message) {
+  protocol::encode(message, bytes_);
+  if (try_to_send(Message::kType, bytes_)) return;
+  held_topic_ = Message::kType;
+  held_since_ = std::chrono::steady_clock::now();
+}
+
+// Only a lockstep socket ever says that there is no room, and it says so before the first frame is taken.
+bool Publisher::try_to_send(const char* topic, const std::string& bytes) {
+  const auto more = zmq::send_flags::sndmore | zmq::send_flags::dontwait;
+  if (!socket_.send(zmq::buffer(std::string_view(topic)), more)) return false;
+  socket_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
+  return true;
+}
+
+}  // namespace acus

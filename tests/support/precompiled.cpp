@@ -1,0 +1,2 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Carries the precompiled headers that the tests of the simulation use.
