@@ -12,6 +12,8 @@
 #include <variant>
 #include <vector>
 
+#include "protocol/enums.h"
+
 namespace acus::protocol {
 
 inline constexpr int kVersion = 1;
@@ -22,9 +24,6 @@ inline constexpr const char* kDefaultStatesEndpoint = "tcp://127.0.0.1:5751";
 inline constexpr std::size_t kMaxCommandBytes = std::size_t{1} << 20;  // 1 MiB, of one message to the server
 inline constexpr std::size_t kMaxStateBytes = std::size_t{1} << 30;    // 1 GiB, of one message to a client
 inline constexpr std::uint32_t kMaxStepTicks = 100000;                 // of one `step` request
-inline constexpr double kQuaternionTolerance = 1e-3;                   // accepted error of a quaternion's length
-inline constexpr double kMaxPosition = 100;                            // m, of a commanded position along each axis
-inline constexpr double kMaxSpin = 1e6;                                // rad, of a commanded spin
 
 using Vector3 = std::array<double, 3>;  // x, y, z
 
@@ -32,103 +31,6 @@ struct Quaternion {  // unit; travels as the array [w, x, y, z]
   double w = 1, x = 0, y = 0, z = 0;
   bool operator==(const Quaternion&) const = default;
 };
-
-// Why a message was rejected; travels as the enumerator's name.
-enum class ErrorCode : std::uint8_t {
-  truncated,            // ends in the middle of a value
-  trailing_bytes,       // goes on after its map
-  oversized,            // more bytes than a message may have
-  too_complex,          // nested deeper, or more elements in one array or map, than any message needs
-  invalid_msgpack,      // bytes that msgpack does not define, or a wrong number of frames
-  not_a_map,            // a value, but no map
-  wrong_version,        // `v` is not the protocol version spoken here
-  unknown_type,         // `type` names no message
-  missing_field,        // a field that must be there is not
-  wrong_field_type,     // a field of another type or shape than the contract says
-  not_finite,           // NaN or infinity
-  not_unit_quaternion,  // length off 1 by more than kQuaternionTolerance
-  bad_value,            // right type, outside the range
-  unknown_needle,       // the scene has no needle or guide of that name
-  wrong_mode,           // `step` in real time, or `pause` and `resume` in lockstep
-  scene_error,          // `load`: the scene cannot be used; the old one goes on
-  busy                  // too many requests are waiting, or a scene is being loaded already; try again
-};
-inline constexpr std::array<const char*, 17> kErrorCodeNames{"truncated",
-                                                             "trailing_bytes",
-                                                             "oversized",
-                                                             "too_complex",
-                                                             "invalid_msgpack",
-                                                             "not_a_map",
-                                                             "wrong_version",
-                                                             "unknown_type",
-                                                             "missing_field",
-                                                             "wrong_field_type",
-                                                             "not_finite",
-                                                             "not_unit_quaternion",
-                                                             "bad_value",
-                                                             "unknown_needle",
-                                                             "wrong_mode",
-                                                             "scene_error",
-                                                             "busy"};
-
-// Where a needle's tip is; travels as the enumerator's name.
-enum class Phase : std::uint8_t {
-  free,     // outside, touching nothing
-  contact,  // on the surface, not through it
-  inside,   // in the tissue
-  through   // out again on another side, the shaft still inside
-};
-inline constexpr std::array<const char*, 4> kPhaseNames{"free", "contact", "inside", "through"};
-
-// What happened to a needle; travels as the enumerator's name.
-enum class EventKind : std::uint8_t {
-  contact,    // the tip touched a surface, or inside the tissue a border between regions that holds it
-  release,    // the tip left it without having gone through it
-  puncture,   // the tip went through a surface and began a new path
-  crossing,   // the tip went from one region into another, inside the tissue
-  reentry,    // the tip went back into a path that was cut before, by either end
-  exit,       // the tip came out on another side
-  withdrawal, // the tip came out backwards, through the mouth of its path
-  intrusion   // the tip was found in the tissue without having punctured it; a path was opened along its way
-};
-inline constexpr std::array<const char*, 8> kEventKindNames{"contact", "release", "puncture",   "crossing",
-                                                            "reentry", "exit",    "withdrawal", "intrusion"};
-
-// What solved the laws of a tick; travels as the enumerator's name.
-enum class LawSolver : std::uint8_t { gauss_seidel, direct };
-inline constexpr std::array<const char*, 2> kLawSolverNames{"gauss_seidel", "direct"};
-
-constexpr const auto& names_of(ErrorCode) { return kErrorCodeNames; }
-constexpr const auto& names_of(Phase) { return kPhaseNames; }
-constexpr const auto& names_of(EventKind) { return kEventKindNames; }
-constexpr const auto& names_of(LawSolver) { return kLawSolverNames; }
-
-template <class Enum>
-constexpr const char* name_of(Enum value) {
-  return names_of(value)[static_cast<std::size_t>(value)];
-}
-
-// Bits of `flags` in states: trouble that a client should know of.
-enum Flag : std::uint32_t {
-  kLawsNotConverged = 1u << 0,    // the laws' residual is above the scene's tolerance
-  kNewtonNotConverged = 1u << 1,  // the tissue's last change is above the scene's tolerance
-  kTangentProjected = 1u << 2,    // an indefinite tangent was replaced by its positive part
-  kRowsDropped = 1u << 3,         // more constraint points than the capacity fixed at load
-  kPathFull = 1u << 4,            // a path reached its capacity and stopped recording
-  kNotFinite = 1u << 5,           // a number stopped being finite; the state was held at the last good tick
-  kSolverFellBack = 1u << 6,      // the direct solver of the laws found no answer; Gauss-Seidel gave this one
-  kSweepsCapped = 1u << 7,        // ticks came late: the laws' solver stopped at the scene's overrun.max_sweeps
-  kIterationsCapped = 1u << 8,    // likewise, iterations or repeats at overrun.max_iterations
-  kPublishingReduced = 1u << 9,   // likewise, only one of overrun.publish_every shapes goes out
-  kStepLimited = 1u << 10,        // the tick's last step was cut, or still turned a needle far
-  kElementsInverted = 1u << 11,   // the tissue is crushed: a tetrahedron is turned inside out
-  kTipFoundInside = 1u << 12      // a tip stood in the tissue without a path; one was opened along its way
-};
-inline constexpr std::array<const char*, 13> kFlagNames{
-    "laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",
-    "path_full",          "not_finite",           "solver_fell_back",  "sweeps_capped",
-    "iterations_capped",  "publishing_reduced",   "step_limited",      "elements_inverted",
-    "tip_found_inside"};
 
 // ---- Requests: client to server on the commands socket, each answered once ----
 

@@ -166,7 +166,7 @@ void SparseCholesky::forward(Eigen::Ref<VectorX> x) const {
   std::visit([&](const auto& values) {
     for (int s = 0; s < static_cast<int>(tree_.panels.size()); ++s) {
       const PanelTree::Panel& panel = tree_.panels[s];
-      const int* rows = &tree_.rows[panel.first_row];
+      const int* rows = tree_.rows.data() + panel.first_row;
       double* columns = x.data() + panel.first;
       double* below = std::copy_n(columns, panel.columns, w);
       std::fill_n(below, panel.below + kTileRows, 0.0);
@@ -182,7 +182,7 @@ void SparseCholesky::backward(Eigen::Ref<VectorX> x) const {
   std::visit([&](const auto& values) {
     for (int s = static_cast<int>(tree_.panels.size()) - 1; s >= 0; --s) {
       const PanelTree::Panel& panel = tree_.panels[s];
-      const int* rows = &tree_.rows[panel.first_row];
+      const int* rows = tree_.rows.data() + panel.first_row;
       double* columns = x.data() + panel.first;
       double* below = std::copy_n(columns, panel.columns, w);
       for (int i = 0; i < panel.below; ++i) below[i] = x[rows[i]];

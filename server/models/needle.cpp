@@ -84,6 +84,12 @@ NeedleState make_needle_state(const NeedleModel& model, const Pose& base) {
   return state;
 }
 
+void put_shape(const NeedleState& state, NeedleShape& shape) {
+  shape.x = state.x;
+  shape.frames.resize(state.q.size());
+  for (std::size_t i = 0; i < state.q.size(); ++i) shape.frames[i] = state.q[i].toRotationMatrix();
+}
+
 NeedleBeam needle_beam(const NeedleModel& model, const NeedleShape& shape, int e) {
   NeedleBeam beam{model.stiffness, {shape.x.col(e), shape.frames[e]}, {shape.x.col(e + 1), shape.frames[e + 1]}};
   if (e < model.straight_beams) return beam;
@@ -157,19 +163,17 @@ Vector12 curve_torque(const CurvePoint& c, const Vector3& torque) {
 NeedleMotion::NeedleMotion(const NeedleModel& model, double h, int max_rows)
     : model_(model), h_(h), compliance_(model.beams, max_rows) {
   const auto nodes = static_cast<std::size_t>(model.nodes());
-  shape_.x.setZero(3, model.nodes());
-  shape_.frames.assign(nodes, Matrix3::Identity());
-  q_.assign(nodes, Quaternion::Identity());
-  x_rigid_ = shape_.x;
-  q_rigid_ = q_;
+  iterate_.shape.x.setZero(3, model.nodes());
+  iterate_.shape.frames.assign(nodes, Matrix3::Identity());
+  iterate_.q.assign(nodes, Quaternion::Identity());
+  rigid_ = trial_ = iterate_;
   material_.assign(static_cast<std::size_t>(model.beams), Matrix12::Zero());
   g_.setZero(6, model.nodes());
+  trial_g_ = g_;
   const int free_nodes = model.rigid ? 0 : model.beams;
   if (free_nodes > 0) matrix_.resize(free_nodes);
   dq_free_.setZero(6 * free_nodes);
   dq_ = applied_ = dq_free_;
-  from_shape_ = shape_;
-  from_q_ = q_;
   rows_.reserve(static_cast<std::size_t>(max_rows));
 }
 
@@ -177,43 +181,42 @@ void NeedleMotion::begin(const NeedleState& state, const Pose& base) {
   const Quaternion turn = base.orientation * state.q[0].conjugate();
   const Vector3 pivot = state.x.col(0);
   for (int i = 0; i < model_.nodes(); ++i) {
-    shape_.x.col(i) = base.position + turn * (state.x.col(i) - pivot);
-    q_[i] = (turn * state.q[i]).normalized();
-    shape_.frames[i] = q_[i].toRotationMatrix();
+    iterate_.shape.x.col(i) = base.position + turn * (state.x.col(i) - pivot);
+    iterate_.q[i] = (turn * state.q[i]).normalized();
+    iterate_.shape.frames[i] = iterate_.q[i].toRotationMatrix();
   }
-  x_rigid_ = shape_.x;
-  q_rigid_ = q_;
+  rigid_ = iterate_;
   at_rigid_ = true;
   if (model_.rayleigh_stiffness == 0 || model_.rigid) return;
   for (int e = 0; e < model_.beams; ++e) {
-    const NeedleBeam beam = needle_beam(model_, shape_, e);
+    const NeedleBeam beam = needle_beam(model_, rigid_.shape, e);
     material_[e] = beam_material_tangent(beam.stiffness, beam.a, beam.b);
   }
 }
 
 // A beam's turn from q_0 to q, the mean of its nodes'.
-Matrix3 NeedleMotion::beam_turn(int e) const {
-  const Vector3 first = rotation_log(q_[e] * q_rigid_[e].conjugate());
-  const Vector3 second = rotation_log(q_[e + 1] * q_rigid_[e + 1].conjugate());
+Matrix3 NeedleMotion::beam_turn(const Configuration& at, int e) const {
+  const Vector3 first = rotation_log(at.q[e] * rigid_.q[e].conjugate());
+  const Vector3 second = rotation_log(at.q[e + 1] * rigid_.q[e + 1].conjugate());
   return rotation_exp((first + second) / 2).toRotationMatrix();
 }
 
 // beta K_m (q - q_0)/h of a beam, K_m turned along. The turn is no part of what is damped: a needle that does not
 // follow its base's spin is not pushed by it.
-Vector12 NeedleMotion::beam_damping_force(int e, const Matrix12& turned_material) const {
-  const Matrix3 turn = beam_turn(e);
-  const Vector3 stretch = shape_.x.col(e + 1) - shape_.x.col(e) - turn * (x_rigid_.col(e + 1) - x_rigid_.col(e));
+Vector12 NeedleMotion::beam_damping_force(const Configuration& at, int e, const Matrix12& turned_material) const {
+  const Matrix3 turn = beam_turn(at, e);
+  const Matrix3X &x = at.shape.x, &x_rigid = rigid_.shape.x;
+  const Vector3 stretch = x.col(e + 1) - x.col(e) - turn * (x_rigid.col(e + 1) - x_rigid.col(e));
   const Quaternion back(turn.transpose());
   Vector12 moved;
-  moved << -stretch / 2, rotation_log(q_[e] * (back.conjugate() * q_rigid_[e]).conjugate()), stretch / 2,
-      rotation_log(q_[e + 1] * (back.conjugate() * q_rigid_[e + 1]).conjugate());
+  moved << -stretch / 2, rotation_log(at.q[e] * (back.conjugate() * rigid_.q[e]).conjugate()), stretch / 2,
+      rotation_log(at.q[e + 1] * (back.conjugate() * rigid_.q[e + 1]).conjugate());
   return model_.rayleigh_stiffness / h_ * turned_material * moved;
 }
 
-// K_m of a beam, turned from q_0 to q.
-Matrix12 NeedleMotion::turned_material(int e) const {
-  if (at_rigid_) return material_[e];
-  const Matrix3 turn = beam_turn(e);
+// K_m of a beam, turned from q_0 to a configuration.
+Matrix12 NeedleMotion::turned_material(const Configuration& at, int e) const {
+  const Matrix3 turn = beam_turn(at, e);
   Matrix12 turned;
   for (int i = 0; i < 12; i += 3)
     for (int j = 0; j < 12; j += 3) turned.block<3, 3>(i, j) = turn * material_[e].block<3, 3>(i, j) * turn.transpose();
@@ -223,13 +226,13 @@ Matrix12 NeedleMotion::turned_material(int e) const {
 void NeedleMotion::add_beams(bool exact) {
   const double damping = model_.rayleigh_stiffness / h_;
   for (int e = 0; e < model_.beams; ++e) {
-    const auto [stiffness, a, b] = needle_beam(model_, shape_, e);
+    const auto [stiffness, a, b] = needle_beam(model_, iterate_.shape, e);
     Vector12 force = beam_forces(stiffness, a, b);
     Matrix12 tangent = exact ? beam_tangent(stiffness, a, b) : beam_material_tangent(stiffness, a, b);
     if (damping > 0) {
-      const Matrix12 material = turned_material(e);
+      const Matrix12 material = at_rigid_ ? material_[e] : turned_material(iterate_, e);
       tangent += damping * material;
-      if (!at_rigid_) force += beam_damping_force(e, material);
+      if (!at_rigid_) force += beam_damping_force(iterate_, e, material);
     }
     g_.col(e) += force.head<6>();
     g_.col(e + 1) += force.tail<6>();
@@ -243,25 +246,25 @@ void NeedleMotion::add_beams(bool exact) {
   }
 }
 
-// g at the current configuration.
-void NeedleMotion::put_residual(const NeedleState& state) {
-  g_.setZero();
+// g at a configuration other than q_0.
+void NeedleMotion::put_residual(const NeedleState& state, const Configuration& at, Matrix6X& g) const {
+  g.setZero();
   for (int e = 0; e < model_.beams; ++e) {
-    const auto [stiffness, a, b] = needle_beam(model_, shape_, e);
+    const auto [stiffness, a, b] = needle_beam(model_, at.shape, e);
     Vector12 force = beam_forces(stiffness, a, b);
-    if (model_.rayleigh_stiffness > 0) force += beam_damping_force(e, turned_material(e));
-    g_.col(e) += force.head<6>();
-    g_.col(e + 1) += force.tail<6>();
+    if (model_.rayleigh_stiffness > 0) force += beam_damping_force(at, e, turned_material(at, e));
+    g.col(e) += force.head<6>();
+    g.col(e + 1) += force.tail<6>();
   }
-  for (int i = 0; i < model_.nodes(); ++i) g_.col(i) += inertia_force(state, i);
+  for (int i = 0; i < model_.nodes(); ++i) g.col(i) += inertia_force(state, at, i);
 }
 
 // M((q - q_n)/h - v_n)/h + alpha M (q - q_n)/h - p at one node.
-Vector6 NeedleMotion::inertia_force(const NeedleState& state, int i) const {
+Vector6 NeedleMotion::inertia_force(const NeedleState& state, const Configuration& at, int i) const {
   const double alpha = model_.rayleigh_mass;
-  const Vector3 velocity = (shape_.x.col(i) - state.x.col(i)) / h_;
-  const Vector3 spin = rotation_log(q_[i] * state.q[i].conjugate()) / h_;
-  const Vector3 t = shape_.frames[i].col(0);
+  const Vector3 velocity = (at.shape.x.col(i) - state.x.col(i)) / h_;
+  const Vector3 spin = rotation_log(at.q[i] * state.q[i].conjugate()) / h_;
+  const Vector3 t = at.shape.frames[i].col(0);
   const Vector3 torque = (spin - state.v.col(i).tail<3>()) / h_ + alpha * spin;
   Vector6 f;
   f << model_.mass[i] * ((velocity - state.v.col(i).head<3>()) / h_ + alpha * velocity - model_.gravity),
@@ -273,9 +276,9 @@ Vector6 NeedleMotion::inertia_force(const NeedleState& state, int i) const {
 void NeedleMotion::add_inertia(const NeedleState& state) {
   const double factor = 1 / (h_ * h_) + model_.rayleigh_mass / h_;
   for (int i = 0; i < model_.nodes(); ++i) {
-    g_.col(i) += inertia_force(state, i);
+    g_.col(i) += inertia_force(state, iterate_, i);
     if (i == 0) continue;
-    const Vector3 t = shape_.frames[i].col(0);
+    const Vector3 t = iterate_.shape.frames[i].col(0);
     Matrix6& block = matrix_.diagonal[i - 1];
     block.topLeftCorner<3, 3>().diagonal().array() += factor * model_.mass[i];
     block.bottomRightCorner<3, 3>().diagonal().array() += factor * model_.inertia_transverse[i];
@@ -286,7 +289,7 @@ void NeedleMotion::add_inertia(const NeedleState& state) {
 
 // A force and a moment on a node, as a force and a moment on node 0.
 Vector6 NeedleMotion::about_base(int node, const Vector6& wrench) const {
-  const Vector3 arm = shape_.x.col(node) - shape_.x.col(0), force = wrench.head<3>();
+  const Vector3 arm = iterate_.shape.x.col(node) - iterate_.shape.x.col(0), force = wrench.head<3>();
   Vector6 moved = wrench;
   moved.tail<3>() += arm.cross(force);
   return moved;
@@ -295,7 +298,7 @@ Vector6 NeedleMotion::about_base(int node, const Vector6& wrench) const {
 bool NeedleMotion::linearize(const NeedleState& state) {
   if (model_.rigid) {
     g_.setZero();
-    for (int i = 0; i < model_.nodes(); ++i) g_.col(0) += about_base(i, inertia_force(state, i));
+    for (int i = 0; i < model_.nodes(); ++i) g_.col(0) += about_base(i, inertia_force(state, iterate_, i));
     return true;
   }
   bool exact = true;
@@ -359,8 +362,6 @@ void NeedleMotion::solve(std::span<const double> lambda) {
   matrix_.backward(dq_);
   dq_ += dq_free_;
   reaction_ = g_.col(0) + base_coupling_ * dq_.head<6>() - on_base;
-  from_shape_.x = shape_.x;
-  from_q_ = q_;
 }
 
 bool NeedleMotion::turns_far() const {
@@ -371,48 +372,58 @@ bool NeedleMotion::turns_far() const {
 
 double NeedleMotion::trusted_share(const NeedleState& state) {
   if (!turns_far()) return 1;
-  const auto slope = [&] { return g_.rightCols(model_.beams).reshaped().dot(dq_) - applied_.dot(dq_); };
-  const double descent = -slope();
+  const auto slope = [&](const Matrix6X& g) { return g.rightCols(model_.beams).reshaped().dot(dq_) - applied_.dot(dq_); };
+  const double descent = -slope(g_);
   double share = 1;
   for (int i = 0; i < kMaxTrials; ++i) {
-    move(share);
-    put_residual(state);
-    const double end = slope();
+    go(share, trial_);
+    put_residual(state, trial_, trial_g_);
+    const double end = slope(trial_g_);
     if (end <= descent) break;
     share = cut_share(share, descent, end);
   }
   return share;
 }
 
-double NeedleMotion::move(double share) {
-  if (model_.rigid) return 0;
-  double largest = 0;
+// From q_k by a share of the step; `to` may be q_k itself.
+void NeedleMotion::go(double share, Configuration& to) const {
+  to.shape.x.col(0) = iterate_.shape.x.col(0);
+  to.q[0] = iterate_.q[0];
+  to.shape.frames[0] = iterate_.shape.frames[0];
   for (int i = 1; i < model_.nodes(); ++i) {
     const Vector6 step = share * dq_.segment<6>(6 * (i - 1));
-    shape_.x.col(i) = from_shape_.x.col(i) + step.head<3>();
-    q_[i] = (rotation_exp(step.tail<3>()) * from_q_[i]).normalized();
-    shape_.frames[i] = q_[i].toRotationMatrix();
-    largest = std::max(largest, step.head<3>().cwiseAbs().maxCoeff());
+    to.shape.x.col(i) = iterate_.shape.x.col(i) + step.head<3>();
+    to.q[i] = (rotation_exp(step.tail<3>()) * iterate_.q[i]).normalized();
+    to.shape.frames[i] = to.q[i].toRotationMatrix();
   }
+}
+
+double NeedleMotion::move(double share) {
+  assert(share > 0 && share <= 1);
+  if (model_.rigid) return 0;
+  go(share, iterate_);
   at_rigid_ = false;
+  double largest = 0;
+  for (int i = 0; i < model_.beams; ++i)
+    largest = std::max(largest, (share * dq_.segment<3>(6 * i)).cwiseAbs().maxCoeff());
   return largest;
 }
 
 Vector3 NeedleMotion::inertia_less_weight(const NeedleState& state) const {
   Vector3 sum = Vector3::Zero();
-  for (int i = 0; i < model_.nodes(); ++i) sum += inertia_force(state, i).head<3>();
+  for (int i = 0; i < model_.nodes(); ++i) sum += inertia_force(state, iterate_, i).head<3>();
   return sum;
 }
 
 void NeedleMotion::commit(NeedleState& state) const {
   for (int i = 0; i < model_.nodes(); ++i) {
-    state.v.col(i).head<3>() = (shape_.x.col(i) - state.x.col(i)) / h_;
-    state.v.col(i).tail<3>() = rotation_log(q_[i] * state.q[i].conjugate()) / h_;
-    state.x.col(i) = shape_.x.col(i);
-    state.q[i] = q_[i];
+    state.v.col(i).head<3>() = (iterate_.shape.x.col(i) - state.x.col(i)) / h_;
+    state.v.col(i).tail<3>() = rotation_log(iterate_.q[i] * state.q[i].conjugate()) / h_;
+    state.x.col(i) = iterate_.shape.x.col(i);
+    state.q[i] = iterate_.q[i];
   }
 }
 
-bool NeedleMotion::finite() const { return shape_.x.allFinite() && reaction_.allFinite() && dq_.allFinite(); }
+bool NeedleMotion::finite() const { return iterate_.shape.x.allFinite() && reaction_.allFinite() && dq_.allFinite(); }
 
 }  // namespace acus

@@ -73,8 +73,15 @@ Pose rest_pose(const NeedleModel& model, double s);
 // Where the needle is and how it moves; velocities are (linear, angular), world.
 struct NeedleState {
   Matrix3X x;                     // 3 x nodes (m)
-  std::vector<Quaternion> q;      // nodes
+  std::vector<Quaternion> q;      // nodes, unit
   Matrix6X v;                     // 6 x nodes (m/s, rad/s)
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("x", self.x);
+    visit("q", self.q);
+    visit("v", self.v);
+  }
 };
 
 // Unloaded and at rest: straight, or its arc, from the base along the base's +x axis.
@@ -85,6 +92,9 @@ struct NeedleShape {
   Matrix3X x;
   std::vector<Matrix3> frames;
 };
+
+// The shape of a state.
+void put_shape(const NeedleState& state, NeedleShape& shape);
 
 // A beam of the needle as beam_element.h takes it: straight when unloaded, along the chord.
 struct NeedleBeam {
@@ -146,8 +156,7 @@ class NeedleMotion {
   // Whether a node turns by more than kLargeTurn in the step: too far for a linearisation that is made but once.
   bool turns_far() const;
   // The share of the step, in (0, 1], that the forces at its end bear out: a beam that turns by theta in a step is
-  // stretched by L theta²/2, of which the linearisation knows nothing. As in tissue_motion.h, with every term of g. Leaves
-  // the configuration anywhere on the step; move() follows.
+  // stretched by L theta²/2, of which the linearisation knows nothing. As in tissue_motion.h, with every term of g.
   double trusted_share(const NeedleState& state);
   // Moves by a share of the step and returns the largest change of a position (m).
   double move(double share);
@@ -168,36 +177,40 @@ class NeedleMotion {
   void commit(NeedleState& state) const;
   bool finite() const;
 
-  const NeedleShape& shape() const { return shape_; }
+  const NeedleShape& shape() const { return iterate_.shape; }
 
  private:
+  struct Configuration {
+    NeedleShape shape;
+    std::vector<Quaternion> q;
+  };
+
   void add_beams(bool exact);
-  Matrix3 beam_turn(int beam) const;
-  Matrix12 turned_material(int beam) const;
-  Vector12 beam_damping_force(int beam, const Matrix12& turned_material) const;
-  void put_residual(const NeedleState& state);
+  Matrix3 beam_turn(const Configuration& at, int beam) const;
+  Matrix12 turned_material(const Configuration& at, int beam) const;
+  Vector12 beam_damping_force(const Configuration& at, int beam, const Matrix12& turned_material) const;
+  void put_residual(const NeedleState& state, const Configuration& at, Matrix6X& g) const;
   void add_inertia(const NeedleState& state);
-  Vector6 inertia_force(const NeedleState& state, int node) const;
+  Vector6 inertia_force(const NeedleState& state, const Configuration& at, int node) const;
   Vector6 about_base(int node, const Vector6& wrench) const;
   Vector6 add_row_forces(std::span<const double> lambda);
+  void go(double share, Configuration& to) const;
 
   const NeedleModel& model_;
   double h_;
-  NeedleShape shape_;                       // q_k
-  std::vector<Quaternion> q_;               // orientations of q_k
-  Matrix3X x_rigid_;                        // q_0
-  std::vector<Quaternion> q_rigid_;
+  Configuration iterate_;                   // q_k
+  Configuration rigid_;                     // q_0
+  Configuration trial_;                     // at the end of a share of the step
   std::vector<Matrix12> material_;          // K_m per beam at q_0
   bool at_rigid_ = true;                    // q_k is still q_0
   Matrix6X g_;                              // residual per node; of a rigid needle all of it in column 0
+  Matrix6X trial_g_;                        // likewise, at trial_
   BlockTridiagonal matrix_;                 // nodes 1..n; of a rigid needle empty, like dq and dq_free
   Matrix6 base_coupling_;                   // A(0, 1)
   NeedleCompliance compliance_;
   std::vector<BeamRow> rows_;
   VectorX dq_free_, dq_;
   VectorX applied_;                         // Hᵀ lambda on the free nodes
-  NeedleShape from_shape_;                  // q_k before the step
-  std::vector<Quaternion> from_q_;
   Vector6 reaction_ = Vector6::Zero();
 };
 

@@ -34,13 +34,12 @@ RestStiffness::RestStiffness(const TissueModel& model) : mesh_(*model.mesh) {
     }
   }
   start_.push_back(static_cast<int>(blocks_.size()));
-  displacement_.setZero(3, model.nodes());
 }
 
-void RestStiffness::forces(const Matrix3X& x, Matrix3X& forces) {
-  displacement_ = x - mesh_.nodes;
-  forces.setZero();
-  const double* all = displacement_.data();
+void RestStiffness::forces(const Matrix3X& x, Matrix3X& displacement, Matrix3X& forces) const {
+  displacement = x - mesh_.nodes;
+  forces.setZero(3, mesh_.node_count());
+  const double* all = displacement.data();
   double* result = forces.data();
   for (int row = 0; row < mesh_.node_count(); ++row) {
     const double* u = all + 3 * row;

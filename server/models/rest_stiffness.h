@@ -13,8 +13,9 @@ class RestStiffness {
  public:
   explicit RestStiffness(const TissueModel& model);
 
-  // forces = K0 (x - X), 3 x nodes (N), overwritten: what must be applied from outside.
-  void forces(const Matrix3X& x, Matrix3X& forces);
+  // forces = K0 (x - X), 3 x nodes (N), overwritten: what must be applied from outside. `displacement` (3 x nodes) is
+  // scratch.
+  void forces(const Matrix3X& x, Matrix3X& displacement, Matrix3X& forces) const;
 
  private:
   struct Block {
@@ -25,7 +26,6 @@ class RestStiffness {
   const TetrahedralMesh& mesh_;
   std::vector<int> start_;  // per node, its first block; the end behind the last
   std::vector<Block> blocks_;
-  Matrix3X displacement_;   // scratch (m)
 };
 
 }  // namespace acus

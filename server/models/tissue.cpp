@@ -2,6 +2,7 @@
 #include "server/models/tissue.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace acus {
@@ -94,19 +95,24 @@ TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> 
 }
 
 TissueState make_tissue_state(const TissueModel& model) {
-  return {model.mesh->nodes, Matrix3X::Zero(3, model.nodes())};
+  TissueState state;
+  state.x = model.mesh->nodes;
+  state.v.setZero(3, model.nodes());
+  state.rotations = ElementRotations(model);
+  return state;
 }
 
-void ElementRotations::reset(const TissueModel& model) {
-  batches.resize(model.batches.size());
+ElementRotations::ElementRotations(const TissueModel& model) : batches(model.batches.size()) {
   for (Batch& b : batches) {
     b.q[0] = Lanes{} + 1.0;
     b.q[1] = b.q[2] = b.q[3] = Lanes{};
   }
-  x.setZero(4, model.nodes());
-  forces.setZero(4, model.nodes());
-  patches.setZero(model.pressure.patches());
 }
+
+ElementScratch::ElementScratch(const TissueModel& model)
+    : x(Matrix4X::Zero(4, model.nodes())),
+      forces(Matrix4X::Zero(4, model.nodes())),
+      patches(VectorX::Zero(model.pressure.patches())) {}
 
 namespace {
 
@@ -121,7 +127,7 @@ void add_to_nodes(const ElementBatch& batch, const Lanes (&force)[4][3], double*
 // Nodal forces of all elements from nodal vectors, into scratch.forces: element(batch number, nodal vectors, forces)
 // does eight at a time.
 template <class Element>
-void sum_over_elements(const TissueModel& model, const Matrix3X& x, ElementRotations& scratch, Element element) {
+void sum_over_elements(const TissueModel& model, const Matrix3X& x, ElementScratch& scratch, Element element) {
   scratch.x.topRows<3>() = x;
   scratch.forces.setZero();
   const double* position = scratch.x.data();
@@ -152,8 +158,8 @@ Real edge_determinant(const Real (&x)[4][3]) {
 
 // The same for elements that return their volume strain, to which the patches then answer.
 template <class Element>
-void sum_with_patches(const TissueModel& model, const Matrix3X& x, ElementRotations& scratch, bool damping,
-                      Element element) {
+void sum_with_patches(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations,
+                      ElementScratch& scratch, bool damping, Element element) {
   const NodalPressure& pressure = model.pressure;
   VectorX& patches = scratch.patches;
   patches.setZero();
@@ -164,29 +170,38 @@ void sum_with_patches(const TissueModel& model, const Matrix3X& x, ElementRotati
   if (damping) patches.array() *= pressure.damping.array();
   for (std::size_t b = 0; b < model.batches.size(); ++b) {
     Lanes force[4][3];
-    pressure_forces(model.batches[b].shape, mean_pressure(pressure, b, patches), scratch.batches[b].q, force);
+    pressure_forces(model.batches[b].shape, mean_pressure(pressure, b, patches), rotations.batches[b].q, force);
     add_to_nodes(model.batches[b], force, scratch.forces.data());
   }
 }
 
 }  // namespace
 
-void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces) {
+bool elastic_forces(const TissueModel& model, const Matrix3X& x, const ElementRotations& start,
+                    ElementRotations& rotations, ElementScratch& scratch, Matrix3X& forces) {
+  assert(start.batches.size() == model.batches.size() && rotations.batches.size() == model.batches.size());
   LaneMask upright = Lanes{} == Lanes{};
   const auto element = [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
     upright &= edge_determinant(local) > 0.0;
+    rotations.batches[b] = start.batches[b];
     return corotational_forces(model.batches[b].shape, local, rotations.batches[b].q, force);
   };
   if (model.pressure.patches() == 0) {
-    sum_over_elements(model, x, rotations, element);
+    sum_over_elements(model, x, scratch, element);
   } else {
-    sum_with_patches(model, x, rotations, false, element);
+    sum_with_patches(model, x, rotations, scratch, false, element);
   }
-  rotations.inverted = !all(upright);
-  forces = rotations.forces.topRows<3>();
+  forces = scratch.forces.topRows<3>();
+  return !all(upright);
 }
 
-void damping_forces(const TissueModel& model, const Matrix3X& v, ElementRotations& rotations, Matrix3X& forces) {
+bool elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces) {
+  ElementScratch scratch(model);
+  return elastic_forces(model, x, rotations, rotations, scratch, forces);
+}
+
+void damping_forces(const TissueModel& model, const Matrix3X& v, const ElementRotations& rotations,
+                    ElementScratch& scratch, Matrix3X& forces) {
   const auto element = [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
     const Lanes rate = turned_stiffness_forces(model.batches[b].shape, local, rotations.batches[b].q, force);
     for (auto& node : force)
@@ -194,11 +209,11 @@ void damping_forces(const TissueModel& model, const Matrix3X& v, ElementRotation
     return rate;
   };
   if (model.pressure.patches() == 0) {
-    sum_over_elements(model, v, rotations, element);
+    sum_over_elements(model, v, scratch, element);
   } else {
-    sum_with_patches(model, v, rotations, true, element);
+    sum_with_patches(model, v, rotations, scratch, true, element);
   }
-  forces = rotations.forces.topRows<3>();
+  forces = scratch.forces.topRows<3>();
 }
 
 double elastic_energy(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations) {

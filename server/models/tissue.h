@@ -54,36 +54,82 @@ inline void gather_nodes(const Matrix3X& x, const std::array<int, 4>& nodes, dou
     for (int i = 0; i < 3; ++i) out[k][i] = x(i, nodes[k]);
 }
 
-struct TissueState {
-  Matrix3X x;  // 3 x nodes (m), world
-  Matrix3X v;  // 3 x nodes (m/s)
-};
-
-TissueState make_tissue_state(const TissueModel& model);
-
 // Rotation of every element as quaternions (w, x, y, z), in batches; the warm start of the next evaluation.
 struct ElementRotations {
   struct Batch {
     Lanes q[4];
   };
   std::vector<Batch> batches;
-  Matrix4X x, forces;  // scratch of elastic_forces(): four numbers per node, the last unused
-  VectorX patches;     // scratch: per patch, its change of volume (m³), then its pressure (Pa)
-  bool inverted = false;  // an element was flat or inside out at the last elastic_forces()
 
-  void reset(const TissueModel& model);
+  ElementRotations() = default;
+  explicit ElementRotations(const TissueModel& model);  // none is turned
+
   void element(int tetrahedron, double (&q)[4]) const {
     const Batch& b = batches[static_cast<std::size_t>(tetrahedron / kLanes)];
     for (int k = 0; k < 4; ++k) q[k] = b.q[k][tetrahedron % kLanes];
   }
 };
 
-// forces = dPsi/dx of the whole mesh (3 x nodes, N), overwritten; rotations and `inverted` updated.
-void elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces);
+// A tick's first step, as the next tick needs it to judge where it has ended (tissue_motion.h).
+struct TissueStep {
+  double share = 0;    // of the step that was gone; 0: there is nothing to judge
+  double descent = 0;  // d (J)
+  double work = 0;     // of the elastic forces at the step's start over all of it (J)
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("share", self.share);
+    visit("descent", self.descent);
+    visit("work", self.work);
+  }
+};
+
+struct TissueState {
+  Matrix3X x;                   // 3 x nodes (m), world
+  Matrix3X v;                   // 3 x nodes (m/s)
+  ElementRotations rotations;   // at the last evaluation
+  TissueStep step;              // the last tick's
+  int guarded = 0;              // linearisations to come in which steps are looked at
+  // Of the last tick, for its balance of forces (N, world), which the next one completes.
+  Vector3 support = Vector3::Zero();  // by the supports, but for the elastic part
+  Vector3 inertia = Vector3::Zero();  // M a and mass-proportional drag of the free nodes
+  bool moved = false;                 // there has been a tick
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("x", self.x);
+    visit("v", self.v);
+    visit("rotations", self.rotations.batches);
+    visit("step", self.step);
+    visit("guarded", self.guarded);
+    visit("support", self.support);
+    visit("inertia", self.inertia);
+    visit("moved", self.moved);
+  }
+};
+
+// At rest, no element turned.
+TissueState make_tissue_state(const TissueModel& model);
+
+// Memory for one evaluation of the elements.
+struct ElementScratch {
+  Matrix4X x, forces;  // four numbers per node, the last unused
+  VectorX patches;     // per patch, its change of volume (m³), then its pressure (Pa)
+
+  explicit ElementScratch(const TissueModel& model);
+};
+
+// forces = dPsi/dx of the whole mesh (3 x nodes, N), overwritten, and the elements' rotations found from those of `start`,
+// which may be the same. Returns whether an element was flat or inside out.
+bool elastic_forces(const TissueModel& model, const Matrix3X& x, const ElementRotations& start,
+                    ElementRotations& rotations, ElementScratch& scratch, Matrix3X& forces);
+// The same, for once.
+bool elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces);
 
 // forces = R beta K0 Rᵀ v of the whole mesh (3 x nodes, N), overwritten, with the elements' rotations as they are: what
 // must be applied from outside to move the nodes at v (3 x nodes, m/s) against the damping of the stiffness.
-void damping_forces(const TissueModel& model, const Matrix3X& v, ElementRotations& rotations, Matrix3X& forces);
+void damping_forces(const TissueModel& model, const Matrix3X& v, const ElementRotations& rotations,
+                    ElementScratch& scratch, Matrix3X& forces);
 
 // Elastic energy (J).
 double elastic_energy(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations);

@@ -4,16 +4,11 @@
 //   A dx = -g(x_k) + Hᵀ lambda
 //   g(x) = M((x - x_n)/h - v_n)/h + f(x) + B (x - x_n)/h - p
 //
-// Matrix `constant` (rung linear): f(x) = K0 (x - X), A = A0 = M/h² + B0/h + K0, factorised once.
-// Matrix `turned` (rungs warped, refined): A = R A0 Rᵀ with R the nodes' rotations and exact forces f, so the resting
-// shape is that of the corotational model itself. Residual and rows are turned into the rest frame (Rᵀ), the answer
-// back. One linearisation is a tick of rung warped; repeated, the steps are those of a quasi-Newton method.
-// Matrix `refactorized` (rung exact): A = M/h² + B/h + K(x_k) reassembled and refactorised at every call, K the exact
-// Hessian (R K0 Rᵀ where that is indefinite), B = alpha M + beta R K0 Rᵀ at the start of the tick; the caller repeats
-// to convergence.
-//
-// A matrix that is factorised once is kept in single precision (panel_values.h) unless that moves a test displacement
-// by more than kSinglePrecisionError, as it can where materials differ by many orders of magnitude.
+// with A of tissue_system.h. Matrix `constant`: f(x) = K0 (x - X). Matrix `turned`: A = R A0 Rᵀ with R the nodes' rotations
+// and exact forces f, so the resting shape is that of the corotational model itself; residual and rows are turned into
+// the rest frame (Rᵀ), the answer back. One linearisation is a tick of rung warped; repeated, the steps are those of a
+// quasi-Newton method. Matrix `refactorized`: A = M/h² + B/h + K(x_k) at every call, K the exact Hessian (R K0 Rᵀ where
+// that is indefinite), B = alpha M + beta R K0 Rᵀ at the start of the tick.
 //
 // With y = L⁻¹ (-g) the rows (tissue_rows.h) enter as dx = L⁻ᵀ (y + Y S lambda).
 //
@@ -28,6 +23,9 @@
 // node moves far for its element, where a repeated step is no shorter than the one before, and for kGuardedTicks after a
 // step whose end, known in the next tick, was too steep. The damping of the first step is that of a turned A, by the
 // largest beta, which is never too small; otherwise that of the elements, as in g.
+//
+// Everything here is scratch of one tick, from begin() to commit(). What lasts is TissueState. The corridor is a cache:
+// no result depends on what it holds.
 #pragma once
 
 #include <optional>
@@ -35,25 +33,18 @@
 #include <vector>
 
 #include "server/models/material_point.h"
-#include "server/models/rest_stiffness.h"
-#include "server/models/tissue.h"
-#include "server/models/tissue_assembler.h"
 #include "server/models/tissue_rows.h"
+#include "server/models/tissue_system.h"
 
 namespace acus {
 
-enum class TissueMatrix { constant, turned, refactorized };
-
 class TissueMotion {
  public:
-  static constexpr double kSinglePrecisionError = 1e-4;  // -
-  static constexpr double kLargeStep = 0.1;              // -, of the mean element size, to be looked at
-  static constexpr int kGuardedTicks = 100;              // linearisations
-  static constexpr int kMaxTrials = 8;                   // of shares, in one step
+  static constexpr int kGuardedTicks = 100;  // linearisations
+  static constexpr int kMaxTrials = 8;       // of shares, in one step
 
-  // `max_nodes`: the most nodes that rows of one tick touch. Throws std::runtime_error if the factorisation fails. A
-  // model without free nodes is no tissue: nothing is computed.
-  TissueMotion(const TissueModel& model, double h, TissueMatrix matrix, int max_rows, int max_nodes);
+  // `max_nodes`: the most nodes that rows of one tick touch. The system must outlive this.
+  TissueMotion(const TissueSystem& system, int max_rows, int max_nodes);
   TissueMotion(const TissueMotion&) = delete;
   TissueMotion& operator=(const TissueMotion&) = delete;
 
@@ -62,7 +53,7 @@ class TissueMotion {
   // True unless an indefinite Hessian was replaced.
   bool linearize(const TissueState& state);
 
-  void clear_rows();
+  void clear_rows() { rows_->clear(); }
   // Adds a row whose unit force acts on the tissue as `force` at a point; -1 if the corridor is full.
   int add_row(const TissuePoint& point, const Vector3& force);
   // Adds a row whose unit force turns the material of a tetrahedron by a couple `torque` (m): the nodal forces
@@ -72,11 +63,13 @@ class TissueMotion {
   int add_empty_row();
   // Adds W_t (m/N) of all rows, in the order in which they were added, to the lower triangle of W, and their free
   // displacements (m) to `delta`.
-  void add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta);
+  void add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta) { rows_->add_compliance(y_, W, delta); }
 
   // Makes ready what rows on a tetrahedron will need, one node at a call, and keeps what there is from being given away
   // soon; false if all is there or there is no room.
   bool prepare(int tetrahedron);
+  // Forgets the compliance that is kept.
+  void clear_corridor() { rows_->corridor().clear(); }
 
   // Solves with the rows' forces (N).
   void solve(std::span<const double> lambda);
@@ -89,23 +82,14 @@ class TissueMotion {
     solve(lambda);
     return move(1);
   }
+  // Takes the tick over into the state.
   void commit(TissueState& state);
-  bool finite() const { return x_.allFinite(); }
+  bool finite() const { return x_.allFinite() && step_.allFinite(); }
   bool inverted() const { return inverted_; }  // an element was, at any linearize() since begin()
 
   const Matrix3X& x() const { return x_; }  // x_k (m)
-  std::size_t factor_entries() const { return factor_.factor_entries(); }
-  Precision precision() const { return factor_.precision(); }
+  Precision precision() const { return factor().precision(); }
   int corridor_nodes() const { return rows_->corridor().capacity(); }
-  int longest_column() const { return factor_.tree().longest_way; }  // entries of a column that the corridor keeps
-
-  // Energy of the rung's own elastic forces at x (3 x nodes, m), in J.
-  double elastic_energy(const Matrix3X& x);
-
-  // Forget everything that a run has left behind (rotations, corridor).
-  void reset();
-  // Forget what the last tick has left behind; the corridor's columns stay right.
-  void restart();
 
   // Sums for the balance of forces (N, world). The elastic part of the supports' force is known only at the next
   // linearize(), which evaluates the elements there; balance() then speaks of the tick before.
@@ -117,15 +101,14 @@ class TissueMotion {
   const Balance& balance() const { return balance_; }
 
  private:
-  bool empty() const { return model_.free_nodes.empty(); }
-  void factorize_rest();
+  const SparseCholesky& factor() const { return own_factor_ ? *own_factor_ : system_.factor; }
+  bool is(TissueMatrix matrix) const { return system_.matrix == matrix; }
   void begin_row();
   bool add_node(int node, const Vector3& force);
   bool add_part(const MaterialPoint& point, const Vector3& force);
-  void evaluate();
-  double resistance(bool first);
-  bool overshot();
-  double slope(double share, const Matrix3X& forces) const;
+  void evaluate(const TissueState& state);
+  void judge_step(const TissueStep& first);
+  double resistance(const Matrix3X& step, double descent, const ElementRotations& rotations, bool first);
   void put_residual(const TissueState& state);
   void evaluate_damping(const TissueState& state);
   bool refactorize();
@@ -133,49 +116,42 @@ class TissueMotion {
     return {rotations_(0, node), rotations_(1, node), rotations_(2, node), rotations_(3, node)};
   }
   Vector3 to_factor(int node, const Vector3& world) const {
-    return matrix_ == TissueMatrix::turned ? Vector3(rotation(node).conjugate() * world) : world;
+    return is(TissueMatrix::turned) ? Vector3(rotation(node).conjugate() * world) : world;
   }
-  auto in_factor(int free) { return y_.segment<3>(position_[static_cast<std::size_t>(free)]); }
+  auto in_factor(int free) { return y_.segment<3>(system_.position[static_cast<std::size_t>(free)]); }
 
+  const TissueSystem& system_;
   const TissueModel& model_;
-  double h_;
-  TissueMatrix matrix_;
-  bool damped_;                          // beta is not zero everywhere
-  TissueAssembler assembler_;
-  SparseCholesky factor_;
-  std::vector<int> position_;            // per free node, of its first unknown in the factor
-  std::optional<RestStiffness> stiffness_;  // constant
-  std::optional<TissueRows> rows_;       // made once there is a factor
-  SparseMatrix damping_;                 // refactorized: beta K of this tick, lower triangle
-  SparseMatrix system_;                  // refactorized: A
-  std::vector<int> beside_supports_;     // free nodes that a matrix entry couples to a fixed one
-  std::vector<Matrix3> damping_sums_;    // for each of them, sum over free rows of beta K0
-  Vector3 weight_;                       // of the free nodes (N)
-  Matrix3X x_;                           // x_k
-  Matrix3X elastic_;                     // dPsi/dx at x_k
-  Matrix3X step_;                        // dx, zero for fixed nodes (m)
-  double descent_ = 0;                   // d (J)
-  double last_descent_ = 0;              // of the iteration before in this tick, infinite in the first (J)
-  double resistance_ = 0;                // dxᵀ (M/h² + B/h) dx (J)
-  double share_ = 0;                     // of a tick's first step that was gone, until its end has been judged
-  int guarded_ = 0;                      // linearisations in which steps are looked at
-  double large_step_;                    // m
+  std::optional<SparseCholesky> own_factor_;  // refactorized
+  std::optional<TissueRows> rows_;            // made once there is a factor
+
+  // The iterate.
+  int iteration_ = 0;                         // of this tick, those done
+  Matrix3X x_;                                // x_k
+  Matrix3X elastic_;                          // dPsi/dx at x_k
+  ElementRotations element_rotations_;        // there
+  ElementRotations start_rotations_;          // of the tick, from its second iteration on
+  Matrix4X rotations_;                        // turned: of the nodes
+  VectorX y_;                                 // in the factor's order
   bool inverted_ = false;
-  double largest_damping_ = 0;           // s, largest beta
-  Matrix3X trial_x_, trial_forces_;      // at the end of a share of the step; the latter also at the step's start
+
+  // The step.
+  Matrix3X step_;                             // dx, zero for fixed nodes (m)
+  double descent_ = 0;                        // d (J)
+  double last_descent_ = 0;                   // of the iteration before in this tick, infinite in the first (J)
+  TissueStep first_;                          // what the state will remember of the tick's first step
+  int guarded_ = 0;                           // linearisations in which steps are looked at
+
+  // Memory.
+  ElementScratch elements_;
+  Matrix3X trial_x_, trial_forces_;           // at the end of a share of the step
   ElementRotations trial_rotations_;
-  ElementRotations element_rotations_;
-  ElementRotations start_rotations_;     // of the tick, from its second iteration on
-  Matrix4X rotations_;                   // turned: of the nodes
-  VectorX y_;                            // in the factor's order
-  Matrix3X velocity_;                    // of the nodes in this tick
-  Matrix3X damping_force_;               // of the damping of the stiffness, from the tick's second iteration on
-  std::vector<Vector3> on_fixed_;        // per row, the sum of its forces on fixed nodes, world
-  int iteration_ = 0;                    // of this tick, those done
-  Vector3 pending_support_ = Vector3::Zero();  // support force of the last tick but for its elastic part
-  Balance pending_;
-  Balance balance_;
+  Matrix3X velocity_;                         // of the nodes in this tick; also a displacement, for constant
+  Matrix3X damping_force_;                    // of the damping of the stiffness, from the tick's second iteration on
+  SparseMatrix damping_, matrix_;             // refactorized: beta K of this tick, lower triangle; A
+  std::vector<Vector3> on_fixed_;             // per row, the sum of its forces on fixed nodes, world
   Vector3 lambda_on_fixed_ = Vector3::Zero();
+  Balance balance_;
 };
 
 }  // namespace acus

@@ -21,10 +21,9 @@
 
 namespace acus {
 
-// Bounds of the workspace and of a needle's spin, of scenes as of commands: positions lie within +-kMaxPosition (m) along
-// each axis of the world, the spin within +-kMaxSpin (rad).
-inline constexpr double kMaxPosition = 100;
-inline constexpr double kMaxSpin = 1e6;
+// Of the workspace and of a needle's spin, in scenes as in commands.
+using protocol::kMaxPosition;
+using protocol::kMaxSpin;
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -103,13 +102,9 @@ struct Region : Volume {
 
 // The pressure of a region's tissue on a shaft (Pa): as given, or 2 G = E/(1 + nu), which Lamé's solution for a
 // cylindrical hole in an unbounded body needs to widen the hole by its own radius.
-double shaft_pressure(const Region& region);
-
-// What a mesh of edge length h cannot give way around a shaft of diameter d (m²/N, displacement per force per length):
-// the force of the shaft is spread over elements, as if it were h thick. Kelvin's line load in plane strain gives
-//
-//   1/k = (3 - 4 nu)/(8 pi G (1 - nu)) ln(h/d),   zero where h <= d.
-double foundation_compliance(const Material& material, double h, double d);
+inline double shaft_pressure(const Region& region) {
+  return region.interaction.pressure.value_or(region.material.young_modulus / (1 + region.material.poisson_ratio));
+}
 
 // Where two regions meet. A pair without an entry holds the tip with the puncture force of the region it goes into.
 struct Interface {

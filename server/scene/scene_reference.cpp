@@ -31,7 +31,7 @@ std::string value_text(const Value& value) {
   if constexpr (std::is_arithmetic_v<Value>) {
     return format_number(static_cast<double>(value));
   } else if constexpr (std::is_enum_v<Value>) {
-    return name_of(value);
+    return acus::name_of(value);
   } else if constexpr (std::is_same_v<Value, std::string>) {
     return value;
   } else {

@@ -2,6 +2,7 @@
 #include "server/simulation/base_motion.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "server/math/rotation.h"
@@ -10,19 +11,15 @@ namespace acus {
 
 namespace {
 
-constexpr double kUnitTolerance = 1e-3;  // of an orientation's length
 constexpr double kLeastTau = 1e-9;       // s; distances over shorter times may be no numbers
+constexpr double kMaxTurn = 3;           // rad of spin in a tick: less than half a turn, or nobody could tell which way
 
 double used_tau(double smoothing) { return smoothing < kLeastTau ? 0 : smoothing; }
 
 // Written so that not-a-number is out of range.
 bool in_range(const Pose& pose) {
   return pose.position.array().isFinite().all() && pose.position.cwiseAbs().maxCoeff() <= kMaxPosition &&
-         std::abs(pose.orientation.norm() - 1) <= kUnitTolerance;
-}
-
-bool in_range(const Command& command) {
-  return (!command.pose || in_range(*command.pose)) && (!command.spin || std::abs(*command.spin) <= kMaxSpin);
+         std::abs(pose.orientation.norm() - 1) <= protocol::kQuaternionTolerance;
 }
 
 double length(double x) { return std::abs(x); }
@@ -30,7 +27,7 @@ double length(const Vector3& x) { return x.norm(); }
 
 // One tick of the follower for the distance e = x - target; returns the step of x and updates the velocity.
 template <class Value>
-Value follow(const Value& e, Value& velocity, double tau, double max_speed, double h) {
+Value approach(const Value& e, Value& velocity, double tau, double max_speed, double h) {
   Value step;
   if (tau > 0) {
     // e(t) = (e0 + (v0 + e0/tau) t) exp(-t/tau)
@@ -55,63 +52,53 @@ Value follow(const Value& e, Value& velocity, double tau, double max_speed, doub
 
 }  // namespace
 
-BaseMotion::BaseMotion(const Needle& p, double h)
-    : start_(p.base),
-      tau_(used_tau(p.smoothing)),
-      max_speed_(p.max_speed),
-      max_angular_speed_(p.max_angular_speed),
-      max_spin_speed_(p.max_spin_speed),
-      h_(h) {
-  reset();
+bool in_range(const Command& command) {
+  return (!command.pose || in_range(*command.pose)) && (!command.spin || std::abs(*command.spin) <= kMaxSpin);
 }
 
-BaseMotion::BaseMotion(const Guide& p, double h)
-    : start_(p.pose),
-      tau_(used_tau(p.smoothing)),
-      max_speed_(p.max_speed),
-      max_angular_speed_(p.max_angular_speed),
-      max_spin_speed_(0),
-      h_(h) {
-  reset();
+void merge(std::optional<Command>& pending, const Command& newer) {
+  if (!pending) pending.emplace();
+  pending->seq = newer.seq;
+  if (newer.pose) pending->pose = newer.pose;
+  if (newer.spin) pending->spin = newer.spin;
 }
 
-void BaseMotion::reset() {
-  pending_.reset();
-  target_ = pose_ = start_;
-  target_spin_ = spin_ = spin_velocity_ = 0;
-  velocity_.setZero();
-  angular_velocity_.setZero();
-  seq_ = command_tick_ = 0;
+BaseLimits base_limits(const Needle& p) {
+  return {used_tau(p.smoothing), p.max_speed, p.max_angular_speed, p.max_spin_speed};
 }
 
-bool BaseMotion::command(const Command& command) {
-  if (!in_range(command)) return false;
-  if (!pending_) pending_.emplace();
-  pending_->seq = command.seq;
-  if (command.pose) pending_->pose = command.pose;
-  if (command.spin) pending_->spin = command.spin;
-  return true;
+BaseLimits base_limits(const Guide& p) { return {used_tau(p.smoothing), p.max_speed, p.max_angular_speed, 0}; }
+
+Pose BaseState::spun_pose() const {
+  return {pose.position, (pose.orientation * rotation_exp({spin, 0, 0})).normalized()};
 }
 
-Pose BaseMotion::advance(std::uint64_t tick) {
-  if (pending_) {
-    if (pending_->pose) target_ = *pending_->pose;
-    if (pending_->spin) target_spin_ = *pending_->spin;
-    seq_ = pending_->seq;
-    command_tick_ = tick;
-    pending_.reset();
+BaseState base_at(const Pose& pose) {
+  BaseState base;
+  base.pose = base.target = pose;
+  return base;
+}
+
+BaseState follow(const BaseLimits& limits, double h, const BaseState& base, const std::optional<Command>& newest,
+                 std::uint64_t tick) {
+  assert(h > 0);
+  BaseState next = base;
+  if (newest) {
+    if (newest->pose) next.target = *newest->pose;
+    if (newest->spin) next.target_spin = *newest->spin;
+    next.command_seq = newest->seq;
+    next.command_tick = tick;
   }
-  const double tau = tau_;
-  pose_.position +=
-      follow<Vector3>(pose_.position - target_.position, velocity_, tau, max_speed_, h_);
-  const Vector3 turned = rotation_log(pose_.orientation * target_.orientation.conjugate());
-  const Vector3 turn = follow<Vector3>(turned, angular_velocity_, tau, max_angular_speed_, h_);
+  next.pose.position +=
+      approach<Vector3>(next.pose.position - next.target.position, next.velocity, limits.tau, limits.max_speed, h);
+  const Vector3 turned = rotation_log(next.pose.orientation * next.target.orientation.conjugate());
+  const Vector3 turn =
+      approach<Vector3>(turned, next.angular_velocity, limits.tau, limits.max_angular_speed, h);
   // turned and the step share an axis but for what is left of an earlier motion; compose exactly.
-  pose_.orientation = (rotation_exp(turned + turn) * target_.orientation).normalized();
-  // A tick turns by less than half a turn, or nobody could tell which way.
-  const double max_spin_speed = std::min(max_spin_speed_, 3.0 / h_);
-  spin_ += follow<double>(spin_ - target_spin_, spin_velocity_, tau, max_spin_speed, h_);
-  return {pose_.position, (pose_.orientation * rotation_exp({spin_, 0, 0})).normalized()};
+  next.pose.orientation = (rotation_exp(turned + turn) * next.target.orientation).normalized();
+  const double max_spin_speed = std::min(limits.max_spin_speed, kMaxTurn / h);
+  next.spin += approach<double>(next.spin - next.target_spin, next.spin_velocity, limits.tau, max_spin_speed, h);
+  return next;
 }
 
 }  // namespace acus

@@ -8,25 +8,31 @@
 #include <algorithm>
 #include <cstdint>
 #include <utility>
-#include <vector>
 
+#include "server/math/bounded.h"
 #include "server/models/material_point.h"
 
 namespace acus {
 
 struct Path {
-  std::vector<MaterialPoint> vertices;  // capacity reserved at load
+  Bounded<MaterialPoint> vertices;
   MaterialPoint end;
-  double spacing = 0;    // m, between vertices: that of the needle which cut it first
-  double head = 0;       // m, length of the cut from the mouth to the next vertex
-  double tail = 0;       // m, from the last vertex to the end, as it was when it was cut
-  bool exited = false;   // the end is a second mouth
-  int needle = -1;       // the needle that is in it, -1 if none
+  double spacing = 0;      // m, between vertices: that of the needle which cut it first
+  double head = 0;         // m, length of the cut from the mouth to the next vertex
+  double tail = 0;         // m, from the last vertex to the end, as it was when it was cut
+  bool exited = false;     // the end is a second mouth
+  int needle = -1;         // the needle that is in it, -1 if none
   std::uint64_t left = 0;  // tick in which the last needle left it
+
+  Path() = default;
+  explicit Path(int capacity) : vertices(static_cast<std::size_t>(capacity)) {}
 
   bool empty() const { return vertices.empty(); }
   int points() const { return empty() ? 0 : static_cast<int>(vertices.size()) + 1; }
-  const MaterialPoint& point(int i) const { return i + 1 < points() ? vertices[i] : end; }
+  const MaterialPoint& point(int i) const {
+    assert(i >= 0 && i < points());
+    return i + 1 < points() ? vertices[static_cast<std::size_t>(i)] : end;
+  }
 
   // A new path that is nothing but its mouth.
   void begin(const MaterialPoint& mouth, double vertex_spacing) {
@@ -40,10 +46,23 @@ struct Path {
 
   // A path that is open at both ends, seen from the other end.
   void turn_round() {
+    assert(exited && !empty());
     std::reverse(vertices.begin(), vertices.end());  // the mouth is last
     std::swap(vertices.back(), end);                 // and becomes the end; the old end stands in its place
     std::rotate(vertices.begin(), vertices.end() - 1, vertices.end());
     if (vertices.size() > 1) std::swap(head, tail);
+  }
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("vertices", self.vertices);
+    visit("end", self.end);
+    visit("spacing", self.spacing);
+    visit("head", self.head);
+    visit("tail", self.tail);
+    visit("exited", self.exited);
+    visit("needle", self.needle);
+    visit("left", self.left);
   }
 };
 

@@ -52,7 +52,7 @@ std::string opening(const Simulation& simulation, bool warned) {
   table.add({"rate", number(scene.rate) + " Hz, a tick is " + number(1e3 / scene.rate) + " ms"});
   table.add({"gravity", vector(scene.gravity) + " m/s^2"});
   table.add({"rung", name_of(scene.tissue.rung)});
-  table.add({"solver", name_of(scene.laws.solver)});
+  table.add({"solver", acus::name_of(scene.laws.solver)});
   table.add({"mesh", describe_mesh(simulation)});
   return table.text();
 }

@@ -1,25 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The world and its tick. Deterministic: it reads no clock but for the optional stage timing, and the same scene with
-// the same commands at the same ticks gives the same bytes.
+// A loaded scene and its tick: model, state, scratch and report together. Deterministic: it reads no clock but for the
+// optional stage timing, and the same scene with the same commands at the same ticks gives the same bytes.
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 
 #include "server/simulation/report.h"
-#include "server/scene/scene.h"
+#include "server/simulation/scratch.h"
+#include "server/simulation/state.h"
 
 namespace acus {
-
-// Where the base of a needle shall go. Fields that are absent keep their last value.
-struct Command {
-  std::uint64_t seq = 0;
-  std::optional<Pose> pose;    // world, within kMaxPosition, unit orientation without spin
-  std::optional<double> spin;  // rad, within kMaxSpin, continuous over many turns, about the needle's +x axis
-};
 
 // What a loaded scene has room for, which fixes its memory and bounds the work of a tick.
 struct Costs {
@@ -40,14 +32,10 @@ struct Energy {
   double total() const { return kinetic + elastic + potential; }
 };
 
-// Told before each step of loading a scene what that step makes: "mesh", "regions", ..., "factor", ...
-using Progress = std::function<void(const char* what)>;
-
 class Simulation {
  public:
   // Loads the mesh and factorises; throws SceneError.
   explicit Simulation(const Scene& scene, const Progress& progress = {});
-  ~Simulation();
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
@@ -55,42 +43,59 @@ class Simulation {
   // allocates. False for one that is out of range or not finite: it is refused as a whole, the one before stays.
   bool command(int body, const Command& command);
 
-  // One tick of length h = 1/rate: the ten stages. Never throws; trouble is a flag in the report.
+  // One tick of length h = 1/rate: the ten stages. Never throws; trouble is a flag in the report. Commands that came in are
+  // used up, also by a tick that is refused.
   void step();
 
   // What the scene's `overrun` allows to give way gives way, from the next tick on.
-  void economize(bool on);
+  void economize(bool on) { state_.economizing = on; }
 
   // Back to the state after loading, tick 0.
   void reset();
 
-  const TickReport& report() const;
+  const TickReport& report() const { return report_; }
 
   // Constant after construction.
-  const Scene& scene() const;
-  const TetrahedralMesh& mesh() const;                   // at its place in the world
-  std::span<const int> regions() const;                  // region of each tetrahedron
-  int needle_node_count(int needle) const;
+  const Model& model() const { return model_; }
+  const Scene& scene() const { return model_.scene; }
+  const TetrahedralMesh& mesh() const { return model_.mesh; }                 // at its place in the world
+  std::span<const int> regions() const { return model_.regions; }             // region of each tetrahedron
+  int needle_node_count(int needle) const { return model_.needles[needle].nodes(); }
   Costs costs() const;
+
+  const State& state() const { return state_; }
+  // Goes on from a state of the same scene. Commands that wait are dropped; the report is as after a reset, at the state's
+  // tick.
+  void restore(const State& state);
 
   // Of the current state. Goes through all elements: for tests and studies, not for every tick.
   Energy energy() const;
 
   // Current state, valid until the next step().
-  Eigen::Ref<const Matrix3X> tissue_positions() const;                    // 3 x n, m, world
-  Eigen::Ref<const Matrix3X> needle_positions(int needle) const;          // 3 x m, m, world
-  std::span<const Quaternion> needle_orientations(int needle) const;      // m, world; +x runs along the needle
+  Eigen::Ref<const Matrix3X> tissue_positions() const { return state_.tissue.x; }                          // 3 x n, m
+  Eigen::Ref<const Matrix3X> needle_positions(int needle) const { return state_.needles[needle].x; }       // 3 x m, m
+  // World; +x runs along the needle.
+  std::span<const Quaternion> needle_orientations(int needle) const { return state_.needles[needle].q; }
   // Paths, those of withdrawn needles included; most of the max_paths() are empty.
   static int max_paths();
-  int path_capacity() const;                                  // points that a path can have
+  int path_capacity() const { return model_.path_vertices + 1; }  // points that a path can have
   // Writes the points of a path (m, world), mouth first, into the first columns of `points`; returns how many.
   int path_positions(int path, Eigen::Ref<Matrix3X> points) const;
 
-  void time_stages(bool on);  // fill report().stage_seconds
+  // Fill stage_seconds() from the next tick on.
+  void time_stages(bool on) { scratch_->times.wanted = on; }
+  const std::array<double, kStageCount>& stage_seconds() const { return scratch_->times.seconds; }
 
  private:
-  struct World;
-  std::unique_ptr<World> world_;
+  void begin_report();
+  double potential_energy() const;
+
+  const Model model_;
+  State state_;
+  Commands commands_;
+  std::unique_ptr<Scratch> scratch_;
+  TickReport report_;
+  double potential_at_start_;  // J
 };
 
 }  // namespace acus

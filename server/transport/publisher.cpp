@@ -83,7 +83,7 @@ void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
   force.needle = world.hello.needles[static_cast<std::size_t>(record.needle)].name;
   force.seq = needle.command_seq;
   force.age = record.age;
-  force.phase = to_wire(needle.phase);
+  force.phase = needle.phase;
   force.depth = needle.inserted_depth;
   force.base_position = to_wire(needle.base.position);
   force.base_orientation = to_wire(needle.base.orientation);
@@ -98,7 +98,7 @@ void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
   force.friction_force = to_wire(needle.friction_force);
   force.lateral_force = to_wire(needle.lateral_force);
   force.guide_force = to_wire(needle.guide_force);
-  force.solver = to_wire(record.solver);
+  force.solver = record.solver;
   force.flags = record.flags;
   encode_and_send(force);
 }
@@ -106,7 +106,7 @@ void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
 void Publisher::publish(const EventRecord& record, const LoadedScene& world) {
   const Event& event = record.event;
   encode_and_send(protocol::Event{record.epoch, event.tick, record.time,
-                                  world.hello.needles[static_cast<std::size_t>(event.needle)].name, to_wire(event.kind),
+                                  world.hello.needles[static_cast<std::size_t>(event.needle)].name, event.kind,
                                   world.describe.regions[static_cast<std::size_t>(event.region)],
                                   to_wire(event.position), event.force});
 }

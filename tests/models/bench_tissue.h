@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "server/models/tissue_assembler.h"
+#include "server/models/tissue_motion.h"
 
 namespace acus {
 
@@ -21,6 +22,16 @@ inline TissueModel bench_tissue(const TetrahedralMesh& mesh, const Material& mat
   return make_tissue_model(mesh, region, {&material, 1}, fixed, gravity, element);
 }
 
+// A tissue's motion with a system of its own.
+struct BenchSystem {
+  TissueSystem system;
+};
+class BenchMotion : private BenchSystem, public TissueMotion {
+ public:
+  BenchMotion(const TissueModel& model, double h, TissueMatrix matrix, int max_rows, int max_nodes)
+      : BenchSystem{{model, h, matrix}}, TissueMotion(system, max_rows, max_nodes) {}
+};
+
 inline Material undamped_material() {
   Material material;
   material.young_modulus = 10e3;
@@ -32,8 +43,7 @@ inline Material undamped_material() {
 
 // The element rotations of the configuration x, with its forces.
 inline ElementRotations rotations_at(const TissueModel& model, const Matrix3X& x, Matrix3X& forces) {
-  ElementRotations rotations;
-  rotations.reset(model);
+  ElementRotations rotations(model);
   forces.resize(3, model.nodes());
   elastic_forces(model, x, rotations, forces);
   return rotations;

@@ -234,7 +234,7 @@ TEST_CASE("nodal pressure: patch test") {
     TissueState state = make_tissue_state(model);
     for (int i = 0; i < mesh.node_count(); ++i)
       if (on_boundary(mesh.nodes.col(i))) state.x.col(i) = linear.col(i);
-    TissueMotion motion(model, 1e3, matrix, 1, 1);  // so long a step that inertia plays no part
+    BenchMotion motion(model, 1e3, matrix, 1, 1);  // so long a step that inertia plays no part
     for (int iteration = 0; iteration < 100; ++iteration) {
       motion.begin(state);
       motion.linearize(state);
@@ -251,7 +251,7 @@ TEST_CASE("nodal pressure: the rungs come to one another, and supports carry wha
   constexpr double kStep = 2e-3;
   Matrix3X end[2];
   for (int m = 0; m < 2; ++m) {
-    TissueMotion motion(bench.nodal, kStep, m == 0 ? TissueMatrix::turned : TissueMatrix::refactorized, 1, 8);
+    BenchMotion motion(bench.nodal, kStep, m == 0 ? TissueMatrix::turned : TissueMatrix::refactorized, 1, 8);
     TissueState state = make_tissue_state(bench.nodal);
     for (int i = 0; i < bench.mesh.node_count(); ++i) state.x(0, i) += 2 * std::pow(state.x(2, i) + kHalf, 2);
     for (int tick = 0; tick < 3; ++tick) {
@@ -275,7 +275,7 @@ TEST_CASE("nodal pressure: the rungs come to one another, and supports carry wha
 TEST_CASE("nodal pressure: at rest supports carry the weight with every matrix") {
   const TwoRegions bench(at_bottom);
   for (const TissueMatrix matrix : {TissueMatrix::constant, TissueMatrix::turned, TissueMatrix::refactorized}) {
-    TissueMotion motion(bench.nodal, 0.05, matrix, 1, 8);
+    BenchMotion motion(bench.nodal, 0.05, matrix, 1, 8);
     TissueState state = make_tissue_state(bench.nodal);
     for (int tick = 0; tick < 150; ++tick) {
       motion.begin(state);
@@ -313,8 +313,7 @@ struct Vortex {
 
 // The work of the vortex's load on the displacement that it causes, over that on the exact one: 1 on a fine mesh.
 double vortex_work(const TetrahedralMesh& mesh, const TissueModel& model) {
-  ElementRotations unturned;
-  unturned.reset(model);
+  ElementRotations unturned(model);
   SparseMatrix lower;
   TissueAssembler(model).assemble(mesh.nodes, unturned, Tangent::rest, {.stiffness = 1}, lower);
   VectorX load = VectorX::Zero(model.unknowns());

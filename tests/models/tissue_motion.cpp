@@ -66,7 +66,7 @@ TEST_CASE("a column at rest stands on its supports with its weight, and has sunk
   const Material material = damped_material(0);  // without narrowing the column is a rod
   const TissueModel model = bench_tissue(mesh, material, at_bottom, gravity);
   for (const TissueMatrix matrix : kMatrices) {
-    TissueMotion motion(model, 5e-3, matrix, 1, 1);
+    BenchMotion motion(model, 5e-3, matrix, 1, 1);
     TissueState state = make_tissue_state(model);
     for (int i = 0; i < 1500; ++i) tick(motion, state);
     double free_mass = 0, sunk = 0;
@@ -90,7 +90,7 @@ TEST_CASE("turned and refactorized come to the same rest") {
   const TissueModel model = bench_tissue(mesh, damped_material(0.4), at_bottom, {3, 0, -5});
   Matrix3X rest[2];
   for (int m = 0; m < 2; ++m) {
-    TissueMotion motion(model, 5e-3, kMatrices[m], 1, 1);
+    BenchMotion motion(model, 5e-3, kMatrices[m], 1, 1);
     TissueState state = make_tissue_state(model);
     for (int i = 0; i < 2500; ++i) tick(motion, state);
     rest[m] = state.x;
@@ -103,7 +103,7 @@ TEST_CASE("undisturbed tissue stays at its rest shape but for rounding") {
   const TetrahedralMesh mesh = column();
   const TissueModel model = bench_tissue(mesh, damped_material(0.4), at_bottom);
   for (const TissueMatrix matrix : kMatrices) {
-    TissueMotion motion(model, 1e-3, matrix, 1, 1);
+    BenchMotion motion(model, 1e-3, matrix, 1, 1);
     TissueState state = make_tissue_state(model);
     for (int i = 0; i < 200; ++i) tick(motion, state);
     CHECK((state.x - mesh.nodes).cwiseAbs().maxCoeff() < 1e-15);
@@ -123,7 +123,7 @@ TEST_CASE("the momentum of a free block changes by the applied force times h") {
   const TissueModel model = bench_tissue(mesh, material);
   constexpr double h = 1e-3;
   for (const TissueMatrix matrix : kMatrices) {
-    TissueMotion motion(model, h, matrix, 1, 8);
+    BenchMotion motion(model, h, matrix, 1, 8);
     TissueState state = make_tissue_state(model);
     Random random(1);
     // Later, with nodes turned apart, the warped matrix keeps the balance only nearly; the exact one always does.
@@ -149,7 +149,7 @@ TEST_CASE("the momentum of a free block changes by the applied force times h") {
 TEST_CASE("in every tick supports, weight and rows carry the inertia of the exact matrix") {
   const TetrahedralMesh mesh = column();
   const TissueModel model = bench_tissue(mesh, damped_material(0.4), at_bottom, {0, 0, -9.81});
-  TissueMotion motion(model, 2e-3, TissueMatrix::refactorized, 1, 8);
+  BenchMotion motion(model, 2e-3, TissueMatrix::refactorized, 1, 8);
   TissueState state = make_tissue_state(model);
   Random random(2);
   Vector3 row = Vector3::Zero();
@@ -230,7 +230,7 @@ constexpr MatrixFactors kTick{
 TEST_CASE("refactorized: compliance is that of the dense inverse of the tangent") {
   const RowBench bench;
   const TissueState state = bench.bent();
-  TissueMotion motion(bench.model, kStep, TissueMatrix::refactorized, 5, 40);
+  BenchMotion motion(bench.model, kStep, TissueMatrix::refactorized, 5, 40);
   motion.begin(state);
   REQUIRE(motion.linearize(state));
   bench.add_to(motion);
@@ -248,7 +248,7 @@ TEST_CASE("turned: compliance is that of the dense inverse at rest, turned with 
   for (const double angle : {0.0, 0.8, 2.5}) {
     const Matrix3 turn = rotation_exp(angle * Vector3(0.6, 0, 0.8)).toRotationMatrix();
     const TissueState state = bench.turned(turn);
-    TissueMotion motion(bench.model, kStep, TissueMatrix::turned, 5, 40);
+    BenchMotion motion(bench.model, kStep, TissueMatrix::turned, 5, 40);
     motion.begin(state);
     motion.linearize(state);
     bench.add_to(motion);
@@ -267,7 +267,7 @@ TEST_CASE("free displacement and compliance say what the correction will do") {
     state.v = Random(5).matrix(3, bench.model.nodes(), 0.1);
     for (int i = 0; i < bench.model.nodes(); ++i)
       if (bench.model.free_index[static_cast<std::size_t>(i)] < 0) state.v.col(i).setZero();
-    TissueMotion motion(bench.model, kStep, matrix, 5, 40);
+    BenchMotion motion(bench.model, kStep, matrix, 5, 40);
     motion.begin(state);
     motion.linearize(state);
     bench.add_to(motion);
@@ -367,7 +367,7 @@ TEST_CASE("a couple does the work of the rotation that its row reports") {
     for (int repeat = 0; repeat < 10; ++repeat) {
       const int t = random.index(bench.mesh.tetrahedron_count());
       const Vector3 torque = 1e-4 * random.direction();  // m: N m for a newton
-      TissueMotion motion(bench.model, kStep, matrix, 1, 12);
+      BenchMotion motion(bench.model, kStep, matrix, 1, 12);
       const Matrix3X moved = moved_by(motion, state, [&] { return motion.add_couple(t, torque); });
       const double reported = Compliance(motion, 1).W(0, 0);
       // The gradients are those of the configuration in which the couple was added, state.x.
@@ -388,7 +388,7 @@ TEST_CASE("a couple and a force do equal work on each other") {
   const TissueState state = bench.bent();
   const Vector3 torque(2e-4, -1e-4, 3e-4);
   for (const TissueMatrix matrix : kMatrices) {
-    TissueMotion motion(bench.model, kStep, matrix, 2, 40);
+    BenchMotion motion(bench.model, kStep, matrix, 2, 40);
     motion.begin(state);
     motion.linearize(state);
     motion.clear_rows();
@@ -409,7 +409,7 @@ TEST_CASE("a couple is balanced: it has no resultant, and its moment is the torq
   const TissueState state = make_tissue_state(model);
   const Vector3 torque(2e-4, -1e-4, 3e-4);
   for (const TissueMatrix matrix : kMatrices) {
-    TissueMotion motion(model, kStep, matrix, 1, 12);
+    BenchMotion motion(model, kStep, matrix, 1, 12);
     const Matrix3X moved = moved_by(motion, state, [&] { return motion.add_couple(20, torque); });
     Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
     for (int i = 0; i < model.nodes(); ++i) {
@@ -424,7 +424,7 @@ TEST_CASE("a couple is balanced: it has no resultant, and its moment is the torq
 
 TEST_CASE("a row that does not act on the tissue has no compliance and moves nothing") {
   const RowBench bench;
-  TissueMotion motion(bench.model, kStep, TissueMatrix::turned, 2, 12);
+  BenchMotion motion(bench.model, kStep, TissueMatrix::turned, 2, 12);
   const Matrix3X moved = moved_by(motion, bench.bent(), [&] { return motion.add_empty_row(); });
   CHECK(moved.cwiseAbs().maxCoeff() < 1e-15);  // rounding of two runs
   const Compliance compliance(motion, 1);
@@ -434,7 +434,7 @@ TEST_CASE("a row that does not act on the tissue has no compliance and moves not
 
 TEST_CASE("a corridor that is too small says so and harms no other row") {
   const RowBench bench;
-  TissueMotion motion(bench.model, kStep, TissueMatrix::turned, 5, 4);
+  BenchMotion motion(bench.model, kStep, TissueMatrix::turned, 5, 4);
   const TissueState state = make_tissue_state(bench.model);
   motion.begin(state);
   motion.linearize(state);
@@ -449,7 +449,7 @@ TEST_CASE("constant: a tick is that of the linear system, however far the tissue
   const RowBench bench;
   TissueState state = bench.bent();
   state.v = Random(9).matrix(3, bench.model.nodes(), 0.1);
-  TissueMotion motion(bench.model, kStep, TissueMatrix::constant, 1, 8);
+  BenchMotion motion(bench.model, kStep, TissueMatrix::constant, 1, 8);
   motion.begin(state);
   motion.linearize(state);
   motion.clear_rows();
@@ -476,7 +476,7 @@ TEST_CASE("constant: a tick is that of the linear system, however far the tissue
 TEST_CASE("constant: supports carry the weight and the forces of the linear tissue") {
   const TetrahedralMesh mesh = column();
   const TissueModel model = bench_tissue(mesh, damped_material(0.4), at_bottom, {0, 0, -3});
-  TissueMotion motion(model, 5e-3, TissueMatrix::constant, 1, 1);
+  BenchMotion motion(model, 5e-3, TissueMatrix::constant, 1, 1);
   TissueState state = make_tissue_state(model);
   for (int i = 0; i < 2000; ++i) tick(motion, state);
   const TissueMotion::Balance& b = motion.balance();
@@ -492,7 +492,7 @@ TEST_CASE("repeated, the turned matrix comes to the step of the refactorized one
   for (const int i : model.free_nodes) start.v.col(i) = Random(static_cast<unsigned>(i)).vector(0.05);
   Matrix3X end[2];
   for (int m = 0; m < 2; ++m) {
-    TissueMotion motion(model, kStep, m == 0 ? TissueMatrix::turned : TissueMatrix::refactorized, 1, 8);
+    BenchMotion motion(model, kStep, m == 0 ? TissueMatrix::turned : TissueMatrix::refactorized, 1, 8);
     motion.begin(start);
     for (int iteration = 0; iteration < 30; ++iteration) {
       motion.linearize(start);
@@ -518,7 +518,7 @@ TEST_CASE("materials that differ by many orders of magnitude: double precision w
     std::vector<bool> fixed(static_cast<std::size_t>(mesh.node_count()));
     for (int i = 0; i < mesh.node_count(); ++i) fixed[static_cast<std::size_t>(i)] = at_bottom(mesh.nodes.col(i));
     const TissueModel model = make_tissue_model(mesh, region, materials, fixed, Vector3::Zero());
-    TissueMotion motion(model, 1e-2, TissueMatrix::turned, 1, 8);
+    BenchMotion motion(model, 1e-2, TissueMatrix::turned, 1, 8);
     if (ratio == 1) CHECK(motion.precision() == Precision::single_precision);
     if (ratio == 1e10) CHECK(motion.precision() == Precision::double_precision);
 
@@ -542,7 +542,7 @@ TEST_CASE("materials that differ by many orders of magnitude: double precision w
 
 TEST_CASE("nodes made ready one at a time are those that rows on the tetrahedron need") {
   const RowBench bench;
-  TissueMotion motion(bench.model, kStep, TissueMatrix::turned, 1, 8);
+  BenchMotion motion(bench.model, kStep, TissueMatrix::turned, 1, 8);
   int made = 0;
   while (motion.prepare(bench.points[0].a.tetrahedron)) ++made;
   int free = 0;
@@ -555,7 +555,7 @@ TEST_CASE("tissue without a free node is no tissue") {
   const TetrahedralMesh mesh = column();
   const TissueModel model = bench_tissue(mesh, damped_material(0.4), [](const Vector3&) { return true; }, {0, 0, -3});
   for (const TissueMatrix matrix : kMatrices) {
-    TissueMotion motion(model, kStep, matrix, 1, 8);
+    BenchMotion motion(model, kStep, matrix, 1, 8);
     TissueState state = make_tissue_state(model);
     motion.begin(state);
     CHECK(motion.linearize(state));
@@ -572,7 +572,7 @@ TEST_CASE("tissue without a free node is no tissue") {
 TEST_CASE("after a reset a run repeats itself bit for bit") {
   const RowBench bench;
   for (const TissueMatrix matrix : kMatrices) {
-    TissueMotion motion(bench.model, kStep, matrix, 5, 10);
+    BenchMotion motion(bench.model, kStep, matrix, 5, 10);
     Matrix3X end[2];
     for (Matrix3X& x : end) {
       motion.reset();

@@ -56,8 +56,7 @@ Matrix3X solve_linear(const TissueModel& model, const VectorField& boundary, con
   Matrix3X x = model.mesh->nodes, forces(3, model.nodes());
   for (const int node : model.fixed_nodes) x.col(node) += boundary(model.mesh->nodes.col(node));
   RestStiffness(model).forces(x, forces);
-  ElementRotations rotations;
-  rotations.reset(model);
+  ElementRotations rotations(model);
   SparseMatrix stiffness;
   TissueAssembler(model).assemble(x, rotations, Tangent::rest, {.stiffness = 1}, stiffness);
   move_free_nodes(model, solve_lower(stiffness, at_free_nodes(model, load - forces)), x);
@@ -67,8 +66,7 @@ Matrix3X solve_linear(const TissueModel& model, const VectorField& boundary, con
 Matrix3X solve_corotational(const TissueModel& model, Matrix3X start, const Matrix3X& load) {
   const TissueAssembler assembler(model);
   Matrix3X forces(3, model.nodes());
-  ElementRotations rotations;
-  rotations.reset(model);
+  ElementRotations rotations(model);
   SparseMatrix hessian;
   double moved = 1;
   for (int iteration = 0; iteration < 20 && moved > 1e-11; ++iteration) {

@@ -84,7 +84,7 @@ std::vector<double> run_tetrahedron(TissueMatrix matrix, const Material& materia
   const int axis = along ? 2 : 0;
   TissueState state = make_tissue_state(model);
   state.x(axis, 3) += x0;
-  TissueMotion motion(model, h, matrix, 1, 1);
+  BenchMotion motion(model, h, matrix, 1, 1);
   std::vector<double> x;
   for (int i = 0; i < ticks; ++i) {
     motion.begin(state);
@@ -228,7 +228,7 @@ TEST_CASE("tissue without supports falls freely, and slower with drag") {
       material.rayleigh_stiffness = 0.01;
       const TissueModel model = bench_tissue(mesh, material, nullptr, gravity);
       TissueState state = make_tissue_state(model);
-      TissueMotion motion(model, h, matrix, 1, 1);
+      BenchMotion motion(model, h, matrix, 1, 1);
       double fallen = 0, speed = 0, off = 0;  // of unit gravity: s², s
       for (int i = 0; i < 200; ++i) {
         motion.begin(state);

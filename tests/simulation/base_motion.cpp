@@ -24,6 +24,44 @@ Needle needle(double tau) {
   return n;
 }
 
+// A base with its limits and the command that waits for it.
+class BaseMotion {
+ public:
+  template <class Body>
+  BaseMotion(const Body& parameters, double h) : limits_(base_limits(parameters)), h_(h), start_(start_of(parameters)) {
+    reset();
+  }
+
+  void reset() {
+    base_ = base_at(start_);
+    pending_.reset();
+  }
+  bool command(const Command& command) {
+    if (!in_range(command)) return false;
+    merge(pending_, command);
+    return true;
+  }
+  Pose advance(std::uint64_t tick) {
+    base_ = follow(limits_, h_, base_, pending_, tick);
+    pending_.reset();
+    return base_.spun_pose();
+  }
+  const Pose& pose() const { return base_.pose; }
+  double spin() const { return base_.spin; }
+  std::uint64_t command_seq() const { return base_.command_seq; }
+  std::uint64_t command_tick() const { return base_.command_tick; }
+
+ private:
+  static Pose start_of(const Needle& needle) { return needle.base; }
+  static Pose start_of(const Guide& guide) { return guide.pose; }
+
+  BaseLimits limits_;
+  double h_;
+  Pose start_;
+  BaseState base_;
+  std::optional<Command> pending_;
+};
+
 Command go_to(const Vector3& position, const Quaternion& orientation = Quaternion::Identity()) {
   return {1, Pose{position, orientation}, std::nullopt};
 }

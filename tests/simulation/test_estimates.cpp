@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/constraints/compliance/local_compliance.h"
 #include "tests/simulation/bench.h"
 
 namespace acus::test {

@@ -11,7 +11,7 @@ namespace acus::test {
 TEST_CASE("loading tells its steps in order") {
   std::vector<std::string> steps;
   const Simulation simulation(block_scene(), [&](const char* what) { steps.emplace_back(what); });
-  const std::vector<std::string> expected{"mesh", "regions", "elements", "surfaces", "factor", "rows", "needles"};
+  const std::vector<std::string> expected{"mesh", "regions", "elements", "surfaces", "factor", "needles", "rows"};
   CHECK(steps == expected);
 }
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/models/surface.h"
-#include "server/simulation/insertion.h"
+#include "server/simulation/insertion/transitions.h"
 #include "server/simulation/simulation.h"
 
 namespace acus::test {
@@ -15,7 +15,7 @@ inline bool is_ghost(const Simulation& simulation, int needle) {
   const Matrix3X x = simulation.tissue_positions();
   if (x.cols() == 0 || find_tetrahedron(simulation.mesh(), x, report.tip_position) < 0) return false;
   const Surface surface(simulation.mesh());
-  return (surface.closest(x, report.tip_position).position - report.tip_position).norm() > Insertion::kUnnoticed;
+  return (surface.closest(x, report.tip_position).position - report.tip_position).norm() > kUnnoticed;
 }
 
 }  // namespace acus::test

@@ -82,7 +82,7 @@ std::string names(const std::vector<Event>& events, const Scene& scene) {
   std::string all;
   for (const Event& e : events) {
     if (!all.empty()) all += ", ";
-    all += protocol::name_of(to_wire(e.kind)) + (" " + scene.tissue.regions[static_cast<std::size_t>(e.region)].name);
+    all += protocol::name_of(e.kind) + (" " + scene.tissue.regions[static_cast<std::size_t>(e.region)].name);
   }
   return all;
 }

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a scene may leave out and the material tells.
+#include "server/constraints/compliance/local_compliance.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-
-#include "server/constraints/compliance/local_compliance.h"
-#include "server/scene/scene.h"
 
 namespace acus {
 
@@ -25,10 +23,6 @@ double point_compliance(double A, double a, double resolved, double f) {
 }
 
 }  // namespace
-
-double shaft_pressure(const Region& region) {
-  return region.interaction.pressure.value_or(region.material.young_modulus / (1 + region.material.poisson_ratio));
-}
 
 double foundation_compliance(const Material& material, double h, double d) {
   if (h <= d) return 0;

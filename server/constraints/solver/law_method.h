@@ -2,12 +2,12 @@
 // How the laws are solved, and what came of it.
 #pragma once
 
-#include <cstdint>
+#include "protocol/enums.h"
 
 namespace acus {
 
 // Both end at the same forces, within their tolerances.
-enum class LawMethod : std::uint8_t { gauss_seidel, direct };
+using LawMethod = protocol::LawSolver;
 
 // Factorisations of the direct method, of all rows but the bilateral ones at most.
 struct DirectSteps {

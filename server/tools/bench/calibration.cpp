@@ -21,8 +21,7 @@ SparseMatrix tick_matrix(const Simulation& simulation) {
   const TissueModel model =
       make_tissue_model(mesh, simulation.regions(), materials, find_fixed_nodes(scene, mesh), scene.gravity,
                         scene.tissue.element);
-  ElementRotations rotations;
-  rotations.reset(model);
+  ElementRotations rotations(model);
   SparseMatrix matrix;
   TissueAssembler(model).assemble(mesh.nodes, rotations, Tangent::rest, tick_factors(1 / scene.rate), matrix);
   return matrix;

@@ -16,9 +16,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Plan = MeasurementPlan;
 
-constexpr std::size_t kCompliance = 5, kSolve = 6;
-static_assert(kStageNames[kCompliance] == std::string_view("compliance"));
-static_assert(kStageNames[kSolve] == std::string_view("solve"));
+constexpr auto kCompliance = static_cast<std::size_t>(Stage::compute_compliance);
+constexpr auto kSolve = static_cast<std::size_t>(Stage::solve_laws);
 
 // Of this thread (s).
 double processor_time() {
@@ -90,10 +89,10 @@ void TickTimes::reserve(std::size_t ticks) {
   for (std::vector<double>& stage : stages) stage.reserve(ticks);
 }
 
-void TickTimes::add(const Span& tick, const TickReport& report) {
+void TickTimes::add(const Span& tick, const std::array<double, kStageCount>& stage_seconds) {
   whole.add(tick);
-  for (std::size_t i = 0; i < stages.size(); ++i) stages[i].push_back(report.stage_seconds[i]);
-  laws.push_back(report.stage_seconds[kCompliance] + report.stage_seconds[kSolve]);
+  for (std::size_t i = 0; i < stages.size(); ++i) stages[i].push_back(stage_seconds[i]);
+  laws.push_back(stage_seconds[kCompliance] + stage_seconds[kSolve]);
 }
 
 Calibration::Calibration(const Simulation& simulation) {
@@ -126,7 +125,7 @@ Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibratio
       note(report, result);
       if (in_block < Plan::kUncountedTicks || static_cast<double>(tick) < skipped || report.rows < plan.min_rows)
         continue;
-      result.times.add(span, report);
+      result.times.add(span, simulation.stage_seconds());
       result.rows.push_back(report.rows);
       result.sweeps.push_back(report.sweeps);
     }

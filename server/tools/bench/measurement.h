@@ -49,7 +49,7 @@ struct TickTimes {
   std::vector<double> laws;  // stages compliance and solve together
 
   void reserve(std::size_t ticks);
-  void add(const Span& tick, const TickReport& report);
+  void add(const Span& tick, const std::array<double, kStageCount>& stage_seconds);
 };
 
 // Ticks that raised a flag, by its bit.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/constraints/compliance/local_compliance.h"
 #include "server/tools/study/locking.h"
 
 #include <cmath>
@@ -172,8 +173,7 @@ double inertia_factor(const TissueModel& model) {
 
 // The work of a load on the displacement that it causes; the factor is analysed the first time.
 double work_done(const TissueModel& model, const Load& load, SparseCholesky& factor) {
-  ElementRotations unturned;
-  unturned.reset(model);
+  ElementRotations unturned(model);
   SparseMatrix stiffness;
   TissueAssembler(model).assemble(model.mesh->nodes, unturned, Tangent::rest,
                                   {.mass = inertia_factor(model), .stiffness = 1}, stiffness);

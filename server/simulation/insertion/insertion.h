@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One needle in the tissue, as the units of this folder see it: what a tick finds out about it (stage 4, locate.h), turns
+// into rows (stage 5, tip_rows.h and shaft_rows.h), learns from the laws' forces (forces.h) and changes in the end (stage
+// 9, transitions.h, path_growth.h). What it remembers from tick to tick is insertion_state.h.
+//
+// Outside, the tip has a contact row along the surface normal, capped by f_p, and two rows of contact friction. At the cap
+// the surface gives way and a path is born at the contact point. Inside, the tip has a cutting row against the path's
+// end, capped by f_c, and two lateral rows; every path vertex alongside the shaft has two lateral rows across the path
+// and one friction row along it.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "server/math/bounded.h"
+#include "server/simulation/insertion/insertion_state.h"
+#include "server/simulation/path.h"
+#include "server/scene/scene.h"
+#include "server/simulation/views.h"
+
+namespace acus {
+
+// A surface is looked for within this distance beyond what the tip moves in a tick.
+inline constexpr double kContactMargin = 1e-3;  // m
+// Borders that a tip crosses in a tick; more wait for the next.
+inline constexpr int kMaxCrossings = 64;
+
+// Path vertices that the shaft can hold at once.
+int max_shaft_points(const Needle& parameters);
+// Rows of an insertion in one tick, at most.
+int max_insertion_rows(const Needle& parameters);
+// Material points that they touch at once: the shaft's, the path's end, two that the tip is held between, one of a surface.
+int max_material_points(const Needle& parameters);
+
+// The needle and the tissue of a tick, read only.
+struct InsertionView {
+  int needle_index;
+  const Needle& parameters;
+  NeedleView needle;
+  TissueView tissue;
+
+  // Along which a pushed tip moves, unit, world.
+  Vector3 cutting_direction() const;
+};
+
+// A path vertex alongside the shaft in this tick.
+struct ShaftPoint {
+  int vertex = 0;
+  double s = 0;                          // m, along the needle
+  double owned = 0;                      // m, length of needle that it stands for
+  Vector3 tangent = Vector3::UnitX();    // of the path, unit, towards the end
+  double softness = 0;                   // -, of its lateral rows
+};
+
+// A surface that the tip meets, or may meet in this tick.
+struct Obstacle {
+  int region = 0;          // behind the surface
+  SurfacePoint at;
+  MaterialPoint material;  // the same point, of the tetrahedron on the tip's side
+  bool under = true;       // the tip rests against it, or will get there in this tick
+};
+
+// Where the tip stands in its path: at the end, where it cuts, or back inside, between two vertices.
+struct TipPlace {
+  bool in_tail = false;  // between the last vertex and the end of a path that has one
+  bool at_end = false;   // at the end of its path, not back inside it
+  TissuePoint point;     // of the path, that the tip is held to
+  double softness = 0;   // -, of its lateral rows
+  double offset = 0;     // -, share of the end's offset that the point has
+  Vector3 tangent = Vector3::UnitX();  // of the path there, unit
+};
+
+// What stage 4 finds out about a needle.
+struct Located {
+  bool reentered = false;  // an old path is picked up in this tick,
+  bool far_end = false;    // by the end where it left the tissue
+  bool left_out = false;   // more vertices alongside the shaft than there is room for
+  std::optional<Obstacle> obstacle;
+  Bounded<ShaftPoint> shaft;
+  TipPlace tip;
+};
+
+// A needle's part of a tick: the memory that the tick will leave behind if it is good, and what lasts for the tick alone.
+struct InsertionWork {
+  Insertion next;
+  Located located;
+  Path turned;              // the path in use, if it is picked up by its far end
+  bool puncturing = false;  // the contact force reached f_p
+  bool cutting = false;     // the cutting force reached f_c
+
+  InsertionWork(const Needle& parameters, int path_capacity);
+
+  // The path that the needle is in.
+  const Path& path(std::span<const Path> paths) const {
+    assert(next.path >= 0);
+    return located.reentered && located.far_end ? turned : paths[static_cast<std::size_t>(next.path)];
+  }
+};
+
+}  // namespace acus

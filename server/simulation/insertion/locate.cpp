@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/insertion/locate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/simulation/insertion/border_search.h"
+#include "server/simulation/insertion/path_tangents.h"
+#include "server/simulation/insertion/tip_place.h"
+
+namespace acus {
+
+namespace {
+
+struct Mouth {
+  int path = -1;         // -1: none
+  bool far_end = false;  // the one where the path left the tissue
+};
+
+// The nearest mouth of a path without a needle within a needle's diameter of a place on the surface.
+Mouth find_mouth(const InsertionView& at, const Vector3& place, std::span<const Path> paths,
+                 std::span<const char> paths_taken) {
+  Mouth nearest;
+  double distance = at.parameters.outer_diameter;
+  const auto consider = [&](int path, bool far_end, const MaterialPoint& mouth) {
+    const double apart = (at.tissue.position(mouth) - place).norm();
+    if (apart > distance) return;
+    distance = apart;
+    nearest = {path, far_end};
+  };
+  for (int i = 0; i < static_cast<int>(paths.size()); ++i) {
+    const Path& path = paths[i];
+    if (path.empty() || path.needle >= 0 || paths_taken[i]) continue;
+    consider(i, false, path.vertices[0]);
+    if (path.exited) consider(i, true, path.end);
+  }
+  return nearest;
+}
+
+// Whether the tip is past an open mouth and goes inwards.
+bool goes_into(const InsertionView& at, const Path& path, bool far_end, const Vector3& surface_normal) {
+  const CurvePoint tip = at.needle.tip();
+  const double spacing = at.parameters.constraint_spacing;
+  const Vector3 past = tip.position - at.tissue.position(far_end ? path.end : path.vertices[0]);
+  const Vector3 inwards = far_end ? Vector3(-end_tangent(at.tissue, path, -tip.tangent, spacing))
+                                  : path_tangent(at.tissue, path, 0, tip.tangent, spacing);
+  return surface_normal.dot(past) < 0 && inwards.dot(past) > 0;
+}
+
+void pick_up(const InsertionView& at, const Mouth& mouth, std::span<const Path> paths, InsertionWork& work) {
+  work.located.reentered = true;
+  work.located.far_end = mouth.far_end;
+  enter(work.next, mouth.path, at.parameters.length);
+  if (!mouth.far_end) return;
+  work.turned = paths[mouth.path];
+  work.turned.turn_round();
+}
+
+// The surface point that the tip meets in this tick, if any.
+std::optional<SurfacePoint> find_surface(const InsertionView& at, Phase phase) {
+  const Surface& surface = at.tissue.surface;
+  const Vector3 before = at.needle.start_tip(), after = at.needle.tip().position;
+  const double margin = kContactMargin + 2 * (after - before).norm();
+  if (!surface.near(at.tissue.x, before, margin)) return std::nullopt;
+  if (phase == Phase::contact) return surface.closest(at.tissue.x, before);
+  const auto entry = surface.entry(at.tissue.x, before, after);
+  const SurfacePoint point = entry ? *entry : surface.closest(at.tissue.x, before);
+  if (std::abs(point.distance) > margin) return std::nullopt;
+  return point;
+}
+
+void locate_outside(const InsertionView& at, std::span<const Path> paths, std::span<char> paths_taken,
+                    InsertionWork& work) {
+  const auto point = find_surface(at, work.next.phase);
+  if (!point) return;
+  // An open mouth under the tip: no surface to push against.
+  const Mouth mouth = find_mouth(at, point->position, paths, paths_taken);
+  if (mouth.path >= 0) {
+    if (!goes_into(at, paths[mouth.path], mouth.far_end, point->normal)) return;
+    paths_taken[mouth.path] = 1;
+    pick_up(at, mouth, paths, work);
+    return;
+  }
+  const MaterialPoint material = at.tissue.surface.material(*point);
+  work.located.obstacle = Obstacle{at.tissue.region(material), *point, material};
+}
+
+// Vertices that were not alongside in the last tick are as strained as the one before them.
+void take_over_traction(Insertion& next, std::span<const ShaftPoint> shaft) {
+  double before = 0;
+  for (const ShaftPoint& point : shaft) {
+    double& traction = next.vertices[point.vertex].traction;
+    if (point.vertex < next.first_alongside || point.vertex > next.last_alongside) traction = before;
+    before = traction;
+  }
+}
+
+// Where the path's vertices stand along the needle, and those alongside.
+void find_shaft_points(const InsertionView& at, const Path& path, InsertionWork& work) {
+  const double length = at.needle.model.length;
+  const Vector3 tip_tangent = at.needle.tip().tangent;
+  for (int i = 0; i < holding_vertices(path); ++i) {
+    double& s = work.next.vertices[i].s;
+    const Vector3 needle_tangent = curve_point(at.needle.model, at.needle.shape, s).tangent;
+    const Vector3 tangent =
+        along_needle(path_tangent(at.tissue, path, i, tip_tangent, at.parameters.constraint_spacing), needle_tangent);
+    s = project_on_curve(at.needle, at.tissue.position(path.vertices[i]), tangent, s);
+    if (s < 0 || s > length) continue;
+    if (work.located.shaft.full()) {
+      work.located.left_out = true;
+    } else {
+      work.located.shaft.push_back({i, s, 0, tangent, 0});
+    }
+  }
+}
+
+void locate_inside(const InsertionView& at, const Path& path, InsertionWork& work) {
+  const double length = at.needle.model.length;
+  find_shaft_points(at, path, work);
+  double& end_s = work.next.end_s;
+  const Vector3 tangent =
+      end_tangent(at.tissue, path, at.needle.tip().tangent, at.parameters.constraint_spacing);
+  end_s = project_on_curve(at.needle, at.tissue.position(path.end), tangent, end_s);
+  place_tip(at, path, work);
+  find_border(at, path, work);
+  const double end = work.next.phase == Phase::through ? std::min(length, end_s) : length;
+  work.next.depth = std::max(0.0, end - std::max(0.0, work.next.vertices[0].s));
+  share_length({work.located.shaft.begin(), work.located.shaft.end()}, end);
+}
+
+}  // namespace
+
+void share_length(std::span<ShaftPoint> shaft, double end) {
+  const auto count = static_cast<int>(shaft.size());
+  for (int i = 0; i < count; ++i) {
+    const double from = i > 0 ? 0.5 * (shaft[i - 1].s + shaft[i].s) : (shaft[0].vertex == 0 ? shaft[0].s : 0);
+    const double to = i + 1 < count ? 0.5 * (shaft[i].s + shaft[i + 1].s) : end;
+    shaft[i].owned = std::max(0.0, to - from);
+  }
+}
+
+void locate_insertion(const InsertionView& at, const Insertion& before, std::span<const Path> paths,
+                      std::span<char> paths_taken, InsertionWork& work) {
+  work.next = before;
+  work.puncturing = work.cutting = false;
+  work.located.reentered = work.located.far_end = work.located.left_out = false;
+  work.located.obstacle.reset();
+  work.located.shaft.clear();
+  work.located.tip = TipPlace{};
+  if (work.next.path < 0) locate_outside(at, paths, paths_taken, work);
+  if (work.next.path >= 0) locate_inside(at, work.path(paths), work);
+  const Bounded<ShaftPoint>& shaft = work.located.shaft;
+  take_over_traction(work.next, {shaft.begin(), shaft.end()});
+  work.next.first_alongside = shaft.empty() ? 0 : shaft.front().vertex;
+  work.next.last_alongside = shaft.empty() ? -1 : shaft.back().vertex;
+}
+
+}  // namespace acus

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/insertion/path_growth.h"
+
+#include "server/simulation/enums.h"
+#include "server/simulation/insertion/tip_give.h"
+
+namespace acus {
+
+namespace {
+
+// Up to where a tip has cut that bears f_c: behind it by what gives way there, but never back.
+Vector3 cut_place(const InsertionView& at, const Path& path) {
+  const TissueView& tissue = at.tissue;
+  const Vector3 from = tissue.position(path.end), tip = at.needle.tip().position;
+  const double give = cutting_compliance(at, path) * tissue.interaction(path.end).cutting_force;
+  if (give == 0) return tip;
+  const Vector3 direction = at.cutting_direction();
+  return direction.dot(tip - from) > give ? Vector3(tip - give * direction) : from;
+}
+
+}  // namespace
+
+std::uint32_t grow(const Transition& now, Path& path, int start, int came_from) {
+  const TissueView& tissue = now.at.tissue;
+  Insertion& memory = now.memory;
+  const Vector3 to = cut_place(now.at, path);
+  std::uint32_t flags = 0;
+  for (int i = 0; i < kMaxCrossings && start >= 0; ++i) {
+    const Vector3 from = tissue.position(path.end);
+    const Trace trace = trace_segment(tissue.mesh, tissue.x, start, from, to, tissue.regions, came_from);
+    flags |= lay_vertices(now, path, start, from, tissue.position(trace.end));
+    path.end = trace.end;
+    path.exited = trace.left && trace.end.weights.minCoeff() > -1e-6;
+    if (trace.next < 0) break;
+    const int region = tissue.regions[trace.next];
+    if (tissue.border(trace.end, region).holds) {
+      if (memory.held != region) now.report(EventKind::contact, region, memory.tip.contact);
+      memory.held = region;
+      return flags;
+    }
+    now.report(EventKind::crossing, region, memory.tip.cutting);
+    came_from = trace.end.tetrahedron;
+    start = trace.next;
+  }
+  leave_border(now);
+  return flags;
+}
+
+std::uint32_t slide(const Transition& now, Path& path, const MaterialPoint& end) {
+  const auto last = [&](std::size_t k) { return now.at.tissue.position(path.vertices[path.vertices.size() - k]); };
+  const Vector3 place = now.at.tissue.position(end);
+  path.end = end;
+  while (path.vertices.size() > 1 && (place - last(1)).dot(last(1) - last(2)) < 0 &&
+         now.at.tissue.border_normal(path.vertices.back()))
+    path.vertices.pop_back();
+  path.tail = (place - last(1)).norm();
+  if (path.tail < path.spacing) return 0;
+  if (path.vertices.full()) return kPathFull;
+  now.memory.vertices[path.vertices.size()] = VertexMemory{.s = now.at.needle.model.length};
+  path.vertices.push_back(end);
+  path.tail = 0;
+  return 0;
+}
+
+std::uint32_t lay_vertices(const Transition& now, Path& path, int start, const Vector3& from, const Vector3& to) {
+  const double cut = (to - from).norm();
+  std::uint32_t flags = 0;
+  double next = path.spacing - path.tail;  // along the piece
+  while (cut > 0 && next <= cut) {
+    if (path.vertices.full()) {
+      flags |= kPathFull;
+      break;
+    }
+    const Vector3 place = from + next / cut * (to - from);
+    const double behind_tip = (now.at.needle.tip().position - place).norm();
+    now.memory.vertices[path.vertices.size()] = VertexMemory{.s = now.at.needle.model.length - behind_tip};
+    path.vertices.push_back(trace_segment(now.at.tissue.mesh, now.at.tissue.x, start, from, place).end);
+    next += path.spacing;
+  }
+  path.tail = cut - (next - path.spacing);
+  return flags;
+}
+
+void leave_border(const Transition& now) {
+  if (now.memory.held >= 0) now.report(EventKind::release, now.memory.held, 0);
+  now.memory.held = -1;
+}
+
+}  // namespace acus

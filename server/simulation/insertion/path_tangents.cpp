@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/insertion/path_tangents.h"
+
+#include <cmath>
+
+namespace acus {
+
+namespace {
+
+// A last vertex this close to the end of its path (in spacings) holds nothing yet: two points at one place.
+constexpr double kEndClearance = 0.1;
+// Cosine of the largest angle between a path and the needle in it.
+constexpr double kLeastAlong = 0.5;
+// Square of the sine below which a path against the needle lies to no side of it.
+constexpr double kNoSide = 1e-12;
+
+Vector3 young_direction(const Vector3& along, const Vector3& needle_tangent, double spacing) {
+  const double share = 2 * along.norm() / spacing;
+  if (share >= 1) return along.normalized();
+  return ((1 - share) * needle_tangent + share * along.stableNormalized()).normalized();
+}
+
+}  // namespace
+
+int holding_vertices(const Path& path) {
+  const auto count = static_cast<int>(path.vertices.size());
+  return count > 1 && path.tail < kEndClearance * path.spacing ? count - 1 : count;
+}
+
+Vector3 path_tangent(const TissueView& tissue, const Path& path, int vertex, const Vector3& needle_tangent,
+                     double spacing) {
+  const int last = static_cast<int>(path.vertices.size()) - 1;
+  const Vector3 here = tissue.position(path.vertices[vertex]);
+  const Vector3 before = vertex > 0 ? tissue.position(path.vertices[vertex - 1]) : here;
+  const Vector3 after = vertex < last ? tissue.position(path.vertices[vertex + 1]) : tissue.position(path.end);
+  return young_direction(after - before, needle_tangent, spacing);
+}
+
+Vector3 end_tangent(const TissueView& tissue, const Path& path, const Vector3& needle_tangent, double spacing) {
+  const int last = holding_vertices(path) - 1;
+  return young_direction(tissue.position(path.end) - tissue.position(path.vertices[last]), needle_tangent, spacing);
+}
+
+Vector3 along_needle(const Vector3& path, const Vector3& needle) {
+  const double along = path.dot(needle);
+  if (along >= kLeastAlong) return path;
+  const Vector3 across = path - along * needle;
+  if (across.squaredNorm() < kNoSide) return needle;
+  return kLeastAlong * needle + std::sqrt(1 - kLeastAlong * kLeastAlong) * across.stableNormalized();
+}
+
+}  // namespace acus

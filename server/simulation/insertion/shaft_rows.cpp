@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/insertion/shaft_rows.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "server/math/rotation.h"
+#include "server/simulation/insertion/tip_rows.h"
+
+namespace acus {
+
+namespace {
+
+// A point holds as if it stood for at least this length of shaft (in spacings).
+constexpr double kLeastOwned = 0.1;
+
+double holding_length(double owned, double spacing) { return std::max(owned, kLeastOwned * spacing); }
+
+// `row` stands at the vertex along the path's tangent.
+bool add_friction(const InsertionView& at, const VertexMemory& memory, const ShaftPoint& point, Row& row, Rows& rows) {
+  const TissueView& tissue = at.tissue;
+  const NeedleView& needle = at.needle;
+  const MaterialPoint& material = row.in_tissue.a;
+  const Interaction& law = tissue.interaction(material);
+  const double normal = point.owned * std::numbers::pi * needle.model.diameter * *law.pressure;
+  const auto threshold = [&](bool slips) { return normal * (slips ? law.friction_dynamic : law.friction_static); };
+  const double viscosity = point.owned * law.friction_viscous / needle.h;
+  bool all = true;
+  if (threshold(false) > 0 || viscosity > 0) {
+    const Vector3 before = needle.start_position(point.s) - tissue.start_position(material);
+    row.role = RowRole::friction;
+    row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before) -
+              row.compliance * memory.traction * point.owned;
+    all = rows.add(row, {LawKind::friction, threshold(memory.sliding), viscosity}, memory.friction);
+  }
+  const double share = at.parameters.torsional_friction;
+  if (share * threshold(false) == 0) return all;
+  row.role = RowRole::torsion;
+  row.compliance = 0;
+  row.radius = needle.model.diameter / 2;
+  row.gap = row.radius * row.n.dot(needle.turned(row.on_needle) -
+                                   material_rotation(tissue.mesh, tissue.x_start, tissue.x, material.tetrahedron));
+  return rows.add(row, {LawKind::friction, share * threshold(memory.turning)}, memory.torsion) && all;
+}
+
+}  // namespace
+
+bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionWork& work, const ShaftPoint& point,
+                    Rows& rows) {
+  const TissueView& tissue = at.tissue;
+  const VertexMemory& memory = work.next.vertices[point.vertex];
+  const MaterialPoint& material = path.vertices[point.vertex];
+  const CurvePoint on_needle = curve_point(at.needle.model, at.needle.shape, point.s);
+  const Vector3 apart = on_needle.position - tissue.position(material);
+  Row row{at.needle_index, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0,
+          point.softness};
+  const double holding = holding_length(point.owned, path.spacing);
+  const double compliance = tissue.lateral_compliance(material, at.needle.model.diameter) / holding;
+  Vector3 across[2];
+  perpendicular_basis(point.tangent, across[0], across[1]);
+  bool all = true;
+  for (const Vector3& n : across) {
+    row.n = n;
+    row.gap = n.dot(apart);
+    all = rows.add(row, {.compliance = compliance}, memory.lateral.dot(n)) && all;
+  }
+  row.softness = 0;
+  // A tip this close to the vertex behind it has that one's support itself.
+  const TipPlace& tip = work.located.tip;
+  const bool at_tip = !tip.at_end && &point == &work.located.shaft.back() && tip.point.u < 0.5;
+  if (!at_tip) all = add_support(at, point.s, row, rows) && all;
+  row.n = point.tangent;
+  row.compliance = tissue.axial_compliance(material, at.needle.model.diameter) / holding;
+  return add_friction(at, memory, point, row, rows) && all;
+}
+
+}  // namespace acus

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/insertion/tip_give.h"
+
+namespace acus {
+
+double surface_compliance(const InsertionView& at, const Obstacle& obstacle) {
+  const double puncture_force = at.tissue.interaction(obstacle.material).puncture_force;
+  return at.tissue.surface_compliance(obstacle.material, at.parameters.outer_diameter, puncture_force);
+}
+
+double cutting_compliance(const InsertionView& at, const Path& path) {
+  return at.tissue.tip_compliance(path.end, at.parameters.outer_diameter,
+                                  at.tissue.interaction(path.end).cutting_force);
+}
+
+double border_compliance(const InsertionView& at, const Path& path, double contact) {
+  const double flat = at.tissue.interaction(path.end).cutting_force;
+  return cutting_compliance(at, path) * (contact > flat ? flat / contact : 1);
+}
+
+}  // namespace acus

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/insertion/tip_rows.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/math/rotation.h"
+#include "server/simulation/insertion/tip_give.h"
+
+namespace acus {
+
+namespace {
+
+// A tip that a tick took past a border comes back to it no faster than this.
+constexpr double kRecoverySpeed = 0.1;  // m/s
+// What a tip that bears force stands off by, because the give under it changes from element to element, is made good no
+// faster than this: forces of the size that it takes are to change slowly.
+constexpr double kSettlingSpeed = 5e-3;  // m/s
+
+// What is left of an offset (m) that is made good by `step` (m).
+double shrunk(double offset, double step) { return std::copysign(std::max(0.0, std::abs(offset) - step), offset); }
+
+// Distance of the tip from the obstacle along its normal (m). What the tip was behind it at the start of the tick, torn
+// out of its path sideways or carried over a border by the tick before, and not by the give of what lies between, is
+// made good at `recovery` (m/s), not at once; a recovery of 0 leaves it where it is. Likewise what a tip that already
+// bears force stands off by, because the give has changed from one element to the next.
+double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double recovery,
+                    double compliance) {
+  const NeedleView& needle = at.needle;
+  const Vector3& n = obstacle.at.normal;
+  const double give = compliance * std::max(tip.contact, tip.cutting);
+  const double start = give + n.dot(needle.start_tip() - at.tissue.start_position(obstacle.material));
+  const double before_it = obstacle.under ? 0 : compliance * tip.cutting;  // what is cut gives way first
+  const double apart = before_it + n.dot(needle.tip().position - at.tissue.position(obstacle.material));
+  if (obstacle.under && give > 0) return apart - shrunk(start, kSettlingSpeed * needle.h);
+  return apart - std::min(0.0, start + recovery * needle.h);
+}
+
+// The tip against the obstacle, along its normal.
+bool add_contact(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double puncture_force,
+                 double gap, double compliance, Rows& rows) {
+  Row row{at.needle_index, RowRole::contact, -1, at.needle.tip(), {obstacle.material, {}, 0}, obstacle.at.normal, gap};
+  row.compliance = compliance;
+  return rows.add(row, {LawKind::unilateral, puncture_force}, tip.contact);
+}
+
+// And along its surface.
+bool add_contact_friction(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double friction,
+                          double cohesion, int normal_row, Rows& rows) {
+  if (friction == 0 && cohesion == 0) return true;
+  Row row{at.needle_index, RowRole::contact_friction, -1, at.needle.tip(), {obstacle.material, {}, 0},
+          Vector3::Zero(), 0};
+  const Vector3 moved = (row.on_needle.position - at.tissue.position(obstacle.material)) -
+                        (at.needle.start_tip() - at.tissue.start_position(obstacle.material));
+  Vector3 across[2];
+  perpendicular_basis(obstacle.at.normal, across[0], across[1]);
+  bool all = true;
+  for (int k = 0; k < 2; ++k) {
+    row.n = across[k];
+    row.gap = row.n.dot(moved);
+    const Law law{.kind = k == 0 ? LawKind::disk_first : LawKind::disk_second,
+                  .limit = friction,
+                  .normal_row = normal_row,
+                  .cohesion = cohesion};
+    all = rows.add(row, law, tip.lateral.dot(row.n)) && all;
+  }
+  return all;
+}
+
+bool add_border_contact(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
+  const Obstacle& obstacle = *work.located.obstacle;
+  const Border& border = at.tissue.border(obstacle.material, obstacle.region);
+  const double compliance = border_compliance(at, path, work.next.tip.contact);
+  const double gap = obstacle_gap(at, obstacle, work.next.tip, kRecoverySpeed, compliance);
+  return add_contact(at, obstacle, work.next.tip, border.puncture_force, gap, compliance, rows);
+}
+
+bool add_cutting(const InsertionView& at, const Path& path, const TipMemory& tip, Rows& rows) {
+  const double cutting_force = at.tissue.interaction(path.end).cutting_force;
+  if (path.exited || cutting_force == 0) return true;
+  Row row{at.needle_index, RowRole::cutting, -1, at.needle.tip(), {path.end, {}, 0}, -at.cutting_direction(), 0};
+  row.compliance = cutting_compliance(at, path);
+  row.gap = cutting_gap(at, path, tip, row.n, row.compliance);
+  return rows.add(row, {LawKind::unilateral, cutting_force}, tip.cutting);
+}
+
+// The tip across its way.
+bool add_hold(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
+  const TissueView& tissue = at.tissue;
+  const Insertion& memory = work.next;
+  const TipPlace& place = work.located.tip;
+  const CurvePoint tip = at.needle.tip();
+  Vector3 across[2];
+  perpendicular_basis(place.tangent, across[0], across[1]);
+  Vector3 apart = tip.position - tissue.position(place.point);
+  const bool gives_way = !place.at_end || tissue.local_compliance == LocalCompliance::all;
+  const double compliance =
+      gives_way ? tissue.lateral_compliance(place.point.a, at.needle.model.diameter) / path.spacing : 0;
+  if (place.at_end) {
+    apart -= at.needle.start_tip() - tissue.start_position(place.point.a) + compliance * memory.tip.lateral;
+  } else {
+    apart -= place.offset * compliance * memory.end_force;
+  }
+  bool all = true;
+  for (const Vector3& n : across) {
+    const Row row{at.needle_index, RowRole::tip_lateral, -1, tip, place.point, n, n.dot(apart), place.softness};
+    all = rows.add(row, {.compliance = compliance}, memory.tip.lateral.dot(n)) && all;
+  }
+  return all;
+}
+
+}  // namespace
+
+double cutting_gap(const InsertionView& at, const Path& path, const TipMemory& tip, const Vector3& n,
+                   double compliance) {
+  const double apart = n.dot(at.needle.tip().position - at.tissue.position(path.end));
+  const double give = compliance * tip.cutting;
+  if (give == 0) return apart;
+  const double start = give + n.dot(at.needle.start_tip() - at.tissue.start_position(path.end));
+  return apart - shrunk(start, kSettlingSpeed * at.needle.h);
+}
+
+bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& rows) {
+  const Obstacle& obstacle = *work.located.obstacle;
+  const TipMemory& tip = work.next.tip;
+  const Interaction& law = at.tissue.interaction(obstacle.material);
+  const int normal_row = rows.count();
+  const double compliance = surface_compliance(at, obstacle);
+  const double gap = obstacle_gap(at, obstacle, tip, 0, compliance);
+  return add_contact(at, obstacle, tip, law.puncture_force, gap, compliance, rows) &&
+         add_contact_friction(at, obstacle, tip, law.friction_contact, 0, normal_row, rows);
+}
+
+bool add_border_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
+  const Obstacle& obstacle = *work.located.obstacle;
+  const double friction = at.tissue.border(obstacle.material, obstacle.region).friction_contact;
+  const double cohesion = at.tissue.interaction(path.end).cutting_force;
+  const int normal_row = rows.count();
+  return add_border_contact(at, path, work, rows) &&
+         add_contact_friction(at, obstacle, work.next.tip, friction, cohesion, normal_row, rows);
+}
+
+bool add_path_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
+  bool all = add_cutting(at, path, work.next.tip, rows);
+  if (work.located.obstacle) all = add_border_contact(at, path, work, rows) && all;
+  all = add_hold(at, path, work, rows) && all;
+  const TipPlace& place = work.located.tip;
+  if (place.at_end) return all;
+  const MaterialPoint& nearest = place.point.u < 0.5 ? place.point.a : place.point.b;
+  const Row support{at.needle_index, RowRole::tip_lateral, -1, at.needle.tip(), {nearest, {}, 0}, Vector3::Zero(), 0};
+  return add_support(at, at.needle.model.length, support, rows) && all;
+}
+
+bool add_support(const InsertionView& at, double s, Row row, Rows& rows) {
+  const TissueView& tissue = at.tissue;
+  const auto normal = tissue.border_normal(row.in_tissue.a);
+  if (!normal) return true;
+  row.n = *normal;
+  row.gap = row.n.dot(row.on_needle.position - tissue.position(row.in_tissue.a));
+  if (tissue.local_compliance == LocalCompliance::all) {
+    const double start = row.n.dot(at.needle.start_position(s) - tissue.start_position(row.in_tissue.a));
+    row.gap -= std::min(0.0, start + kSettlingSpeed * at.needle.h);
+  }
+  return rows.add(row, {LawKind::unilateral, kInfinity}, 0);
+}
+
+}  // namespace acus

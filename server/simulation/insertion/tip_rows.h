@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The rows of the tip: contact with a surface or an inner border, cutting, and the hold of its path.
+//
+// A border of a region that holds the tip (borders.h) is a surface inside. Ahead of a cutting tip it adds a contact row,
+// capped by f_p. A tip that rests against it, or that the base's motion takes there in this tick, has two rows of
+// friction along the border with the cohesion f_c (laws.h) instead of its cutting and lateral rows: it slides, and cuts
+// as it slides, once the force along the border is more than f_c + mu times the contact force. Kept to its cutting
+// direction, a tip that grazes the border would be wedged in.
+//
+// At the end of its path the tip is held where it is: its rows there are on displacements of the tick. What it bore when it
+// left the end is the offset to which it is held on the way back, so that neither way makes a jump.
+//
+// With tissue.local_compliance `all` springs stand in series (rows.h, local_compliance.h): s in the contact and the cutting
+// row. The tip stands s lambda beyond the mesh's surface, or beyond the path's end: tissue which is really at the tip stands
+// behind it in the mesh. A tip that cuts leaves its path's end s f_c behind along the cutting direction, so that the force
+// stays at f_c as the end moves on. At a border the spring is that of the cut, but gives no more than it gave at f_c. Across
+// its way the tip at the end has the give that it has behind it, on what it bore at the start of the tick.
+//
+// A law that cannot bear any force has no row. All functions return false if a row did not fit.
+#pragma once
+
+#include "server/simulation/insertion/insertion.h"
+#include "server/constraints/rows.h"
+
+namespace acus {
+
+// Outside, against the surface in located.obstacle.
+bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& rows);
+// Inside, against the border in located.obstacle.
+bool add_border_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows);
+// Inside its path.
+bool add_path_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows);
+
+// A border that the path lies on keeps the needle, at s, out of the region behind it, however soft the tissue on this side
+// is: a unilateral row at the point of `row`. A needle whose tip has pressed that tissue flat comes in behind the border and
+// is brought out slowly.
+bool add_support(const InsertionView& at, double s, Row row, Rows& rows);
+
+// Distance of the tip from the path's end against the cutting direction n (m), less what gives way before it.
+double cutting_gap(const InsertionView& at, const Path& path, const TipMemory& tip, const Vector3& n, double compliance);
+
+}  // namespace acus

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Bounds that are fixed before a scene is known.
+#pragma once
+
+namespace acus {
+
+inline constexpr int kMaxPaths = 64;      // that a tissue remembers
+inline constexpr int kMaxRepeats = 10;    // of a step that rungs without iterations make once, but for one that goes too far
+inline constexpr int kLookEvery = 8;      // ticks between two looks ahead of a tip, while all that lies there is ready
+inline constexpr int kStepsAhead = 6;     // of a look for the tetrahedra that a tip will enter
+inline constexpr double kStepAhead = 0.3; // sizes of the tip's element
+inline constexpr int kOtherEvents = 8;    // of one needle in one tick, besides the borders that it crosses
+
+}  // namespace acus

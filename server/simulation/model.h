@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a scene is made into when it is loaded: constant from then on, and shared by all ticks.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "server/models/needle.h"
+#include "server/models/surface.h"
+#include "server/models/tissue_system.h"
+#include "server/scene/scene.h"
+#include "server/simulation/base_motion.h"
+#include "server/simulation/borders.h"
+
+namespace acus {
+
+// Told before each step of loading a scene what that step makes: "mesh", "regions", ..., "factor", ...
+using Progress = std::function<void(const char* what)>;
+
+struct Model {
+  // Loads the mesh and factorises; throws SceneError.
+  explicit Model(const Scene& scene, const Progress& progress = {});
+  Model(const Model&) = delete;  // parts refer to each other
+  Model& operator=(const Model&) = delete;
+
+  int needle_count() const { return static_cast<int>(scene.needles.size()); }
+  int guide_count() const { return static_cast<int>(scene.guides.size()); }
+  // Whether the rung iterates to a tolerance.
+  bool iterates() const { return scene.tissue.rung == TissueRung::refined || scene.tissue.rung == TissueRung::exact; }
+
+  Scene scene;
+  double h;                                // s, 1/rate
+  TetrahedralMesh mesh;                    // at its place in the world
+  std::vector<int> regions;                // per tetrahedron
+  std::vector<Interaction> interactions;   // per region, pressure filled in
+  std::vector<double> element_sizes;       // per tetrahedron: the edge of a regular one of the same volume (m)
+  TissueModel tissue;
+  Surface surface;
+  Borders borders;
+  TissueSystem tissue_system;
+  std::vector<NeedleModel> needles;
+  std::vector<BaseLimits> needle_limits, guide_limits;  // of the bases' and the guides' motions
+  std::vector<int> guide_needles;          // per guide, the needle in it
+  int path_vertices = 0;                   // that a path can have: any needle may pick it up
+  int max_rows = 0;                        // scalar rows of the laws in one tick
+};
+
+// Rows between a needle and the tissue, and of all guides, in one tick, at most.
+int max_tissue_rows(const Scene& scene, const Needle& needle);
+int max_guide_rows(const Scene& scene);
+
+}  // namespace acus

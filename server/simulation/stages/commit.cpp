@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
+
+#include "server/simulation/stages/stages.h"
+
+namespace acus {
+
+namespace {
+
+void read_all_forces(const Model& model, Scratch& scratch) {
+  for (int i = 0; i < model.needle_count(); ++i) {
+    scratch.forces[i] = read_forces(scratch.rows, i, scratch.insertions[i]);
+    scratch.guide_forces[i].setZero();
+  }
+  for (int g = 0; g < model.guide_count(); ++g)
+    scratch.guide_forces[model.guide_needles[g]] += read_guide_forces(scratch.rows, g, scratch.guides[g]);
+}
+
+// Before the needles are committed.
+NeedleBalance balance_of(const Model& model, const Scratch& scratch, const State& state) {
+  NeedleBalance balance;
+  for (int i = 0; i < model.needle_count(); ++i) {
+    const NeedleMotion& motion = scratch.motions[i];
+    const Vector3 base = motion.base_reaction().head<3>();
+    balance.sum += base + scratch.guide_forces[i] - motion.inertia_less_weight(state.needles[i]);
+    balance.largest_force = std::max(balance.largest_force, base.norm());
+  }
+  return balance;
+}
+
+}  // namespace
+
+bool is_finite(const Model& model, const Scratch& scratch) {
+  const auto lambda = scratch.rows.lambda();
+  if (!std::all_of(lambda.begin(), lambda.end(), [](double force) { return std::isfinite(force); })) return false;
+  for (int i = 0; i < model.needle_count(); ++i)
+    if (!scratch.motions[i].finite()) return false;
+  return scratch.tissue.finite();
+}
+
+void commit(const Model& model, Scratch& scratch, State& state) {
+  const StageTimer timer(scratch.times, Stage::transitions);
+  read_all_forces(model, scratch);
+  scratch.balance = state.balance;
+  state.balance = balance_of(model, scratch, state);
+  state.spring_energy = scratch.rows.elastic_energy();
+  ++state.tick;
+  for (int i = 0; i < model.needle_count(); ++i) {
+    state.bases[i] = scratch.bases[i];
+    scratch.motions[i].commit(state.needles[i]);
+    std::swap(state.insertions[i], scratch.insertions[i].next);
+  }
+  for (int g = 0; g < model.guide_count(); ++g) state.guides[g] = scratch.guides[g].next;
+  scratch.tissue.commit(state.tissue);
+}
+
+}  // namespace acus

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+
+#include "server/simulation/limits.h"
+#include "server/simulation/stages/stages.h"
+
+namespace acus {
+
+namespace {
+
+std::uint32_t flags_of(const Model& model, const State& state, const Scratch& scratch) {
+  const Outcome& o = scratch.outcome;
+  const bool unfinished = model.iterates() ? o.change > model.scene.newton.tolerance : o.went_too_far();
+  const int uncapped = model.iterates() ? model.scene.newton.max_iterations : kMaxRepeats;
+  const bool sweeps_lowered = state.economizing && model.scene.overrun.max_sweeps < model.scene.laws.max_sweeps;
+  std::uint32_t flags = o.transitions;
+  const auto raise = [&flags](bool trouble, std::uint32_t flag) { flags |= trouble ? flag : 0; };
+  raise(!o.tangents_exact, kTangentProjected);
+  raise(!o.rows_fit, kRowsDropped);
+  raise(model.iterates() && unfinished, kNewtonNotConverged);
+  raise(o.went_too_far(), kStepLimited);
+  raise(scratch.tissue.inverted(), kElementsInverted);
+  raise(!o.laws.converged, kLawsNotConverged);
+  raise(o.laws.fell_back, kSolverFellBack);
+  raise(unfinished && o.limit < uncapped, kIterationsCapped);
+  raise(o.laws.capped && sweeps_lowered, kSweepsCapped);
+  raise(!o.finite, kNotFinite);
+  return flags;
+}
+
+void write_needle(const State& state, const Scratch& scratch, int i, NeedleReport& report) {
+  const NeedleState& needle = state.needles[i];
+  const BaseState& base = state.bases[i];
+  report.command_seq = base.command_seq;
+  report.command_tick = base.command_tick;
+  report.phase = state.insertions[i].phase;
+  report.inserted_depth = state.insertions[i].depth;
+  report.base = {needle.x.col(0), needle.q[0]};
+  report.spin = base.spin;
+  report.tip_position = needle.x.rightCols<1>();
+  if (!scratch.outcome.finite) return;  // forces stay those of the last good tick
+  const InsertionForces& forces = scratch.forces[i];
+  report.tip_force = forces.tip;
+  report.cutting_force = forces.cutting;
+  report.friction_force = forces.friction;
+  report.lateral_force = forces.lateral;
+  report.guide_force = scratch.guide_forces[i];
+  report.base_force = -scratch.motions[i].base_reaction().head<3>();
+  report.base_torque = -scratch.motions[i].base_reaction().tail<3>();
+}
+
+// The tissue's part of the balance needs the elements at the new positions, which the next tick evaluates: what is
+// reported speaks of the tick before.
+void write_balance(const Scratch& scratch, TickReport& report) {
+  const TissueMotion::Balance& b = scratch.tissue.balance();
+  report.imbalance = (scratch.balance.sum + b.support + b.weight - b.inertia).norm();
+  report.largest_force =
+      std::max({scratch.balance.largest_force, b.support.norm(), b.weight.norm(), b.inertia.norm()});
+}
+
+}  // namespace
+
+void write_report(const Model& model, const State& state, Scratch& scratch, TickReport& report) {
+  const StageTimer timer(scratch.times, Stage::report);
+  report.tick = state.tick;
+  report.time = static_cast<double>(state.tick) * model.h;
+  report.flags = flags_of(model, state, scratch);
+  report.rows = scratch.rows.count();
+  report.solver = scratch.outcome.laws.method;
+  report.sweeps = scratch.outcome.laws.sweeps;
+  report.residual = scratch.outcome.laws.residual;
+  report.newton_iterations = scratch.outcome.iterations;
+  report.events.assign(scratch.events.begin(), scratch.events.end());
+  if (scratch.outcome.finite) write_balance(scratch, report);
+  for (int i = 0; i < model.needle_count(); ++i) write_needle(state, scratch, i, report.needles[i]);
+}
+
+}  // namespace acus
