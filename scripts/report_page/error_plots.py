@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error against run time, and which error dominates, from errors_SCENE.csv (server/study/error_settings.h tells the
-kinds of error)."""
+"""Error against run time, and which error dominates, from errors_SCENE.csv (the kinds of error:
+server/tools/study/error_settings.h)."""
 
 import math
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What depends on the mesh, and what mends it: locking.csv (server/study/locking.h) and mesh_dependence.csv
-(server/study/mesh_dependence.h)."""
+"""What depends on the mesh, and what mends it: locking.csv (server/tools/study/locking.h) and mesh_dependence.csv
+(server/tools/study/mesh_dependence.h)."""
 
 import matplotlib.pyplot as plt
 from page import Section

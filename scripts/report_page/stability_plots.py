@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which extreme scenes stay stable, from stability.csv (server/study/stability_criteria.h tells the measures)."""
+"""Which extreme scenes stay stable, from stability.csv (server/tools/study/stability_criteria.h tells the measures)."""
 
 import matplotlib.pyplot as plt
 from matplotlib.patches import Patch
