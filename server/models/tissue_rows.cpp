@@ -16,6 +16,7 @@ TissueRows::TissueRows(const SparseCholesky& factor, int max_rows, int max_nodes
   slot_displacement_.setZero(3, slots);
   slot_read_.resize(static_cast<std::size_t>(slots));
   slot_forces_.setZero(3 * slots);
+  touched_.reserve(static_cast<std::size_t>(slots));
 }
 
 void TissueRows::begin() {
@@ -71,14 +72,23 @@ void TissueRows::add_compliance(const VectorX& y, Eigen::Ref<MatrixX> W, std::sp
   }
 }
 
+// Slots in the order in which the rows touch them: sums do not depend on which slot a node was given.
 void TissueRows::add_forces(std::span<const double> lambda, VectorX& y) {
-  slot_forces_.setZero();
+  touched_.clear();
+  std::fill(slot_read_.begin(), slot_read_.end(), 0);
   for (int r = 0; r < count_; ++r)
-    for (int k = 0; k < rows_[r].parts; ++k)
-      slot_forces_.segment<3>(3 * rows_[r].slot[k]) += lambda[r] * rows_[r].force[k];
-  for (int s = 0; s < corridor_.used(); ++s) {
-    const Vector3 force = slot_forces_.segment<3>(3 * s);
-    if (!force.isZero(0)) corridor_.add_force(s, force, y);
+    for (int k = 0; k < rows_[r].parts; ++k) {
+      const int slot = rows_[r].slot[k];
+      auto force = slot_forces_.segment<3>(3 * slot);
+      if (std::exchange(slot_read_[slot], 1) == 0) {
+        touched_.push_back(slot);
+        force.setZero();
+      }
+      force += lambda[r] * rows_[r].force[k];
+    }
+  for (const int slot : touched_) {
+    const Vector3 force = slot_forces_.segment<3>(3 * slot);
+    if (!force.isZero(0)) corridor_.add_force(slot, force, y);
   }
 }
 

@@ -49,7 +49,8 @@ class TissueRows {
   int count_ = 0;
   MatrixX gram_rows_, gram_columns_;  // G S: 3 slots x rows; its transpose
   Matrix3X slot_displacement_;        // Yᵀ y
-  std::vector<char> slot_read_;       // per slot, whether slot_displacement_ is of this call
+  std::vector<char> slot_read_;       // per slot, whether this call has met it
+  std::vector<int> touched_;          // slots that forces act on, in the order of the rows
   VectorX slot_forces_;               // S lambda
 };
 

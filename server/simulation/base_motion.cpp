@@ -73,6 +73,13 @@ Pose BaseState::spun_pose() const {
   return {pose.position, (pose.orientation * rotation_exp({spin, 0, 0})).normalized()};
 }
 
+bool BaseState::is_finite() const {
+  for (const Pose* p : {&pose, &target})
+    if (!p->position.array().isFinite().all() || !p->orientation.coeffs().array().isFinite().all()) return false;
+  return velocity.array().isFinite().all() && angular_velocity.array().isFinite().all() && std::isfinite(spin) &&
+         std::isfinite(target_spin) && std::isfinite(spin_velocity);
+}
+
 BaseState base_at(const Pose& pose) {
   BaseState base;
   base.pose = base.target = pose;

@@ -50,6 +50,7 @@ struct BaseState {
 
   // With the spin applied.
   Pose spun_pose() const;
+  bool is_finite() const;
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {

@@ -32,6 +32,10 @@ NeedleBalance balance_of(const Model& model, const Scratch& scratch, const State
 }  // namespace
 
 bool is_finite(const Model& model, const Scratch& scratch) {
+  for (const BaseState& base : scratch.bases)
+    if (!base.is_finite()) return false;
+  for (const GuideWork& guide : scratch.guides)
+    if (!guide.next.motion.is_finite()) return false;
   const auto lambda = scratch.rows.lambda();
   if (!std::all_of(lambda.begin(), lambda.end(), [](double force) { return std::isfinite(force); })) return false;
   for (int i = 0; i < model.needle_count(); ++i)
