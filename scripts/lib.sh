@@ -23,12 +23,13 @@ help_if_asked() {
 
 install_packages() { "$acus_root/scripts/install-packages" || fail "packages are missing, see above"; }
 
-# Configures and builds one preset of CMakePresets.json.
+# build_preset PRESET [TARGET...]: configures one preset of CMakePresets.json and builds the targets, or all.
 build_preset() {
-  local preset=$1
+  local preset=$1 targets=()
+  (($# == 1)) || targets=(--target "${@:2}")
   say "building preset $preset in build/$preset"
   (cd "$acus_root" && cmake --preset "$preset") || fail "configuring preset $preset, see above"
-  (cd "$acus_root" && cmake --build --preset "$preset" --parallel "$(nproc)") ||
+  (cd "$acus_root" && cmake --build --preset "$preset" --parallel "$(nproc)" "${targets[@]}") ||
     fail "building preset $preset, see above"
 }
 

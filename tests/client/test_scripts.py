@@ -65,7 +65,7 @@ class MakeTrajectories(InTemporaryFolder):
                 self.assertEqual(made.read(), kept.read(), name)
 
 
-class ConvertHandMotion(InTemporaryFolder):
+class ConvertHandMotionCase(InTemporaryFolder):
     def convert(self, recording, *arguments):
         return run("client/convert_hand_motion.py", recording, "--out", self.path("out.csv"), *arguments)
 
@@ -74,6 +74,8 @@ class ConvertHandMotion(InTemporaryFolder):
             file.writelines(" ".join(map(str, row)) + "\n" for row in rows)
         return self.path("recording.txt")
 
+
+class ConvertHandMotion(ConvertHandMotionCase):
     def test_the_principal_way_is_aimed_and_scaled(self):
         recording = self.write_recording([(10, 20 + 2 * i, 30, 1, 0, 0, 0) for i in range(51)])  # 100 mm along y
         self.assert_success(self.convert(recording, "--start", "1", "2", "3", "--direction", "0", "0", "-2",
@@ -112,7 +114,9 @@ class ConvertHandMotion(InTemporaryFolder):
         self.assertNotEqual(result.returncode, 0)
         self.assertIn("does not move", result.stderr)
 
-    @unittest.skipUnless(os.path.exists(RECORDING), "no ../shared/data beside the source")
+
+@unittest.skipUnless(os.path.exists(RECORDING), "SKIPPED: ../shared/data is not beside the sources")
+class ConvertMeasuredMotion(ConvertHandMotionCase):
     def test_a_measured_motion(self):
         self.assert_success(self.convert(RECORDING, "--start", "0", "0", "0.2", "--travel", "0.05"))
         rows = read_rows(self.path("out.csv"))

@@ -14,30 +14,25 @@
 #include "client/trajectory.h"
 #include "protocol/messages.h"
 #include "tests/integration/server_process.h"
+#include "tests/support/shared_data.h"
 
 namespace acus::testing {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::chrono::minutes kRunLimit{5};  // of a recording of 10 s, on a machine that is busy or checks memory
-
-const fs::path kSharedData = fs::path(ACUS_SOURCE_DIR) / ".." / "shared" / "data";
-const fs::path kRecording = kSharedData / "hand_motion" / "recording1.txt";
-const fs::path kMesh = kSharedData / "meshes" / "sofa_liver.msh";
 
 // The hand moves 147 mm, at up to 143 mm/s, as recorded: tremor, turns and detours included. Its way runs along the
 // inward normal of a broad face; the start was chosen so that the tip passes the surface in the middle of that face,
 // 90 mm on, and ends 55 mm deep, as far again from the side that is held.
-int convert(const std::string& trajectory) {
-  Process program({ACUS_SOURCE_DIR "/client/convert_hand_motion.py", kRecording, "--out", trajectory, "--start",
+int convert(const std::string& recording, const std::string& trajectory) {
+  Process program({ACUS_SOURCE_DIR "/client/convert_hand_motion.py", recording, "--out", trajectory, "--start",
                    "-0.0904", "0.0816", "-0.3224", "--direction", "-0.0762", "0.0885", "0.9932"});
   return program.wait(kPatience).value_or(-1);
 }
 
 // The needle of 18 gauge, and laws close to what Okamura, Simone and O'Leary (2004) measured with it in bovine liver; a
 // sharp tip does not skid over the capsule. The base starts where the motion does.
-std::string liver_scene(const client::BasePose& base) {
+std::string liver_scene(const std::string& mesh, const client::BasePose& base) {
   const auto& [x, y, z] = base.position;
   const auto& [qw, qx, qy, qz] = base.orientation;
   std::ostringstream text;
@@ -47,7 +42,7 @@ rate: 500
 tissue:
   mesh:
     gmsh: {file: )"
-       << fs::canonical(kMesh) << R"(, metres_per_unit: 0.034}
+       << std::quoted(mesh) << R"(, metres_per_unit: 0.034}
   regions:
     - name: liver
       material: {young_modulus: 7e3, poisson_ratio: 0.45, density: 1060}
@@ -143,14 +138,12 @@ void check_insertion(const Run& run) {
 }  // namespace
 
 TEST_CASE("a measured hand motion drives a needle into a liver in real time") {
-  if (!fs::exists(kRecording) || !fs::exists(kMesh)) {
-    MESSAGE("skipped: measured data is not at ", kSharedData);
-    return;
-  }
+  const std::string recording = shared_data("hand_motion/recording1.txt"), mesh = shared_data("meshes/sofa_liver.msh");
+  if (recording.empty() || mesh.empty()) return;
   const TemporaryFolder folder;
   const std::string trajectory = folder / "hand.csv", scene = folder / "liver.yaml", out = folder / "run.csv";
-  REQUIRE(convert(trajectory) == 0);
-  folder.write("liver.yaml", liver_scene(client::read_trajectory(trajectory).motions.at(0).samples.at(0).pose));
+  REQUIRE(convert(recording, trajectory) == 0);
+  folder.write("liver.yaml", liver_scene(mesh, client::read_trajectory(trajectory).motions.at(0).samples.at(0).pose));
 
   const std::string commands = "ipc://" + (folder / "commands"), states = "ipc://" + (folder / "states");
   Process server({ACUS_BINARY_DIR "/acus-server", scene, "--commands", commands, "--states", states});

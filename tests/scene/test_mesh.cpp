@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <limits>
 #include <set>
 
 #include "server/models/tetrahedral_mesh.h"
+#include "tests/support/shared_data.h"
 #include "tests/support/temporary_folder.h"
 
 namespace acus {
@@ -107,14 +107,6 @@ std::string gmsh_error(const std::string& name, const std::string& text) {
   const std::string error = error_of([&path] { read_gmsh_mesh(path, 1); });
   CHECK(error.starts_with(path + ": "));
   return error;
-}
-
-// Path of a measured or published mesh, empty with a message where the data are absent.
-std::string shared_mesh(const std::string& name) {
-  const std::string path = std::string(ACUS_SOURCE_DIR) + "/../shared/data/meshes/" + name;
-  if (std::filesystem::exists(path)) return path;
-  std::cout << "skipped: ../shared/data/meshes/" << name << " is not there\n";
-  return "";
 }
 
 }  // namespace
@@ -298,7 +290,7 @@ TEST_CASE("a script is never run in place of a mesh") {
 }
 
 TEST_CASE("the liver mesh is read (Gmsh 1)") {
-  const std::string path = shared_mesh("sofa_liver.msh");
+  const std::string path = shared_data("meshes/sofa_liver.msh");
   if (path.empty()) return;
   const TetrahedralMesh mesh = read_gmsh_mesh(path, 0.034);
   CHECK(mesh.node_count() == 181);
@@ -308,7 +300,7 @@ TEST_CASE("the liver mesh is read (Gmsh 1)") {
 }
 
 TEST_CASE("the head mesh is read with its five regions (Gmsh 2.2)") {
-  const std::string path = shared_mesh("head_plug_5regions.msh");
+  const std::string path = shared_data("meshes/head_plug_5regions.msh");
   if (path.empty()) return;
   const TetrahedralMesh mesh = read_gmsh_mesh(path, 0.001);
   CHECK(mesh.node_count() == 5275);

@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
+#include <filesystem>
 
 #include "server/scene/scene.h"
+#include "tests/support/shared_data.h"
 #include "tests/support/temporary_folder.h"
 
 namespace acus {
@@ -230,11 +231,8 @@ TEST_CASE("a broken mesh leads to the field `mesh` and names the file") {
 }
 
 TEST_CASE("the head mesh fills a scene of five regions") {
-  const std::string folder = std::string(ACUS_SOURCE_DIR) + "/../shared/data/meshes";
-  if (!std::filesystem::exists(folder + "/head_plug_5regions.msh")) {
-    std::cout << "skipped: ../shared/data/meshes/head_plug_5regions.msh is not there\n";
-    return;
-  }
+  const std::filesystem::path mesh = shared_data("meshes/head_plug_5regions.msh");
+  if (mesh.empty()) return;
   const Scene scene = parse_scene(R"(acus_scene: 1
 tissue:
   mesh: {gmsh: {file: head_plug_5regions.msh, metres_per_unit: 0.001}}
@@ -244,7 +242,7 @@ tissue:
     - {name: skull, physical_group: 3, interaction: {puncture_force: .inf}}
     - {name: csf, physical_group: csf}
 )",
-                                  "scene.yaml", folder);
+                                  "scene.yaml", mesh.parent_path().string());
   const std::vector<int> regions = assign_regions(scene, load_mesh(scene));
   CHECK(count_of(regions, 0) == 9866 + 6625);
   CHECK(count_of(regions, 1) == 2561);

@@ -3,8 +3,8 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <filesystem>
 
+#include "tests/support/shared_data.h"
 #include "tests/validation/scene_run.h"
 
 namespace acus::test {
@@ -88,17 +88,14 @@ TEST_CASE("deep_brain: a soft electrode reaches its target") {
   CHECK(farthest(run) < 2e-3);
 }
 
-const std::filesystem::path kHead =
-    std::filesystem::path(ACUS_SOURCE_DIR) / ".." / "shared" / "data" / "meshes" / "head_plug_5regions.msh";
-
 // The electrode of the scene in the layers of a head, along the axis that the mesh was cut for; the skull is predrilled:
 // a channel along the axis is nobody's bone.
-Scene head_scene(const Scene& electrode_scene) {
+Scene head_scene(const std::string& mesh, const Scene& electrode_scene) {
   const Vector3 entry(0.133537, 0.090199, 0.200070), axis = Vector3(-0.5086, -0.1822, -0.8415).normalized();
   Scene scene;
   scene.name = "electrode into a head";
   scene.rate = 100;
-  scene.tissue.gmsh = GmshMesh{std::filesystem::canonical(kHead).string(), 1e-3};
+  scene.tissue.gmsh = GmshMesh{mesh, 1e-3};
   Interaction soft;
   soft.puncture_force = 0.06;
   soft.cutting_force = 0.02;
@@ -150,11 +147,9 @@ Scene head_scene(const Scene& electrode_scene) {
 }
 
 TEST_CASE("deep_brain: the same electrode through the layers of a head") {
-  if (!std::filesystem::exists(kHead)) {
-    MESSAGE("skipped: no ", kHead.string());
-    return;
-  }
-  const Scene scene = head_scene(read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/deep_brain.yaml"));
+  const std::string mesh = shared_data("meshes/head_plug_5regions.msh");
+  if (mesh.empty()) return;
+  const Scene scene = head_scene(mesh, read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/deep_brain.yaml"));
   Simulation simulation(scene);
   const Vector3 axis = scene.needles[0].base.orientation * Vector3::UnitX();
   std::vector<Event> events;

@@ -45,7 +45,7 @@ constexpr const char* kFooter =
     "                                            five times through, each without its first half second\n"
     "  acus-bench SCENE TRAJECTORY --rung exact --ticks 200 --json - | jq .tick\n"
     "\nExit status: 0 measured; 1 bad command line; 2 the scene or the trajectory cannot be used, or no "
-    "tick counted; 3 anything else.";
+    "tick counted; 3 anything else; 4 not built for this processor.";
 
 constexpr const char* kNothingCounted =
     "no tick counted, so there are no times: the first 5 ticks of each 200 never do; ask for more --ticks, a shorter "

@@ -23,7 +23,7 @@ constexpr const char* kFooter =
     "  acus-study --quick --out /tmp/study errors\n"
     "  acus-study --out out/report stability refinement\n"
     "  acus-study --out out/report errors --scene steering\n"
-    "\nExit status: 0 done; 1 bad command line; 3 anything else.";
+    "\nExit status: 0 done; 1 bad command line; 3 anything else; 4 not built for this processor.";
 
 struct StudyCommand {
   const char* name;
