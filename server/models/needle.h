@@ -5,7 +5,7 @@
 // One tick solves, linearised about the configuration q_k,
 //
 //   (M/h² + B/h + K) dq = -g(q_k) + Hᵀ lambda
-//   g(q) = M((q - q_n)/h - v_n)/h + F(q) + B (q - q_n)/h - p
+//   g(q) = M((q - q_n)/h - v_n)/h + f(q) + B (q - q_n)/h - w
 //
 // with lumped M, B = alpha M + beta K_m, K the exact Hessian of the elastic energy and K_m its material part. q_0 is
 // q_n carried along rigidly with the base, so that a turn of the base stretches no beam. The stiffness-proportional
