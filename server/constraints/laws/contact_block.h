@@ -6,7 +6,9 @@
 //   t:      |t| <= C + mu n, delta_t = 0 inside, delta_t = -a t with a >= 0 on the rim
 //
 // Row by row the sweeps may never settle: a needle that bends sideways far more easily than along itself, W_tt >> W_nn,
-// and that is tilted, W_nt ~ W_nn / mu, turns a change of friction into one of the normal force as large as itself.
+// and that is tilted, W_nt ~ W_nn / mu, turns a change of friction into one of the normal force as large as itself. A
+// needle is about a hundred times softer sideways than along itself; a little tilted, it does not settle at mu = 0.3
+// already, and the tip jumps on and off the surface.
 //
 // With a the multiplier of the rim, (W_tt + a I) t = -delta_t - W_tn n and W_nn n + W_nt t = -delta_n are linear in
 // (n, t), with a positive definite matrix for every a >= 0. a = 0 is sticking; sliding is the a at which |t| reaches
