@@ -35,6 +35,11 @@ if(TARGET acus-bench)  # not where sanitizers are
   install(TARGETS acus-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
 
-install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
+# The documents stand to each other as in the sources, so that the links between them lead somewhere.
+install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES client/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE.client-and-protocol)
-install(FILES protocol/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME protocol.md OPTIONAL)
+foreach(folder docs protocol scenes server tests/benchmarks tests/references)
+  file(GLOB documents CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.md)
+  install(FILES ${documents} DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder})
+endforeach()
+install(DIRECTORY scenes/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/scenes)

@@ -10,10 +10,10 @@
 // A row may stand in series with a spring of its own, the material that the mesh does not resolve: delta is then what
 // is left for the law,
 //
-//   delta = W lambda + delta_free + c lambda,
+//   delta = W lambda + delta_free + e lambda,
 //
-// and a row on displacements takes what the spring already bore off its gap, c lambda_n with lambda_n the force at the
-// start of the tick. The spring stores c lambda²/2, which comes back in full while the law sticks. In contrast to a
+// and a row on displacements takes what the spring already bore off its gap, e lambda_n with lambda_n the force at the
+// start of the tick. The spring stores e lambda²/2, which comes back in full while the law sticks. In contrast to a
 // law's compliance, which is a foundation under a bilateral row, this one is part of W for the solver and goes with any
 // law.
 #pragma once
@@ -53,7 +53,7 @@ struct Row {
   double softness = 0;          // -, tip_lateral, lateral: compliance over the mean W of the pair, on top of
                                 // the law's own
   double radius = 0;            // r (m), torsion only
-  double compliance = 0;        // c (m/N), >= 0, of the spring in series
+  double compliance = 0;        // e (m/N), >= 0, of the spring in series
 };
 
 class Rows {

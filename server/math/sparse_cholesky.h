@@ -29,8 +29,8 @@ class SparseCholesky {
   SparseCholesky& operator=(SparseCholesky&&) noexcept;
 
   // Orders and analyses the pattern of the symmetric matrix whose lower triangle is given. `block` unknowns that follow
-  // each other, like the three of a node, are all coupled and keep together. Of several orderings that with the
-  // smallest factor is taken. Throws std::runtime_error when memory runs out.
+  // each other, like the three of a node, are all coupled and keep together. Of minimum degree, METIS and nested
+  // dissection the ordering with the smallest factor is taken. Throws std::runtime_error when memory runs out.
   void analyze(const SparseMatrix& lower_triangle, int block = 1);
 
   // Numeric factorisation of a matrix with the analysed pattern; false if it is not positive definite.

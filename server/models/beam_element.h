@@ -6,15 +6,15 @@
 // slopes seen from the chord are t1 - e and t2 - e, and linear beam theory holds in that frame. With the twist psi of
 // node 2 against node 1 about the mean tangent, the elastic energy is
 //
-//   E = EA/(2L) (l - L)² + 2EI/L (|t1 - e|² + (t1 - e)·(t2 - e) + |t2 - e|²) + GJ/(2L) psi²
-//     = EA/(2L) (l - L)² + 2EI/L (5 - 3 t1·e - 3 t2·e + t1·t2)               + GJ/(2L) psi²
+//   Psi = EA/(2L) (l - L)² + 2EI/L (|t1 - e|² + (t1 - e)·(t2 - e) + |t2 - e|²) + GJ/(2L) psi²
+//       = EA/(2L) (l - L)² + 2EI/L (5 - 3 t1·e - 3 t2·e + t1·t2)               + GJ/(2L) psi²
 //
 // The slope |t - e| = 2 sin(angle/2) departs from the angle by angle²/24, 4e-5 at 0.03 rad. A circular section bends
 // alike in all planes, so no section axes are needed; the twist is exact for any bend (swing-twist decomposition).
 // Frame-indifferent; forces and moments balance exactly.
 //
 // Generalised coordinates (x1, theta1, x2, theta2), theta a world-frame rotation vector on top of the current
-// orientation. forces = dE/dq, i.e. the force that must be applied from outside. Hessian exact and symmetric (the
+// orientation. forces = dPsi/dq, i.e. the force that must be applied from outside. Hessian exact and symmetric (the
 // second derivative along exp(theta)).
 #pragma once
 

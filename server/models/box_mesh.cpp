@@ -13,7 +13,9 @@ constexpr std::int64_t kMaxCells = 2'000'000;
 
 // Kuhn's six tetrahedra of a cell: each walks from one corner of the cell to the opposite one along the three axes in
 // one order; even orders give positive volumes. Every cell is the mirror image of its neighbours, so that diagonals run
-// both ways: all in one direction, they make the material stiffer along it, and a needle drifts off by millimetres.
+// both ways: all in one direction, they make the material stiffer along it. Measured: a straight needle then drifted by
+// 2 mm over 70 mm, and a symmetric tip in scene `steering` by 2.8 mm; mirrored, by 0.4 mm off the box's middle and by
+// 0.007 mm in it.
 struct Walk {
   std::array<int, 3> axes;
   bool even;

@@ -259,7 +259,7 @@ void NeedleMotion::put_residual(const NeedleState& state, const Configuration& a
   for (int i = 0; i < model_.nodes(); ++i) g.col(i) += inertia_force(state, at, i);
 }
 
-// M((q - q_n)/h - v_n)/h + alpha M (q - q_n)/h - p at one node.
+// M((q - q_n)/h - v_n)/h + alpha M (q - q_n)/h - w at one node.
 Vector6 NeedleMotion::inertia_force(const NeedleState& state, const Configuration& at, int i) const {
   const double alpha = model_.rayleigh_mass;
   const Vector3 velocity = (at.shape.x.col(i) - state.x.col(i)) / h_;

@@ -5,7 +5,7 @@
 // One tick solves, linearised about the configuration q_k,
 //
 //   (M/h² + B/h + K) dq = -g(q_k) + Hᵀ lambda
-//   g(q) = M((q - q_n)/h - v_n)/h + F(q) + B (q - q_n)/h - p
+//   g(q) = M((q - q_n)/h - v_n)/h + f(q) + B (q - q_n)/h - w
 //
 // with lumped M, B = alpha M + beta K_m, K the exact Hessian of the elastic energy and K_m its material part. q_0 is
 // q_n carried along rigidly with the base, so that a turn of the base stretches no beam. The stiffness-proportional
@@ -19,7 +19,10 @@
 // Hessian stay exact. The nodes lie on the arc exactly; a beam's stiffness is that of a straight one as long as the
 // chord, which is off by (curvature x beam length)²/24 of itself.
 //
-// A rigid needle has no free nodes: dq = 0, W_n = 0, and the base carries inertia, weight and rows in full.
+// Reaction at the base. Of a flexible needle it is the residual of node 0, g_0 + A_01 dq_1 - (Hᵀ lambda)_0. A rigid
+// needle has no free nodes: dq = 0, W_n = 0, and its reaction is inertia, with mass-proportional drag, - weight
+// - Hᵀ lambda, summed over the nodes about the base: a command that jerks is felt as it is, without the compliance of a
+// shaft.
 #pragma once
 
 #include <span>

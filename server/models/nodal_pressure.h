@@ -22,12 +22,12 @@
 //
 // The share of the elements, lambda_s = min(lambda, kElementShare mu), stands against displacements that change the
 // elements' volumes but no node's mean; mu |E|² does, too, so none of them is free. Measured at nu = 0.499 with shares
-// of 0, 0.5, 1, 2, 4 mu, cubes cut along one direction: of the vortex of study/locking.h (12 cells, against its nodal
-// values) 0.96, 0.95, 0.94, 0.93, 0.90 come about, with linear elements 0.16; under a point force on the surface (8
-// cells) the elements' volume changes are 0.23, 0.22, 0.21, 0.20, 0.18 of all strain, and the point goes in by 2.21,
-// 2.17, 2.13, 2.06, 1.96 times F (1 - nu)/(4 mu h), h the cell, with linear elements by 0.64, and at nu = 0.3, where
-// they do not lock, by 2.01. The lowest frequencies of a free cube differ by 0.3 %. One mu gives at every nu what linear
-// elements give where they do not lock, and below nu = 0.25 it is the linear element.
+// of 0, 0.5, 1, 2, 4 mu, cubes cut along one direction: of the vortex of tools/study/locking.h (12 cells, against its
+// nodal values) 0.96, 0.95, 0.94, 0.93, 0.90 come about, with linear elements 0.16; under a point force on the surface
+// (8 cells) the elements' volume changes are 0.23, 0.22, 0.21, 0.20, 0.18 of all strain, and the point goes in by 2.21,
+// 2.17, 2.13, 2.06, 1.96 times F (1 - nu)/(4 mu cell), with linear elements by 0.64, and at nu = 0.3, where they do not
+// lock, by 2.01. The lowest frequencies of a free cube differ by 0.3 %. One mu gives at every nu what linear elements
+// give where they do not lock, and below nu = 0.25 it is the linear element.
 //
 // Limits: there is no inf-sup bound. In a closed box the smallest singular value of the nodal divergence falls with the
 // element size (0.057, 0.038, 0.029 at 4, 6, 8 cells), so pressures may alternate from node to node where loads do not

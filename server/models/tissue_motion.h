@@ -2,7 +2,7 @@
 // One tick of the tissue: backward Euler, linearised about x_k,
 //
 //   A dx = -g(x_k) + Hᵀ lambda
-//   g(x) = M((x - x_n)/h - v_n)/h + f(x) + B (x - x_n)/h - p
+//   g(x) = M((x - x_n)/h - v_n)/h + f(x) + B (x - x_n)/h - w
 //
 // with A of tissue_system.h. Matrix `constant`: f(x) = K0 (x - X). Matrix `turned`: A = R A0 Rᵀ with R the nodes' rotations
 // and exact forces f, so the resting shape is that of the corotational model itself; residual and rows are turned into

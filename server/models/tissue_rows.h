@@ -3,7 +3,8 @@
 //
 //   W_t = Sᵀ G S,    delta_free = Sᵀ Yᵀ y,    y <- y + Y S lambda
 //
-// S: the rows' forces on the corridor's slots; G, Y: corridor.h; y = L⁻¹ (-g).
+// S: the rows' forces on the corridor's slots; G, Y: corridor.h; y = L⁻¹ (-g). A row acts on few slots, and W_t takes
+// one pass over contiguous memory for each.
 #pragma once
 
 #include <span>

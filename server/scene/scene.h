@@ -32,7 +32,7 @@ struct SceneError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The laws between a needle and one region of the tissue. See constraints/laws.h for their graphs.
+// The laws between a needle and one region of the tissue. See constraints/laws/laws.h for their graphs.
 struct Interaction {
   double puncture_force = 1.0;     // f_p (N), >= 0, .inf for bone
   double cutting_force = 0.5;      // f_c (N), >= 0

@@ -3,6 +3,9 @@
 // needle and is found again at its mouth. Vertex 0 is the mouth on the surface, further vertices follow at the
 // needle's constraint spacing, and `end` is where the cut stops (or where it leaves the tissue). A tissue remembers a
 // fixed number of paths; when a needle needs another, the one that was left longest ago is forgotten.
+//
+// Shaft rows act at its vertices, which are points of the tissue, not of the needle: so the path has no kink under the
+// shaft, however the elements deform.
 #pragma once
 
 #include <algorithm>

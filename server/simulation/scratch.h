@@ -23,7 +23,7 @@ namespace acus {
 // Commands that came in since the last tick, needles first, then guides.
 using Commands = std::vector<std::optional<Command>>;
 
-// How the iterations of a tick went; its flags are derived from this alone (stages/write_report.h).
+// How the iterations of a tick went; its flags are derived from this alone (stages/write_report.cpp).
 struct Outcome {
   int iterations = 0;              // made
   int limit = 0;                   // of iterations or repeats in this tick

@@ -3,7 +3,7 @@
 // independent and have the same room. What a struct holds stands once, in its fields(); state_bytes.h makes a hash,
 // equality and a byte image of it.
 //
-// Only the last stages of a good tick write it (stages/commit.h, stages/transitions.h).
+// Only the last stages of a good tick write it (stages/commit.cpp, stages/transitions.cpp).
 #pragma once
 
 #include <cstdint>

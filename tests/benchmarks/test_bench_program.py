@@ -12,8 +12,9 @@ BENCH = sys.argv.pop()
 SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scenes")
 TRAJECTORY = os.path.join(SCENES, "benchmark", "insertion_60mm.csv")
 DISTRIBUTION = {"p50_ms", "p99_ms", "max_ms"}
-STAGES = ["commands", "needle_free", "tissue_free", "locate", "rows"]
-STAGES += ["compliance", "solve", "correct", "transitions", "report"]
+# kStageNames of server/simulation/report.h.
+STAGES = ["take_commands", "needle_free_motion", "tissue_free_motion", "locate", "build_rows"]
+STAGES += ["compute_compliance", "solve_laws", "correct", "transitions", "report"]
 
 
 def bench(*arguments):

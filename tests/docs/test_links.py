@@ -7,7 +7,8 @@ import os
 import re
 import unittest
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+SOURCES = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+ROOT = os.environ.get("ACUS_DOCUMENTS", SOURCES)  # the documents as they are installed, for instance
 LEFT_OUT = ("build", "out", ".git")
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 # A file's path in backquotes, as seen from the project's folder, from that of the document or from server/.

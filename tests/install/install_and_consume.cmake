@@ -8,6 +8,9 @@ file(REMOVE_RECURSE ${WORK_DIR})
 set(prefix ${WORK_DIR}/prefix)
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix})
 
+# The links between the installed documents.
+run(${CMAKE_COMMAND} -E env ACUS_DOCUMENTS=${prefix}/${DOCUMENTS} /usr/bin/python3 ${LINKS_TEST} Documents.test_links)
+
 set(flags "")
 if(SANITIZE)  # the libraries refer to the sanitizers' runtime
   set(flags "-fsanitize=${SANITIZE}")

@@ -54,7 +54,7 @@ std::vector<Beam> deformed_beams() {
   return beams;
 }
 
-// d²E/dq_i dq_j by central differences of step h.
+// d²Psi/dq_i dq_j by central differences of step h.
 double second_difference(const Beam& beam, int i, int j, double h) {
   const auto energy = [&](double along_i, double along_j) {
     Vector12 dq = Vector12::Zero();

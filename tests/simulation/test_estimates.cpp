@@ -39,8 +39,8 @@ TEST_CASE("the foundation gives way more, the thinner the shaft against the mesh
   CHECK(foundation_compliance(material, 1e-3, 1e-3) == 0);
   CHECK(foundation_compliance(material, 0.5e-3, 1e-3) == 0);
   double before = 0;
-  for (const double h : {1.1e-3, 2e-3, 5e-3, 10e-3}) {
-    const double compliance = foundation_compliance(material, h, 1e-3);
+  for (const double edge : {1.1e-3, 2e-3, 5e-3, 10e-3}) {
+    const double compliance = foundation_compliance(material, edge, 1e-3);
     CHECK(compliance > before);
     before = compliance;
   }

@@ -60,22 +60,22 @@ TEST_CASE("at the tip: the give between two element sizes is that of a point loa
   CHECK(inside == doctest::Approx((5 - 6 * nu) / (24 * std::numbers::pi * G * (1 - nu)) * 2 / kDiameter));
   CHECK(surface_compliance(gel(), 0.7e-3, kDiameter, small) == 0);
   CHECK(tip_compliance(gel(), 0.8e-3, kDiameter, small) == 0);
-  const auto part = [&](double h) { return on_surface - surface_compliance(gel(), h, kDiameter, small); };
+  const auto part = [&](double edge) { return on_surface - surface_compliance(gel(), edge, kDiameter, small); };
   CHECK(part(4e-3) == doctest::Approx(2 * part(8e-3)));
 }
 
 TEST_CASE("at the tip: however large the force, the dimple stays well below the element's size") {
   for (const double f : {1e-3, 0.1, 1.0, 30.0, 1e4})
-    for (const double h : {2e-3, 5e-3, 20e-3}) {
-      CHECK(f * surface_compliance(gel(), h, kDiameter, f) <= 0.25 * h);
-      CHECK(f * tip_compliance(gel(), h, kDiameter, f) <= 0.25 * h);
+    for (const double edge : {2e-3, 5e-3, 20e-3}) {
+      CHECK(f * surface_compliance(gel(), edge, kDiameter, f) <= 0.25 * edge);
+      CHECK(f * tip_compliance(gel(), edge, kDiameter, f) <= 0.25 * edge);
     }
   CHECK(surface_compliance(gel(), 10e-3, kDiameter, kInfinity) == 0);
 }
 
-TEST_CASE("a surface gives way by its mesh and by the dimple: s f more at the puncture") {
-  const double h = std::cbrt(std::numbers::sqrt2) * 0.01, f = 0.4;  // of six Kuhn tetrahedra in a cell of 10 mm
-  const double dimple = f * surface_compliance(gel(), h, kDiameter, f);
+TEST_CASE("a surface gives way by its mesh and by the dimple: e f more at the puncture") {
+  const double edge = std::cbrt(std::numbers::sqrt2) * 0.01, f = 0.4;  // of six Kuhn tetrahedra in a cell of 10 mm
+  const double dimple = f * surface_compliance(gel(), edge, kDiameter, f);
   const double travel = 0.02 / 500;  // m, in a tick
   CHECK(puncture_depth(LocalCompliance::all, 6) - puncture_depth(LocalCompliance::shaft, 6) ==
         doctest::Approx(dimple).epsilon(1.5 * travel / dimple));

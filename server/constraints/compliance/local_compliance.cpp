@@ -9,7 +9,7 @@ namespace acus {
 
 namespace {
 
-// c: a mesh of edge length h answers as a needle of radius c h does.
+// c: a mesh of edge length `edge` answers as a needle of radius c edge does.
 constexpr double kAlong = 0.43;
 constexpr double kOnSurface = 0.69;
 constexpr double kAhead = 0.57;
@@ -24,25 +24,25 @@ double point_compliance(double A, double a, double resolved, double f) {
 
 }  // namespace
 
-double foundation_compliance(const Material& material, double h, double d) {
-  if (h <= d) return 0;
+double foundation_compliance(const Material& material, double edge, double d) {
+  if (edge <= d) return 0;
   const double nu = material.poisson_ratio;
-  return (3 - 4 * nu) / (8 * std::numbers::pi * shear_modulus(material) * (1 - nu)) * std::log(h / d);
+  return (3 - 4 * nu) / (8 * std::numbers::pi * shear_modulus(material) * (1 - nu)) * std::log(edge / d);
 }
 
-double axial_compliance(const Material& material, double h, double d) {
-  return std::log(std::max(1.0, 2 * kAlong * h / d)) / (2 * std::numbers::pi * shear_modulus(material));
+double axial_compliance(const Material& material, double edge, double d) {
+  return std::log(std::max(1.0, 2 * kAlong * edge / d)) / (2 * std::numbers::pi * shear_modulus(material));
 }
 
-double surface_compliance(const Material& material, double h, double d, double f) {
+double surface_compliance(const Material& material, double edge, double d, double f) {
   const double nu = material.poisson_ratio;
-  return point_compliance((1 - nu * nu) / (2 * material.young_modulus), d / 2, kOnSurface * h, f);
+  return point_compliance((1 - nu * nu) / (2 * material.young_modulus), d / 2, kOnSurface * edge, f);
 }
 
-double tip_compliance(const Material& material, double h, double d, double f) {
+double tip_compliance(const Material& material, double edge, double d, double f) {
   const double nu = material.poisson_ratio;
   const double A = (5 - 6 * nu) / (24 * std::numbers::pi * shear_modulus(material) * (1 - nu));
-  return point_compliance(A, d / 2, kAhead * h, f);
+  return point_compliance(A, d / 2, kAhead * edge, f);
 }
 
 }  // namespace acus

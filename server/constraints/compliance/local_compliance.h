@@ -47,14 +47,13 @@
 
 namespace acus {
 
-// What a mesh of edge length h cannot give way around a shaft of diameter d (m²/N, displacement per force per length):
-// the force of the shaft is spread over elements, as if it were h thick. Kelvin's line load in plane strain gives
+// What a mesh cannot give way around a shaft of diameter d (m²/N, displacement per force per length), c = 1/2:
 //
-//   1/k = (3 - 4 nu)/(8 pi G (1 - nu)) ln(h/d),   zero where h <= d.
-double foundation_compliance(const Material& material, double h, double d);
+//   1/k = (3 - 4 nu)/(8 pi G (1 - nu)) ln(edge/d),   zero where edge <= d.
+double foundation_compliance(const Material& material, double edge, double d);
 
-double axial_compliance(const Material& material, double h, double d);              // m²/N
-double surface_compliance(const Material& material, double h, double d, double f);  // m/N
-double tip_compliance(const Material& material, double h, double d, double f);      // m/N
+double axial_compliance(const Material& material, double edge, double d);              // m²/N
+double surface_compliance(const Material& material, double edge, double d, double f);  // m/N
+double tip_compliance(const Material& material, double edge, double d, double f);      // m/N
 
 }  // namespace acus

@@ -20,9 +20,9 @@
 //
 // A bilateral row may be soft: delta = -s lambda, with a compliance s of its own.
 //
-// disk: the two rows of contact friction, lambda (2-vector) within the disk of radius c + mu * (force of the normal
-// row); stick where it is inside, opposed to delta where it is on the rim (Mohr and Coulomb's cone with the cohesion c,
-// with the normal force known). c is zero on a free surface; a tip that slides along an interface cuts, c = f_c.
+// disk: the two rows of contact friction, lambda (2-vector) within the disk of radius C + mu * (force of the normal
+// row); stick where it is inside, opposed to delta where it is on the rim (Mohr and Coulomb's cone with the cohesion C,
+// with the normal force known). C is zero on a free surface; a tip that slides along an interface cuts, C = f_c.
 //
 // Friction has a static threshold, above the dynamic one (paper, section 2.5). With both in one graph it would not be
 // monotone and the answer not unique; so a point that stuck at the end of the last tick has T = static, a point that
@@ -51,7 +51,7 @@ struct Law {
   double limit = 0;       // f or T (N), >= 0, may be infinite; disks: mu (-)
   double viscosity = 0;   // c (N/m), friction only: force per displacement in this tick
   int normal_row = -1;    // disks only
-  double cohesion = 0;    // c (N), >= 0, disks only
+  double cohesion = 0;    // C (N), >= 0, disks only
   double compliance = 0;  // s (m/N), >= 0, bilateral only
 };
 

@@ -5,14 +5,15 @@
 // lateral force times the compliance of the tissue beside it that the mesh does not resolve (foundation_compliance()),
 // shared out over the lengths that the vertices own.
 //
-// With tissue.local_compliance `shaft` or `all` a spring c = k/l stands in the friction row. Its delta is the slip,
+// With tissue.local_compliance `shaft` or `all` a spring e = axial/l stands in the friction row, axial (m²/N) that of
+// axial_compliance(). Its delta is the slip,
 //
-//   delta = W lambda + delta_free + c (lambda - lambda_n),       lambda_n = l t_n,
+//   delta = W lambda + delta_free + e (lambda - lambda_n),       lambda_n = l t_n,
 //
 // t_n the friction per length that the vertex bore at the end of the last tick. It is this, and so the strain of the
 // tissue beside it, that stays when l changes; a vertex that comes alongside takes over that of the one before it. So
 // force is continuous as vertices come and go. Within the threshold the spring gives back all that it took; what a
-// shaft that slips enters with comes along with its share of energy, k t²/2 per metre.
+// shaft that slips enters with comes along with its share of energy, axial t²/2 per metre.
 //
 // Torsional friction, if the needle has it, is one more row (rows.h) with the threshold of the friction row times the
 // needle's share. Friction with neither threshold nor viscosity has no row.

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The rows of the tip: contact with a surface or an inner border, cutting, and the hold of its path.
 //
+// A tip that cuts has its cutting row along -c, c the cutting direction, and two lateral rows across c, on
+// displacements of the tick. c is fixed in the tip's frame, so the spin of the base turns it through the needle's own
+// torsional compliance, and torsional friction makes it lag. A tip that is pulled, or pushed again through an old path,
+// is held to the path instead, whatever its bevel.
+//
 // A border of a region that holds the tip (borders.h) is a surface inside. Ahead of a cutting tip it adds a contact row,
 // capped by f_p. A tip that rests against it, or that the base's motion takes there in this tick, has two rows of
 // friction along the border with the cohesion f_c (laws.h) instead of its cutting and lateral rows: it slides, and cuts
@@ -10,11 +15,12 @@
 // At the end of its path the tip is held where it is: its rows there are on displacements of the tick. What it bore when it
 // left the end is the offset to which it is held on the way back, so that neither way makes a jump.
 //
-// With tissue.local_compliance `all` springs stand in series (rows.h, local_compliance.h): s in the contact and the cutting
-// row. The tip stands s lambda beyond the mesh's surface, or beyond the path's end: tissue which is really at the tip stands
-// behind it in the mesh. A tip that cuts leaves its path's end s f_c behind along the cutting direction, so that the force
-// stays at f_c as the end moves on. At a border the spring is that of the cut, but gives no more than it gave at f_c. Across
-// its way the tip at the end has the give that it has behind it, on what it bore at the start of the tick.
+// With tissue.local_compliance `all` springs stand in series (rows.h, local_compliance.h): e in the contact and the
+// cutting row. The tip stands e lambda beyond the mesh's surface, or beyond the path's end: tissue which is really at
+// the tip stands behind it in the mesh. A tip that cuts leaves its path's end e f_c behind along the cutting direction,
+// so that the force stays at f_c as the end moves on. At a border the spring is that of the cut, but gives no more than
+// it gave at f_c. Across its way the tip at the end has the give that it has behind it, on what it bore at the start of
+// the tick.
 //
 // A law that cannot bear any force has no row. All functions return false if a row did not fit.
 #pragma once

@@ -36,6 +36,7 @@ void solve_laws(const Model& model, const State& state, Scratch& scratch);
 void correct(const Model& model, const State& state, Scratch& scratch);
 
 // Whether another iteration follows: to the tolerance in rungs that iterate, in the others where a step went too far.
+// What is cut off a step is missing from contacts, too: without a repeat a tip would sink into bone.
 bool goes_on(const Model& model, const Scratch& scratch);
 
 // Whether every number that the state would take over is finite.

@@ -35,7 +35,7 @@ struct Recording {
   double sweeps = 0, iterations = 0;  // mean per tick
   double residual = 0;                // N, largest
   double processor_seconds = 0;       // of the ticks alone
-  // Of the calibration (server/bench/calibration.h) beside the ticks, median of one solve; 0 without tissue.
+  // Of the calibration (server/tools/bench/calibration.h) beside the ticks, median of one solve; 0 without tissue.
   double calibration_seconds = 0;
 
   // Processor seconds per simulated second: below 1 it runs in real time.

@@ -3,7 +3,7 @@
 // about the rest shape. G is the shear modulus, n the number of cells.
 //
 // line     a cube of 0.1 m, four sides fixed, a force of 1 N/m along the nodes of the middle line between the open
-//          sides, at right angles to it: mean displacement of the line times 4 pi G (-). It grows with ln(1/h) without
+//          sides, at right angles to it: mean displacement of the line times 4 pi G (-). It grows with ln(1/cell) without
 //          end, so it has no reference; but it should grow alike for every Poisson's ratio.
 // needle   the same with the give of a needle of 1 mm added that the mesh does not resolve (foundation_compliance()).
 //          Reference: the finest mesh of its kind with nodal pressures. It tells how much of the answer is the mesh's,
