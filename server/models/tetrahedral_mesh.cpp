@@ -14,8 +14,8 @@ constexpr std::array<std::array<int, 3>, 4> kOppositeFace{{{1, 2, 3}, {0, 3, 2},
 // stiffness would swamp everything around it in rounding errors.
 constexpr double kFlatness = 1e-9;
 
-// Tetrahedra in a cluster: larger ones share fewer of their nodes with others, smaller ones hold fewer tetrahedra to look
-// at.
+// Tetrahedra in a cluster: larger ones share fewer of their nodes with others, in smaller ones fewer tetrahedra are
+// looked at.
 constexpr int kClusterTetrahedra = 64;
 
 struct Face {
