@@ -2,6 +2,7 @@
 #include "server/models/surface.h"
 
 #include <algorithm>
+#include <cassert>
 #include <limits>
 #include <numbers>
 
@@ -9,28 +10,8 @@ namespace acus {
 
 namespace {
 
-// Barycentric weights of the point of triangle (a, b, c) closest to p, by the regions of Ericson, "Real-Time Collision
-// Detection", 5.1.5.
-Eigen::Vector3d closest_weights(const Vector3& p, const Vector3& a, const Vector3& b, const Vector3& c) {
-  const Vector3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {0, 1 - w, w};
-  }
-  const double sum = va + vb + vc;
-  return {va / sum, vb / sum, vc / sum};
-}
+// Triangles in a cluster: few enough to look at all of them, enough for boxes to cost less.
+constexpr int kClusterTriangles = 16;
 
 struct Corners {
   Vector3 a, b, c;
@@ -38,6 +19,33 @@ struct Corners {
       : a(x.col(nodes[0])), b(x.col(nodes[1])), c(x.col(nodes[2])) {}
   Vector3 area_normal() const { return (b - a).cross(c - a); }
 };
+
+// How far coordinates as large as these may be off by rounding (m), with a wide margin.
+double rounding(const Vector3& a, const Vector3& b) {
+  return 1e-12 * std::max(a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff());
+}
+
+// A square of a distance (m^2) that is not above that from p to any point in the box, as rounded. Not a number where
+// nothing can be said.
+double least_distance2(const Bounds& box, const Vector3& p) {
+  const double slack = rounding(box.low, box.high) + rounding(p, p);
+  const Vector3 gap = (box.low - p).cwiseMax(p - box.high).array() - slack;
+  return (1 - 1e-12) * gap.cwiseMax(0.0).squaredNorm();
+}
+
+// Whether the segment from + s way, s in [0, 1], has no point in the box: one of the axes of the box, or of those
+// across it and the segment, separates them (Ericson, "Real-Time Collision Detection", 5.3.3). The box is grown by more
+// than cross_triangle() lets a segment pass beside a triangle.
+bool misses(const Bounds& box, const Vector3& from, const Vector3& way) {
+  const double slack = rounding(box.low, box.high) + rounding(from, from + way);
+  const Vector3 half = (0.5 + 1e-3) * (box.high - box.low) + Vector3::Constant(slack);
+  const Vector3 h = way / 2, m = from + h - (box.low + box.high) / 2, span = h.cwiseAbs();
+  if ((m.array().abs() > half.array() + span.array()).any()) return true;
+  const Vector3 across = m.cross(h);
+  return std::abs(across.x()) > half.y() * span.z() + half.z() * span.y() ||
+         std::abs(across.y()) > half.z() * span.x() + half.x() * span.z() ||
+         std::abs(across.z()) > half.x() * span.y() + half.y() * span.x();
+}
 
 }  // namespace
 
@@ -70,16 +78,28 @@ void Surface::index_nodes() {
     for (int node : triangles_[t]) node_triangles_[node].push_back(t);
   for (int i = 0; i < mesh_.node_count(); ++i)
     if (!node_triangles_[i].empty()) nodes_.push_back(i);
+  put_outermost_first();
+  clusters_ = Clusters(mesh_.nodes, triangles_, kClusterTriangles);
+}
+
+// The six nodes that span the box at rest, so that near() finds most points in it at once.
+void Surface::put_outermost_first() {
+  auto next = nodes_.begin();
+  for (int k = 0; k < 6 && next != nodes_.end(); ++k) {
+    const double sign = k < 3 ? 1 : -1;
+    const auto outward = [&](int i) { return sign * mesh_.nodes(k % 3, i); };
+    std::iter_swap(next, std::max_element(next, nodes_.end(), [&](int i, int j) { return outward(i) < outward(j); }));
+    ++next;
+  }
 }
 
 bool Surface::near(const Matrix3X& x, const Vector3& p, double margin) const {
-  if (nodes_.empty()) return false;
-  Vector3 low = x.col(nodes_.front()), high = low;
-  for (int i : nodes_) {
-    low = low.cwiseMin(x.col(i));
-    high = high.cwiseMax(x.col(i));
-  }
-  return (p.array() >= low.array() - margin).all() && (p.array() <= high.array() + margin).all();
+  // A box that contains p goes on doing so when it grows: often that of the first few nodes is enough.
+  const std::span<const int> all = nodes_, first = all.first(std::min<std::size_t>(16, all.size()));
+  Bounds box = bounds_of(x, first);
+  if (box.contains(p, margin)) return true;
+  box.add(bounds_of(x, all.subspan(first.size())));
+  return box.contains(p, margin);
 }
 
 // Mean normal of the triangles around a node that face within 45 degrees of `facing`: curved surfaces are smooth, and
@@ -111,46 +131,50 @@ SurfacePoint Surface::make_point(const Matrix3X& x, int triangle, const Eigen::V
 }
 
 std::optional<SurfacePoint> Surface::entry(const Matrix3X& x, const Vector3& a, const Vector3& b) const {
-  double first = std::numeric_limits<double>::infinity();
+  TriangleCrossing first{std::numeric_limits<double>::infinity(), {}};
   int triangle = -1;
-  Eigen::Vector3d weights;
-  const Vector3 d = b - a;
-  for (int t = 0; t < static_cast<int>(triangles_.size()); ++t) {
-    const Corners c(triangles_[t], x);
-    const Vector3 n = c.area_normal();
-    const double approach = -n.dot(d);
-    if (approach <= 0) continue;  // parallel, or from inside out
-    const double s = n.dot(a - c.a) / approach;
-    if (s < 0 || s > 1 || s >= first) continue;
-    const Vector3 p = a + s * d;
-    const double area2 = n.squaredNorm();
-    const double wb = n.dot((p - c.a).cross(c.c - c.a)) / area2, wc = n.dot((c.b - c.a).cross(p - c.a)) / area2;
-    // A hair's breadth of overlap, so that no segment slips through between two triangles.
-    constexpr double kSlack = 1e-9;
-    if (wb < -kSlack || wc < -kSlack || wb + wc > 1 + kSlack) continue;
-    first = s;
-    triangle = t;
-    weights = {1 - wb - wc, wb, wc};
+  const Vector3 way = b - a;
+  for (int cluster = 0; cluster < clusters_.count(); ++cluster) {
+    if (misses(clusters_.bounds(x, cluster), a, way)) continue;
+    for (const int t : clusters_.elements(cluster)) {
+      const Corners c(triangles_[t], x);
+      const auto crossing = cross_triangle(a, way, c.a, c.b, c.c);
+      if (!crossing || crossing->s > first.s || (crossing->s == first.s && t > triangle)) continue;
+      first = *crossing;
+      triangle = t;
+    }
   }
   if (triangle < 0) return std::nullopt;
-  return make_point(x, triangle, weights, a);
+  return make_point(x, triangle, first.weights, a);
+}
+
+// Looks at a cluster's triangles for one closer than `nearest`, or as close and of a lower number.
+void Surface::look_for_closer(const Matrix3X& x, const Vector3& p, int cluster, Nearest& nearest) const {
+  for (const int t : clusters_.elements(cluster)) {
+    const Corners c(triangles_[t], x);
+    const TrianglePoint found = closest_on_triangle(p, c.a, c.b, c.c);
+    if (found.distance2 < nearest.point.distance2 ||
+        (found.distance2 == nearest.point.distance2 && t < nearest.triangle))
+      nearest = {t, found};
+  }
 }
 
 SurfacePoint Surface::closest(const Matrix3X& x, const Vector3& p) const {
-  double best = std::numeric_limits<double>::infinity();
-  int triangle = 0;
-  Eigen::Vector3d weights(1, 0, 0);
-  for (int t = 0; t < static_cast<int>(triangles_.size()); ++t) {
-    const Corners c(triangles_[t], x);
-    const Eigen::Vector3d w = closest_weights(p, c.a, c.b, c.c);
-    const double distance2 = (w[0] * c.a + w[1] * c.b + w[2] * c.c - p).squaredNorm();
-    if (distance2 < best) {
-      best = distance2;
-      triangle = t;
-      weights = w;
-    }
+  assert(!empty());
+  Nearest nearest{0, {{1, 0, 0}, std::numeric_limits<double>::infinity()}};
+  // Boxes of so many clusters at a time: first the nearest one's triangles, then those of boxes that are no farther.
+  constexpr int kBatch = 512;
+  std::array<double, kBatch> least;
+  for (int begin = 0; begin < clusters_.count(); begin += kBatch) {
+    const int count = std::min(kBatch, clusters_.count() - begin);
+    for (int i = 0; i < count; ++i)
+      least[i] = clusters_.count() > 1 ? least_distance2(clusters_.bounds(x, begin + i), p) : 0;
+    const auto best = static_cast<int>(std::min_element(least.begin(), least.begin() + count) - least.begin());
+    if (!(least[best] > nearest.point.distance2)) look_for_closer(x, p, begin + best, nearest);
+    for (int i = 0; i < count; ++i)
+      if (i != best && !(least[i] > nearest.point.distance2)) look_for_closer(x, p, begin + i, nearest);
   }
-  return make_point(x, triangle, weights, p);
+  return make_point(x, nearest.triangle, nearest.point.weights, p);
 }
 
 MaterialPoint Surface::material(const SurfacePoint& point) const {
@@ -192,8 +216,8 @@ bool in_box(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron, con
   const auto& node = mesh.tetrahedra[tetrahedron];
   const auto a = x.col(node[0]), b = x.col(node[1]), c = x.col(node[2]), d = x.col(node[3]);
   for (int i = 0; i < 3; ++i) {
-    if (p[i] < std::min(std::min(a[i], b[i]), std::min(c[i], d[i]))) return false;
-    if (p[i] > std::max(std::max(a[i], b[i]), std::max(c[i], d[i]))) return false;
+    if (!(p[i] >= std::min(std::min(a[i], b[i]), std::min(c[i], d[i])))) return false;
+    if (!(p[i] <= std::max(std::max(a[i], b[i]), std::max(c[i], d[i])))) return false;
   }
   return true;
 }
@@ -208,9 +232,18 @@ bool is_upright(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron)
 }  // namespace
 
 int find_tetrahedron(const TetrahedralMesh& mesh, const Matrix3X& x, const Vector3& p) {
-  for (int t = 0; t < mesh.tetrahedron_count(); ++t)
-    if (in_box(mesh, x, t, p) && is_upright(mesh, x, t) && barycentric(mesh, x, t, p).minCoeff() >= 0) return t;
-  return -1;
+  assert(mesh.clusters.count() > 0);
+  int first = mesh.tetrahedron_count();
+  for (int cluster = 0; cluster < mesh.clusters.count(); ++cluster) {
+    const std::span<const int> tetrahedra = mesh.clusters.elements(cluster);
+    if (tetrahedra.front() >= first) continue;
+    if (mesh.clusters.count() > 1 && !mesh.clusters.bounds(x, cluster).contains(p)) continue;
+    for (const int t : tetrahedra) {
+      if (t >= first) break;
+      if (in_box(mesh, x, t, p) && is_upright(mesh, x, t) && barycentric(mesh, x, t, p).minCoeff() >= 0) first = t;
+    }
+  }
+  return first < mesh.tetrahedron_count() ? first : -1;
 }
 
 Trace trace_segment(const TetrahedralMesh& mesh, const Matrix3X& x, int start, const Vector3& from, const Vector3& to,

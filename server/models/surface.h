@@ -6,7 +6,9 @@
 #include <optional>
 #include <span>
 
+#include "server/models/clusters.h"
 #include "server/models/material_point.h"
+#include "server/models/triangle.h"
 
 namespace acus {
 
@@ -18,7 +20,9 @@ struct SurfacePoint {
   double distance = 0;                                // m, from the query point, along the normal
 };
 
-// Closest points on and crossings through a set of triangles, each a face of the mesh.
+// Closest points on and crossings through a set of triangles, each a face of the mesh. Queries read the boxes around
+// clusters of triangles and look at the few triangles that matter; answers are those of a look at all of them. Triangles
+// with a coordinate that is not finite are left out.
 class Surface {
  public:
   // The mesh's boundary; outside is where there is no tissue.
@@ -30,14 +34,16 @@ class Surface {
   bool empty() const { return triangles_.empty(); }
   int triangle_count() const { return static_cast<int>(triangles_.size()); }
 
-  // Box around the surface, grown by `margin`: whether p lies in it. Costs one pass over its nodes; the cheap first
-  // question while a needle is far away.
+  // Box around the surface, grown by `margin`: whether p lies in it. Costs at most one pass over its nodes; the cheap
+  // first question while a needle is far away.
   bool near(const Matrix3X& x, const Vector3& p, double margin) const;
 
-  // The first crossing from outside to inside of the segment from a to b, or nothing.
+  // The first crossing from outside to inside of the segment from a to b, or nothing. Of several triangles crossed at
+  // once, that of the lowest number.
   std::optional<SurfacePoint> entry(const Matrix3X& x, const Vector3& a, const Vector3& b) const;
 
-  // The closest point to p; the surface must not be empty.
+  // The closest point to p; the surface must not be empty. Of several triangles as close, that of the lowest number; a
+  // corner of triangle 0 if no distance is a number.
   SurfacePoint closest(const Matrix3X& x, const Vector3& p) const;
 
   // The same point as one of the tetrahedron that owns it: on the boundary the one there is, inside the one outside of
@@ -47,14 +53,22 @@ class Surface {
   int beyond(const SurfacePoint& point) const;
 
  private:
+  struct Nearest {
+    int triangle;
+    TrianglePoint point;
+  };
+
   void index_nodes();
+  void put_outermost_first();
+  void look_for_closer(const Matrix3X& x, const Vector3& p, int cluster, Nearest& nearest) const;
   SurfacePoint make_point(const Matrix3X& x, int triangle, const Eigen::Vector3d& weights, const Vector3& query) const;
   Vector3 corner_normal(const Matrix3X& x, int node, const Vector3& facing) const;
 
   const TetrahedralMesh& mesh_;
   std::vector<std::array<int, 3>> triangles_;      // nodes, counter-clockwise seen from outside
   std::vector<int> owners_;                        // tetrahedron per triangle
-  std::vector<int> nodes_;                         // of the triangles
+  std::vector<int> nodes_;                         // of the triangles; outermost ones first
+  Clusters clusters_;                              // of the triangles
   std::vector<std::vector<int>> node_triangles_;   // per mesh node
 };
 
@@ -69,7 +83,8 @@ struct Trace {
 Trace trace_segment(const TetrahedralMesh& mesh, const Matrix3X& x, int start, const Vector3& from, const Vector3& to,
                     std::span<const int> regions = {}, int came_from = -1);
 
-// The first tetrahedron of positive volume that p lies in, or -1. Looks at all of them.
+// The first tetrahedron of positive volume that p lies in, or -1: the one of the lowest number. None holds a p with a
+// coordinate that is not a number.
 int find_tetrahedron(const TetrahedralMesh& mesh, const Matrix3X& x, const Vector3& p);
 
 // Barycentric coordinates of p in a tetrahedron of the current configuration.

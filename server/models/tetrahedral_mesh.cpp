@@ -14,6 +14,10 @@ constexpr std::array<std::array<int, 3>, 4> kOppositeFace{{{1, 2, 3}, {0, 3, 2},
 // stiffness would swamp everything around it in rounding errors.
 constexpr double kFlatness = 1e-9;
 
+// Tetrahedra in a cluster: larger ones share fewer of their nodes with others, in smaller ones fewer tetrahedra are
+// looked at.
+constexpr int kClusterTetrahedra = 64;
+
 struct Face {
   std::array<int, 3> key;  // the three nodes, ascending
   bool odd;                // whether `key` is an odd permutation of the outward order
@@ -185,6 +189,7 @@ void build_topology(TetrahedralMesh& mesh) {
   find_neighbours(mesh);
   find_surface(mesh);
   check_connected(mesh);
+  mesh.clusters = Clusters(mesh.nodes, mesh.tetrahedra, kClusterTetrahedra);
 }
 
 }  // namespace acus

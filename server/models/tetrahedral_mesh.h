@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/math/types.h"
+#include "server/models/clusters.h"
 
 namespace acus {
 
@@ -27,6 +28,7 @@ struct TetrahedralMesh {
   std::vector<std::array<int, 4>> neighbours;    // tetrahedron across the face opposite to node k, or -1
   std::vector<std::array<int, 3>> surface;       // boundary triangles, seen counter-clockwise from outside
   std::vector<int> surface_tetrahedron;          // the tetrahedron that owns each boundary triangle
+  Clusters clusters;                             // of the tetrahedra
 
   int node_count() const { return static_cast<int>(nodes.cols()); }
   int tetrahedron_count() const { return static_cast<int>(tetrahedra.size()); }
@@ -35,7 +37,7 @@ struct TetrahedralMesh {
 // Volume of tetrahedron t at rest (m^3), signed.
 double rest_volume(const TetrahedralMesh& mesh, int t);
 
-// Fills neighbours, surface and surface_tetrahedron. Throws MeshError for an empty mesh, an index out of range, a
+// Fills neighbours, surface, surface_tetrahedron and clusters. Throws MeshError for an empty mesh, an index out of range, a
 // non-finite node, an inverted or flat tetrahedron, a face shared by more than two tetrahedra or by two that overlap,
 // a node that no tetrahedron uses, or a mesh of several parts that do not touch in a face.
 void build_topology(TetrahedralMesh& mesh);

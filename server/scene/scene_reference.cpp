@@ -3,29 +3,46 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
-#include "server/scene/json_text.h"
 #include "server/scene/scene_fields.h"
 
 namespace acus {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 template <class T>
 constexpr bool is_vector = std::is_same_v<T, Vector3> || std::is_same_v<T, std::array<int, 3>>;
 
-std::vector<std::string> components(const Vector3& v) {
-  return {format_number(v.x()), format_number(v.y()), format_number(v.z())};
+// Whole numbers without a decimal point.
+Json json_number(double value) {
+  constexpr double kExact = 1e15;
+  if (value == std::round(value) && std::abs(value) < kExact) return static_cast<std::int64_t>(value);
+  return value;
 }
 
-std::vector<std::string> components(const std::array<int, 3>& v) {
-  return {std::to_string(v[0]), std::to_string(v[1]), std::to_string(v[2])};
+Json json_value(double value) { return json_number(value); }
+Json json_value(const std::string& text) { return text; }
+Json json_value(const Vector3& v) { return {json_number(v.x()), json_number(v.y()), json_number(v.z())}; }
+Json json_value(const std::array<int, 3>& v) { return v; }
+Json json_value(const Quaternion& q) {
+  return {json_number(q.w()), json_number(q.x()), json_number(q.y()), json_number(q.z())};
 }
 
-std::vector<std::string> components(const Quaternion& q) {
-  return {format_number(q.w()), format_number(q.x()), format_number(q.y()), format_number(q.z())};
+// A leaf's value as JSON.
+template <class Value>
+Json leaf_json(const Value& value) {
+  if constexpr (std::is_enum_v<Value>) {
+    return name_of(value);
+  } else if constexpr (std::is_arithmetic_v<Value>) {
+    return json_value(static_cast<double>(value));
+  } else {
+    return json_value(value);
+  }
 }
 
-// A leaf's value as JSON, which is also YAML but for infinities.
+// A leaf's value as a table shows it: in YAML.
 template <class Value>
 std::string value_text(const Value& value) {
   if constexpr (std::is_arithmetic_v<Value>) {
@@ -35,7 +52,10 @@ std::string value_text(const Value& value) {
   } else if constexpr (std::is_same_v<Value, std::string>) {
     return value;
   } else {
-    return json_array(components(value));
+    std::string text;
+    for (const Json& component : json_value(value))
+      text += (text.empty() ? "[" : ", ") + format_number(component.get<double>());
+    return text + "]";
   }
 }
 
@@ -59,33 +79,28 @@ bool is_required(const Value& value, const Range& range) {
 }
 
 std::string description(const char* meaning, const std::string& unit) {
-  return json_string(unit.empty() ? meaning : std::string(meaning) + " (" + unit + ")");
+  return unit.empty() ? meaning : std::string(meaning) + " (" + unit + ")";
 }
 
 // JSON has no infinity to name beside a bound, so a side on which infinity is allowed has no bound in the schema.
-JsonMembers number_schema(const Range& range, bool whole) {
-  JsonMembers members{{"type", json_string(whole ? "integer" : "number")}};
+Json number_schema(const Range& range, bool whole) {
+  Json schema{{"type", whole ? "integer" : "number"}};
   const bool below = range.infinity_allowed && range.min < 0;
-  if (std::isfinite(range.min) && !below) members.emplace_back("minimum", format_number(range.min));
-  if (std::isfinite(range.max) && !range.infinity_allowed) members.emplace_back("maximum", format_number(range.max));
-  return members;
+  if (std::isfinite(range.min) && !below) schema["minimum"] = json_number(range.min);
+  if (std::isfinite(range.max) && !range.infinity_allowed) schema["maximum"] = json_number(range.max);
+  return schema;
 }
 
-JsonMembers array_schema(const JsonMembers& items, std::size_t length) {
-  return {{"type", json_string("array")},
-          {"items", json_object(items)},
-          {"minItems", std::to_string(length)},
-          {"maxItems", std::to_string(length)}};
+Json array_schema(const Json& items, std::size_t length) {
+  return {{"type", "array"}, {"items", items}, {"minItems", length}, {"maxItems", length}};
 }
 
-JsonMembers text_schema(const Range& range) {
-  return {{"type", json_string("string")},
-          {"minLength", format_number(range.min)},
-          {"maxLength", format_number(range.max)}};
+Json text_schema(const Range& range) {
+  return {{"type", "string"}, {"minLength", json_number(range.min)}, {"maxLength", json_number(range.max)}};
 }
 
 template <class Value>
-JsonMembers leaf_schema(const Range& range) {
+Json leaf_schema(const Range& range) {
   if constexpr (std::is_same_v<Value, std::string>) {
     return text_schema(range);
   } else if constexpr (std::is_arithmetic_v<Value>) {
@@ -95,66 +110,54 @@ JsonMembers leaf_schema(const Range& range) {
   } else if constexpr (is_vector<Value>) {
     return array_schema(number_schema(range, std::is_same_v<Value, std::array<int, 3>>), 3);
   } else {
-    std::vector<std::string> names;
-    for (const char* name : NamesOf<Value>::names) names.push_back(json_string(name));
-    return {{"enum", json_array(names)}};
+    return {{"enum", NamesOf<Value>::names}};
   }
 }
 
-JsonMembers object_schema(const JsonMembers& properties, const std::vector<std::string>& required) {
-  JsonMembers members{
-      {"type", json_string("object")}, {"additionalProperties", "false"}, {"properties", json_object(properties)}};
-  if (!required.empty()) members.emplace_back("required", json_array(required));
-  return members;
-}
-
 template <class Value>
-JsonMembers value_schema(const Value& value, const Range& range);
+Json value_schema(const Value& value, const Range& range);
 
 // Schema of a map with these fields after the given properties.
 template <class Tuple, class Struct>
-JsonMembers fields_schema(const Tuple& fields, const Struct& defaults, JsonMembers properties = {},
-                          std::vector<std::string> required = {}) {
+Json fields_schema(const Tuple& fields, const Struct& defaults, Json properties = Json::object(),
+                   Json required = Json::array()) {
   for_each_entry(fields, [&]<class Entry>(const Entry& entry) {
-    JsonMembers members;
+    Json schema;
     if constexpr (is_choice<Entry>) {
-      members = fields_schema(entry.alternatives, defaults);
-      members.emplace_back("minProperties", "1");
-      members.emplace_back("maxProperties", "1");
-      members.emplace_back("description", json_string(entry.meaning));
+      schema = fields_schema(entry.alternatives, defaults);
+      schema["minProperties"] = 1;
+      schema["maxProperties"] = 1;
+      schema["description"] = entry.meaning;
     } else {
       const auto& value = defaults.*(entry.member);
-      members = value_schema(value, entry.range);
-      members.emplace_back("description", description(entry.meaning, entry.unit));
-      if (is_required(value, entry.range)) required.push_back(json_string(entry.name));
+      schema = value_schema(value, entry.range);
+      schema["description"] = description(entry.meaning, entry.unit);
+      if (is_required(value, entry.range)) required.push_back(entry.name);
     }
-    properties.emplace_back(entry.name, json_object(members));
+    properties[entry.name] = std::move(schema);
   });
-  return object_schema(properties, required);
+  Json schema{{"type", "object"}, {"additionalProperties", false}, {"properties", std::move(properties)}};
+  if (!required.empty()) schema["required"] = std::move(required);
+  return schema;
 }
 
 template <class Value>
-JsonMembers list_schema(const Range& range) {
-  return {{"type", json_string("array")},
-          {"items", json_object(value_schema(Value{}, range))},
-          {"minItems", format_number(range.min)},
-          {"maxItems", format_number(range.max)}};
-}
-
-template <class Value>
-JsonMembers list_schema_of(const std::vector<Value>&, const Range& range) {
-  return list_schema<Value>(range);
+Json list_schema_of(const std::vector<Value>&, const Range& range) {
+  return {{"type", "array"},
+          {"items", value_schema(Value{}, range)},
+          {"minItems", json_number(range.min)},
+          {"maxItems", json_number(range.max)}};
 }
 
 // Schema of a field without its description; `value` is its default.
 template <class Value>
-JsonMembers value_schema(const Value& value, const Range& range) {
+Json value_schema(const Value& value, const Range& range) {
   if constexpr (HasFields<Value>) {
     return fields_schema(FieldsOf<Value>::list, value);
   } else if constexpr (is_list<Value>) {
     return list_schema_of(value, range);
   } else if constexpr (std::is_same_v<Value, std::optional<std::string>>) {
-    return {{"type", json_array({json_string("string"), json_string("integer")})}};
+    return {{"type", {"string", "integer"}}};
   } else if constexpr (is_optional<Value>) {
     using Inner = typename Value::value_type;
     if constexpr (HasFields<Inner>) {
@@ -163,12 +166,9 @@ JsonMembers value_schema(const Value& value, const Range& range) {
       return leaf_schema<Inner>(range);
     }
   } else {
-    JsonMembers members = leaf_schema<Value>(range);
-    const std::string text = value_text(value);
-    const bool is_text = std::is_enum_v<Value> || std::is_same_v<Value, std::string>;
-    if (is_finite(value) && !is_required(value, range))
-      members.emplace_back("default", is_text ? json_string(text) : text);
-    return members;
+    Json schema = leaf_schema<Value>(range);
+    if (is_finite(value) && !is_required(value, range)) schema["default"] = leaf_json(value);
+    return schema;
   }
 }
 
@@ -261,14 +261,13 @@ FieldTable table() {
 }  // namespace
 
 std::string scene_schema() {
-  const std::string version = json_object(
-      {{"const", std::to_string(kSceneVersion)}, {"description", json_string("version of the scene format")}});
-  JsonMembers root{{"$schema", json_string("http://json-schema.org/draft-07/schema#")},
-                   {"title", json_string("Acus scene")}};
-  const JsonMembers body =
-      fields_schema(FieldsOf<Scene>::list, Scene{}, {{kVersionField, version}}, {json_string(kVersionField)});
-  root.insert(root.end(), body.begin(), body.end());
-  return indent_json(json_object(root));
+  const Json version{{"const", kSceneVersion}, {"description", "version of the scene format"}};
+  Json root{{"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", "Acus scene"}};
+  Json properties = Json::object(), required = Json::array();
+  properties[kVersionField] = version;
+  required.push_back(kVersionField);
+  root.update(fields_schema(FieldsOf<Scene>::list, Scene{}, std::move(properties), std::move(required)));
+  return root.dump(2) + "\n";
 }
 
 std::vector<FieldTable> scene_tables() {

@@ -3,6 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include <limits>
+#include <nlohmann/json.hpp>
+
 #include "server/tools/bench/bench_report.h"
 #include "tests/benchmarks/small_scene.h"
 
@@ -79,6 +82,20 @@ TEST_CASE("flags are told by name, with how often they were raised") {
   run.measured.flags[9] = 1;
   CHECK(bench_table(run, bench.simulation, bench.calibration)
             .find("laws_not_converged in 3 ticks, publishing_reduced in 1 ticks") != std::string::npos);
+}
+
+TEST_CASE("results are JSON whatever bytes the names of files hold, and without a number where there is none") {
+  Bench bench;
+  BenchRun run;
+  run.scene_file = "a\x01\t\n\"\\\x7f";
+  run.trajectory_file = "\xff\xc3\u00e9.csv";
+  run.measured = bench.run({});
+  run.load_seconds = std::numeric_limits<double>::infinity();
+  const nlohmann::json json = nlohmann::json::parse(bench_json(run, bench.simulation, bench.calibration));
+  CHECK(json["scene"] == run.scene_file);
+  CHECK(json["trajectory"] == "\ufffd\ufffd\u00e9.csv");
+  CHECK(json["load_s"].is_null());
+  CHECK(json["ticks"] == 126);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <doctest/doctest.h>
 
+#include "server/models/clusters.h"
+#include "server/models/triangle.h"
 #include "tests/support/random.h"
 
 namespace acus {
@@ -318,6 +320,248 @@ TEST_CASE("a trace within one region pays no heed to regions") {
   const Trace trace = trace_segment(mesh, mesh.nodes, tetrahedra_at(mesh, from).front(), from, to, regions);
   CHECK(trace.next == -1);
   CHECK((material_position(mesh, mesh.nodes, trace.end) - to).norm() < 1e-9);
+}
+
+// ---------------------------------------------------------------------- the same answers as a look at every element
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// What the queries of a Surface must answer, bit for bit: every triangle is looked at, one after the other.
+struct LinearSurface {
+  const TetrahedralMesh& mesh;
+  const Matrix3X& x;
+
+  std::array<Vector3, 3> corners(int t) const {
+    const auto& nodes = mesh.surface[static_cast<std::size_t>(t)];
+    return {x.col(nodes[0]), x.col(nodes[1]), x.col(nodes[2])};
+  }
+
+  std::pair<int, Eigen::Vector3d> closest(const Vector3& p) const {
+    std::pair<int, Eigen::Vector3d> found{0, {1, 0, 0}};
+    double best = std::numeric_limits<double>::infinity();
+    for (int t = 0; t < static_cast<int>(mesh.surface.size()); ++t) {
+      const auto [a, b, c] = corners(t);
+      const TrianglePoint point = closest_on_triangle(p, a, b, c);
+      if (!(point.distance2 < best)) continue;
+      best = point.distance2;
+      found = {t, point.weights};
+    }
+    return found;
+  }
+
+  std::pair<int, Eigen::Vector3d> entry(const Vector3& from, const Vector3& to) const {
+    std::pair<int, Eigen::Vector3d> found{-1, {0, 0, 0}};
+    double first = std::numeric_limits<double>::infinity();
+    for (int t = 0; t < static_cast<int>(mesh.surface.size()); ++t) {
+      const auto [a, b, c] = corners(t);
+      const auto crossing = cross_triangle(from, to - from, a, b, c);
+      if (!crossing || !(crossing->s < first)) continue;
+      first = crossing->s;
+      found = {t, crossing->weights};
+    }
+    return found;
+  }
+
+  bool near(const Vector3& p, double margin) const {
+    Vector3 low = Vector3::Constant(kNan), high = low;
+    for (const auto& triangle : mesh.surface)
+      for (const int node : triangle)
+        for (int k = 0; k < 3; ++k) {
+          low[k] = std::fmin(low[k], x(k, node));  // of a number and what is none, the number
+          high[k] = std::fmax(high[k], x(k, node));
+        }
+    return (p.array() >= low.array() - margin).all() && (p.array() <= high.array() + margin).all();
+  }
+
+  int find(const Vector3& p) const {
+    for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
+      const auto& n = mesh.tetrahedra[static_cast<std::size_t>(t)];
+      Eigen::Matrix<double, 3, 4> c;
+      for (int k = 0; k < 4; ++k) c.col(k) = x.col(n[static_cast<std::size_t>(k)]);
+      if (!p.allFinite() || !c.allFinite()) continue;
+      if ((p.array() < c.rowwise().minCoeff().array()).any() || (p.array() > c.rowwise().maxCoeff().array()).any())
+        continue;
+      const Vector3 origin = c.col(0), e1 = c.col(1) - origin, e2 = c.col(2) - origin, e3 = c.col(3) - origin;
+      if (e1.dot(e2.cross(e3)) > 0 && barycentric(mesh, x, t, p).minCoeff() >= 0) return t;
+    }
+    return -1;
+  }
+};
+
+void check_queries(const Surface& surface, const LinearSurface& linear, const Vector3& p, const Vector3& q) {
+  CAPTURE(p.transpose());
+  CAPTURE(q.transpose());
+  const SurfacePoint closest = surface.closest(linear.x, p);
+  CHECK(std::pair(closest.triangle, closest.weights) == linear.closest(p));
+  const auto entry = surface.entry(linear.x, p, q);
+  const auto expected = linear.entry(p, q);
+  REQUIRE(entry.has_value() == (expected.first >= 0));
+  if (entry) CHECK(std::pair(entry->triangle, entry->weights) == expected);
+  for (const double margin : {0.0, 0.004}) CHECK(surface.near(linear.x, p, margin) == linear.near(p, margin));
+  CHECK(find_tetrahedron(linear.mesh, linear.x, p) == linear.find(p));
+}
+
+// Points where rounding and ties decide, and points anywhere.
+Vector3 telling_point(Random& random, const LinearSurface& linear) {
+  const auto node = [&] { return Vector3(linear.x.col(random.index(linear.mesh.node_count()))); };
+  const auto [a, b, c] = linear.corners(random.index(static_cast<int>(linear.mesh.surface.size())));
+  const Vector3 middle = linear.x.rowwise().mean();
+  switch (random.index(8)) {
+    case 0:
+      return node();
+    case 1:
+      return (node() + node()) / 2;
+    case 2:
+      return (a + b) / 2;
+    case 3:
+      return (a + b + c) / 3;
+    case 4:
+      return (a + b + c) / 3 + random.vector(1e-3);
+    case 5:
+      return middle;
+    case 6:
+      return middle + 100 * random.direction();
+    default:
+      return middle + random.vector(0.08);
+  }
+}
+
+void check_telling_points(const TetrahedralMesh& mesh, const Matrix3X& x, Random& random, int points) {
+  const Surface surface(mesh);
+  const LinearSurface linear{mesh, x};
+  for (int i = 0; i < points; ++i)
+    check_queries(surface, linear, telling_point(random, linear), telling_point(random, linear));
+}
+
+// Ways to stand that tissue takes, and some that it never should.
+std::vector<Matrix3X> configurations(const TetrahedralMesh& mesh, Random& random) {
+  const Matrix3X& rest = mesh.nodes;
+  const double size = (rest.rowwise().maxCoeff() - rest.rowwise().minCoeff()).maxCoeff();
+  std::vector<Matrix3X> all{rest, deformed(mesh)};
+  for (const double noise : {0.01, 0.3})  // wrinkled; folded, with inverted tetrahedra
+    all.push_back(rest + random.matrix(3, rest.cols(), noise * size));
+  Matrix3X bent = rest, folded = rest;
+  for (int i = 0; i < mesh.node_count(); ++i) {
+    bent.col(i) = rotation_exp({30 * rest(2, i), 0, 0}) * Vector3(rest.col(i));
+    folded(0, i) = std::abs(rest(0, i));
+  }
+  all.push_back(bent);
+  all.push_back(folded);
+  all.push_back(-rest);                                 // inside out
+  all.push_back(Vector3(1, 1, 0).asDiagonal() * rest);  // flat
+  all.push_back(Vector3(1, 1, 1e-13).asDiagonal() * rest);
+  all.push_back(Vector3(1, 1e-12, 1e-12).asDiagonal() * deformed(mesh));  // nearly a line
+  all.push_back(Vector3(1, 0, 0) * Eigen::RowVectorXd(rest.row(0)));      // a line
+  all.push_back(Matrix3X::Zero(3, rest.cols()));                          // a point
+  return all;
+}
+
+TEST_CASE("queries answer as a look at every triangle and tetrahedron does, however the tissue stands") {
+  Random random(11);
+  for (const std::array<int, 3>& cells : {std::array{1, 1, 1}, {2, 1, 3}, {5, 4, 6}, {11, 11, 11}}) {
+    const TetrahedralMesh mesh = make_box_mesh(2 * kHalf, cells);
+    for (const Matrix3X& x : configurations(mesh, random)) check_telling_points(mesh, x, random, 40);
+  }
+}
+
+TEST_CASE("queries answer so on a mesh of irregular tetrahedra") {
+  const TetrahedralMesh mesh = read_gmsh_mesh(ACUS_SOURCE_DIR "/scenes/meshes/inclusion.msh", 1);
+  Random random(12);
+  for (const Matrix3X& x : configurations(mesh, random)) check_telling_points(mesh, x, random, 40);
+}
+
+TEST_CASE("more triangles than one batch of boxes holds") {
+  const TetrahedralMesh mesh = make_box_mesh(2 * kHalf, {30, 30, 30});
+  REQUIRE(mesh.surface.size() > 512 * 16);
+  Random random(13);
+  check_telling_points(mesh, mesh.nodes, random, 20);
+  check_telling_points(mesh, deformed(mesh), random, 20);
+}
+
+TEST_CASE("nodes and points that are not numbers, or are infinite or huge, are left out and harm no other answer") {
+  const TetrahedralMesh mesh = box();
+  const Surface surface(mesh);
+  Random random(14);
+  for (const double bad :
+       {kNan, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(), 1e200, -1e308}) {
+    CAPTURE(bad);
+    Matrix3X x = deformed(mesh);
+    for (int broken = 0; broken < 12; ++broken) {
+      for (int i = 0; i < 10; ++i) {
+        const LinearSurface linear{mesh, x};
+        Vector3 p = telling_point(random, {mesh, mesh.nodes}), q = telling_point(random, {mesh, mesh.nodes});
+        check_queries(surface, linear, p, q);
+        p[random.index(3)] = bad;
+        check_queries(surface, linear, p, q);
+        check_queries(surface, linear, q, p);
+      }
+      x(random.index(3), broken < 6 ? random.index(mesh.node_count()) : mesh.surface[0][broken % 3]) = bad;
+    }
+    x.setConstant(bad);
+    check_queries(surface, {mesh, x}, Vector3::Zero(), Vector3::UnitX());
+  }
+  const Matrix3X nowhere = Matrix3X::Constant(3, mesh.node_count(), kNan);
+  CHECK(surface.closest(nowhere, Vector3::Zero()).triangle == 0);
+  CHECK_FALSE(surface.entry(nowhere, Vector3::Zero(), Vector3::UnitX()));
+  CHECK_FALSE(surface.near(nowhere, Vector3::Zero(), 1));
+  CHECK(find_tetrahedron(mesh, nowhere, Vector3::Zero()) == -1);
+  CHECK(find_tetrahedron(mesh, mesh.nodes, Vector3(0, kNan, 0)) == -1);
+}
+
+TEST_CASE("of triangles that are as close, or crossed at once, the first counts") {
+  const TetrahedralMesh mesh = box();
+  const Surface surface(mesh);
+  // The middle is as far from the centres of two faces; at a node the triangles around it tie.
+  CHECK(surface.closest(mesh.nodes, Vector3::Zero()).distance == doctest::Approx(-kHalf.y()));
+  for (const auto& triangle : mesh.surface)
+    for (const int node : triangle) {
+      const Vector3 p = mesh.nodes.col(node);
+      int first = 0;
+      while (std::ranges::count(mesh.surface[static_cast<std::size_t>(first)], node) == 0) ++first;
+      CHECK(surface.closest(mesh.nodes, p).triangle == first);
+    }
+}
+
+TEST_CASE("the closest point of a triangle lies in it, however thin it is") {
+  Random random(15);
+  for (int repeat = 0; repeat < 20000; ++repeat) {
+    const Vector3 a = random.vector(), way = random.direction(), p = random.vector(2);
+    const double height = std::pow(10.0, random.uniform(-20, 0));
+    const Vector3 b = a + random.uniform(-1, 1) * way + random.vector(height);
+    const Vector3 c = a + random.uniform(-1, 1) * way + random.vector(height);
+    const TrianglePoint point = closest_on_triangle(p, a, b, c);
+    CHECK(point.weights.minCoeff() >= 0);
+    CHECK(point.weights.sum() == doctest::Approx(1).epsilon(1e-15));
+    if (height < 1e-6) continue;  // thinner ones may answer with another of their points
+    const double corner2 = std::min({(p - a).squaredNorm(), (p - b).squaredNorm(), (p - c).squaredNorm()});
+    CHECK(point.distance2 <= doctest::Approx(corner2));
+  }
+}
+
+TEST_CASE("clusters hold every element once, all of their nodes, and neighbours") {
+  const TetrahedralMesh mesh = make_box_mesh(2 * kHalf, {10, 8, 12});
+  const Clusters clusters(mesh.nodes, mesh.surface, 16);
+  std::vector<int> elements;
+  double area = 0;  // of the clusters' boxes
+  for (int i = 0; i < clusters.count(); ++i) {
+    CHECK(clusters.elements(i).size() <= 16);
+    CHECK(std::ranges::is_sorted(clusters.elements(i)));
+    elements.insert(elements.end(), clusters.elements(i).begin(), clusters.elements(i).end());
+    const Bounds box = clusters.bounds(mesh.nodes, i);
+    for (const int t : clusters.elements(i))
+      for (const int node : mesh.surface[static_cast<std::size_t>(t)]) {
+        CHECK(std::ranges::count(clusters.nodes(i), node) == 1);
+        CHECK(box.contains(mesh.nodes.col(node)));
+      }
+    const Vector3 d = box.high - box.low;
+    area += 2 * (d.x() * d.y() + d.y() * d.z() + d.z() * d.x());
+  }
+  CHECK(clusters.count() == (mesh.surface.size() + 15) / 16);
+  std::ranges::sort(elements);
+  for (int t = 0; t < static_cast<int>(mesh.surface.size()); ++t) CHECK(elements[static_cast<std::size_t>(t)] == t);
+  // Both sides of the box's faces would be 2; clusters that bend around its edges, and overlap, have more.
+  const double surface = 8 * (kHalf.x() * kHalf.y() + kHalf.y() * kHalf.z() + kHalf.z() * kHalf.x());
+  CHECK(area < 4 * surface);
 }
 
 }  // namespace

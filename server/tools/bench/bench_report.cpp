@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "client/latency.h"
 #include "protocol/messages.h"
-#include "server/scene/json_text.h"
 #include "server/scene/scene_fields.h"
 #include "server/scene/text_table.h"
 
@@ -16,6 +16,7 @@ namespace acus {
 
 namespace {
 
+using Json = nlohmann::ordered_json;  // writes null for what is not finite
 using client::Distribution;
 using protocol::kFlagNames;  // by the bits of TickReport::flags
 static_assert(kTipFoundInside == 1u << (kFlagNames.size() - 1));
@@ -155,67 +156,59 @@ std::string soundness(const Measurement& m) {
 
 // ---------------------------------------------------------------------------------------------------------- JSON
 
-std::string number(double value) { return std::isfinite(value) ? formatted("%.9g", value) : "null"; }
-std::string number(std::uint64_t value) { return std::to_string(value); }
-std::string number(int value) { return std::to_string(value); }
-
-std::string distribution(const std::vector<double>& seconds) {
+Json distribution(const std::vector<double>& seconds) {
   const Distribution d = distribution_of(seconds);
-  return json_object(
-      {{"p50_ms", number(1e3 * d.p50)}, {"p99_ms", number(1e3 * d.p99)}, {"max_ms", number(1e3 * d.max)}});
+  return {{"p50_ms", 1e3 * d.p50}, {"p99_ms", 1e3 * d.p99}, {"max_ms", 1e3 * d.max}};
 }
 
-std::string stages(const TickTimes& times) {
-  JsonMembers members;
-  for (std::size_t i = 0; i < times.stages.size(); ++i)
-    members.emplace_back(kStageNames[i], distribution(times.stages[i]));
-  return json_object(members);
+Json stages(const TickTimes& times) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < times.stages.size(); ++i) json[kStageNames[i]] = distribution(times.stages[i]);
+  return json;
 }
 
-JsonMembers medians(const Spans& spans) {
-  return {{"median_ms", number(1e3 * median(spans.wall))},
-          {"processor_median_ms", number(1e3 * median(spans.processor))}};
+Json medians(const Spans& spans) {
+  return {{"median_ms", 1e3 * median(spans.wall)}, {"processor_median_ms", 1e3 * median(spans.processor)}};
 }
 
-std::string solve(const Spans& spans, const CholmodSolve& solve) {
-  JsonMembers members = medians(spans);
-  members.emplace_back("ordering", json_string(solve.ordering_name()));
-  members.emplace_back("factor_entries", number(solve.factor_entries()));
-  return json_object(members);
+Json solve(const Spans& spans, const CholmodSolve& solve) {
+  Json json = medians(spans);
+  json["ordering"] = solve.ordering_name();
+  json["factor_entries"] = solve.factor_entries();
+  return json;
 }
 
-std::string dense_cholesky(const Spans& spans) {
-  JsonMembers members = medians(spans);
-  members.emplace_back("rows", number(DenseCholesky::kRows));
-  return json_object(members);
+Json dense_cholesky(const Spans& spans) {
+  Json json = medians(spans);
+  json["rows"] = int{DenseCholesky::kRows};
+  return json;
 }
 
-std::string calibration_json(const Measurement& m, const Calibration& calibration) {
-  JsonMembers members;
-  if (calibration.solve) members.emplace_back("simulation_order", solve(m.solves, *calibration.solve));
-  if (calibration.default_order)
-    members.emplace_back("default_order", solve(m.default_order_solves, *calibration.default_order));
-  if (calibration.dense) members.emplace_back("dense_cholesky", dense_cholesky(m.dense_factorisations));
-  return json_object(members);
+Json calibration_json(const Measurement& m, const Calibration& calibration) {
+  Json json = Json::object();
+  if (calibration.solve) json["simulation_order"] = solve(m.solves, *calibration.solve);
+  if (calibration.default_order) json["default_order"] = solve(m.default_order_solves, *calibration.default_order);
+  if (calibration.dense) json["dense_cholesky"] = dense_cholesky(m.dense_factorisations);
+  return json;
 }
 
-JsonMembers tick_ratios(const TickRatios& r) {
-  return {{"tick_p50_to_calibration", number(r.to_calibration)},
-          {"tick_p50_to_default_order", number(r.to_default_order)},
-          {"tick_p99_to_p50", number(r.p99_to_p50)}};
+Json tick_ratios(const TickRatios& r) {
+  return {{"tick_p50_to_calibration", r.to_calibration},
+          {"tick_p50_to_default_order", r.to_default_order},
+          {"tick_p99_to_p50", r.p99_to_p50}};
 }
 
-std::string ratios_json(const Measurement& m) {
-  JsonMembers wall = tick_ratios({m, &Spans::wall});
-  wall.emplace_back("laws_p50_to_dense_cholesky", number(laws_to_dense(m)));
-  return json_object({{"wall", json_object(wall)}, {"processor", json_object(tick_ratios({m, &Spans::processor}))}});
+Json ratios_json(const Measurement& m) {
+  Json wall = tick_ratios({m, &Spans::wall});
+  wall["laws_p50_to_dense_cholesky"] = laws_to_dense(m);
+  return {{"wall", wall}, {"processor", tick_ratios({m, &Spans::processor})}};
 }
 
-std::string flags_json(const FlagCounts& counts) {
-  JsonMembers members;
+Json flags_json(const FlagCounts& counts) {
+  Json json = Json::object();
   for (std::size_t bit = 0; bit < kFlagNames.size(); ++bit)
-    if (counts[bit] > 0) members.emplace_back(kFlagNames[bit], number(counts[bit]));
-  return json_object(members);
+    if (counts[bit] > 0) json[std::string(kFlagNames[bit])] = counts[bit];
+  return json;
 }
 
 }  // namespace
@@ -230,38 +223,40 @@ std::string bench_json(const BenchRun& run, const Simulation& simulation, const 
   const Measurement& m = run.measured;
   const Distribution rows = distribution_of(m.rows), sweeps = distribution_of(m.sweeps);
   const Costs costs = simulation.costs();
-  return indent_json(json_object({
-      {"scene", json_string(run.scene_file)},
-      {"trajectory", json_string(run.trajectory_file)},
-      {"rung", json_string(rung_name(simulation))},
-      {"solver", json_string(solver_name(simulation))},
-      {"nodes", number(simulation.mesh().node_count())},
-      {"tetrahedra", number(simulation.mesh().tetrahedron_count())},
-      {"unknowns", number(3 * costs.free_nodes)},
-      {"factor_entries", number(costs.factor_entries)},
-      {"rows", number(rows.max)},
-      {"rows_median", number(rows.p50)},
-      {"sweeps", number(sweeps.max)},
-      {"sweeps_median", number(sweeps.p50)},
-      {"ticks", number(m.ticks)},
-      {"ticks_counted", number(static_cast<std::uint64_t>(m.times.whole.wall.size()))},
-      {"allocations", number(m.allocations)},
-      {"calibration_ms", number(1e3 * median(m.solves.wall))},
-      {"calibration_processor_ms", number(1e3 * median(m.solves.processor))},
+  const Json json{
+      {"scene", run.scene_file},
+      {"trajectory", run.trajectory_file},
+      {"rung", rung_name(simulation)},
+      {"solver", solver_name(simulation)},
+      {"nodes", simulation.mesh().node_count()},
+      {"tetrahedra", simulation.mesh().tetrahedron_count()},
+      {"unknowns", 3 * costs.free_nodes},
+      {"factor_entries", costs.factor_entries},
+      {"rows", rows.max},
+      {"rows_median", rows.p50},
+      {"sweeps", sweeps.max},
+      {"sweeps_median", sweeps.p50},
+      {"ticks", m.ticks},
+      {"ticks_counted", m.times.whole.wall.size()},
+      {"allocations", m.allocations},
+      {"calibration_ms", 1e3 * median(m.solves.wall)},
+      {"calibration_processor_ms", 1e3 * median(m.solves.processor)},
       {"tick", distribution(m.times.whole.wall)},
       {"tick_processor", distribution(m.times.whole.processor)},
       {"stages", stages(m.times)},
       {"compliance_and_solve", distribution(m.times.laws)},
       {"calibration", calibration_json(m, calibration)},
       {"ratios", ratios_json(m)},
-      {"residual_max", number(m.residual_max)},
-      {"imbalance_max", number(m.imbalance_max)},
-      {"imbalance_share", number(m.imbalance_share)},
+      {"residual_max", m.residual_max},
+      {"imbalance_max", m.imbalance_max},
+      {"imbalance_share", m.imbalance_share},
       {"flags", flags_json(m.flags)},
-      {"core", number(run.core)},
-      {"load_s", number(run.load_seconds)},
-      {"peak_memory_mib", number(run.peak_memory / (1 << 20))},
-  }));
+      {"core", run.core},
+      {"load_s", run.load_seconds},
+      {"peak_memory_mib", run.peak_memory / (1 << 20)},
+  };
+  // File names may hold any bytes.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace acus
