@@ -14,49 +14,10 @@ import csv
 import math
 import sys
 
+from rotations import conjugate, dot, multiply, normalised, rotate, shortest_rotation, subtract
+
 MM = 1e-3  # m
 COLUMNS = ["t", "needle", "x", "y", "z", "qw", "qx", "qy", "qz", "spin"]
-
-
-def dot(a, b):
-    return sum(x * y for x, y in zip(a, b))
-
-
-def cross(a, b):
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def subtract(a, b):
-    return tuple(x - y for x, y in zip(a, b))
-
-
-def normalised(v):
-    length = math.sqrt(dot(v, v))
-    if length == 0:
-        raise ValueError("a direction must not be zero")
-    return tuple(x / length for x in v)
-
-
-def multiply(p, q):
-    """Hamilton product of quaternions (w, x, y, z)."""
-    vector = [p[0] * b + q[0] * a + c for a, b, c in zip(p[1:], q[1:], cross(p[1:], q[1:]))]
-    return (p[0] * q[0] - dot(p[1:], q[1:]), *vector)
-
-
-def conjugate(q):
-    return (q[0], -q[1], -q[2], -q[3])
-
-
-def rotate(q, v):
-    return multiply(multiply(q, (0.0, *v)), conjugate(q))[1:]
-
-
-def shortest_rotation(a, b):
-    """The rotation about a x b that turns the unit vector a to the unit vector b."""
-    if dot(a, b) < -1 + 1e-12:  # any axis across a will do
-        across = (1.0, 0.0, 0.0) if abs(a[0]) < 0.9 else (0.0, 1.0, 0.0)
-        return (0.0, *normalised(cross(a, across)))
-    return normalised((1 + dot(a, b), *cross(a, b)))
 
 
 def read_recording(path):

@@ -17,9 +17,9 @@
 #include "tests/integration/process.h"
 #include "tests/integration/server_process.h"
 
+using acus::TemporaryFolder;
 using acus::testing::kPatience;
 using acus::testing::Process;
-using acus::testing::TemporaryFolder;
 using namespace std::chrono_literals;
 
 namespace {

@@ -2,14 +2,15 @@
 #include "client/run_log.h"
 
 #include <doctest/doctest.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
+#include "tests/support/temporary_folder.h"
+
+using acus::TemporaryFolder;
 using acus::client::LogError;
 using acus::client::RunLog;
 
@@ -22,17 +23,11 @@ std::vector<std::string> lines_of(const std::string& path) {
   return lines;
 }
 
-struct TemporaryFolder {
-  std::filesystem::path path = std::filesystem::temp_directory_path() / ("acus_run_log_" + std::to_string(::getpid()));
-  TemporaryFolder() { std::filesystem::create_directories(path); }
-  ~TemporaryFolder() { std::filesystem::remove_all(path); }
-};
-
 }  // namespace
 
 TEST_CASE("a row per force state with units in the header, events beside it") {
   const TemporaryFolder folder;
-  RunLog log((folder.path / "run.csv").string(), true);
+  RunLog log(folder / "run.csv", true);
   acus::protocol::Force force;
   force.tick = 3;
   force.needle = "left, bent";
@@ -59,7 +54,7 @@ TEST_CASE("a row per force state with units in the header, events beside it") {
   CHECK(forces[1].substr(forces[1].rfind(',')) == ",0.25");
   CHECK(std::count(forces[0].begin(), forces[0].end(), ',') + 1 == std::count(forces[1].begin(), forces[1].end(), ','));
 
-  const auto events = lines_of((folder.path / "run.events.csv").string());
+  const auto events = lines_of(folder / "run.events.csv");
   REQUIRE(events.size() == 2);
   CHECK(events[0] == "epoch,tick,time_s,needle,kind,region,position_x_m,position_y_m,position_z_m,force_N");
   CHECK(events[1] == "0,0,0,,puncture,fat,0,0,0,0.97");
@@ -67,7 +62,7 @@ TEST_CASE("a row per force state with units in the header, events beside it") {
 
 TEST_CASE("without wall time the rows hold nothing but the simulation") {
   const TemporaryFolder folder;
-  RunLog log((folder.path / "run.csv").string(), false);
+  RunLog log(folder / "run.csv", false);
   log.close();
   CHECK(lines_of(log.path()).at(0).find("received_s") == std::string::npos);
 }

@@ -2,27 +2,8 @@
 #include "tests/integration/server_process.h"
 
 #include <doctest/doctest.h>
-#include <stdlib.h>
-
-#include <fstream>
 
 namespace acus::testing {
-
-TemporaryFolder::TemporaryFolder() {
-  std::string pattern = std::filesystem::temp_directory_path() / "acus-test-XXXXXX";
-  if (!mkdtemp(pattern.data())) throw std::runtime_error("cannot create a folder like " + pattern);
-  path_ = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
-std::string TemporaryFolder::write(const std::string& name, const std::string& text) const {
-  std::ofstream(path_ / name) << text;
-  return path_ / name;
-}
 
 std::string small_scene(const std::string& name, const std::vector<std::string>& needles) {
   std::string text = "acus_scene: 1\nname: " + name + R"(

@@ -3,13 +3,13 @@
 #pragma once
 
 #include <chrono>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "client/client.h"
 #include "tests/integration/process.h"
+#include "tests/support/temporary_folder.h"
 
 namespace acus::testing {
 
@@ -17,22 +17,6 @@ using namespace std::chrono_literals;
 
 // Generous: for what happens at once on an idle machine.
 inline constexpr std::chrono::milliseconds kPatience = 60s;
-
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  std::string operator/(const std::string& name) const { return path_ / name; }
-
-  // Writes a file and returns its path.
-  std::string write(const std::string& name, const std::string& text) const;
-
- private:
-  std::filesystem::path path_;
-};
 
 // YAML of a scene of 64 nodes with needles of six nodes, far from the tissue.
 std::string small_scene(const std::string& name, const std::vector<std::string>& needles = {"needle"});
