@@ -41,8 +41,6 @@ ROOMS = {
 
 # (file, what it includes): why.
 EXCEPTIONS = {
-    ("server/constraints/compliance/local_compliance.cpp", "server/scene/scene.h"):
-        "takes a region's pressure and foundation, which the scene's structs define",
     ("server/scene/scene.h", "server/constraints/solver/law_method.h"):
         "a scene names the solver of its laws; the header includes nothing of the project",
 }
