@@ -103,12 +103,13 @@ enum Flag : std::uint32_t {
   kPublishingReduced = 1u << 9,   // likewise, only one of overrun.publish_every shapes goes out
   kStepLimited = 1u << 10,        // the tick's last step was cut, or still turned a needle far
   kElementsInverted = 1u << 11,   // the tissue is crushed: a tetrahedron is turned inside out
-  kTipFoundInside = 1u << 12      // a tip stood in the tissue without a path; one was opened along its way
+  kTipFoundInside = 1u << 12,     // a tip stood in the tissue without a path; one was opened along its way
+  kForcesUnbalanced = 1u << 13    // the forces of the tick before miss their balance by more than kMaxImbalance
 };
-inline constexpr std::array<const char*, 13> kFlagNames{
+inline constexpr std::array<const char*, 14> kFlagNames{
     "laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",
     "path_full",          "not_finite",           "solver_fell_back",  "sweeps_capped",
     "iterations_capped",  "publishing_reduced",   "step_limited",      "elements_inverted",
-    "tip_found_inside"};
+    "tip_found_inside",   "forces_unbalanced"};
 
 }  // namespace acus::protocol

@@ -56,6 +56,8 @@ void write_balance(const Scratch& scratch, TickReport& report) {
   report.imbalance = (scratch.balance.sum + b.support + b.weight - b.inertia).norm();
   report.largest_force =
       std::max({scratch.balance.largest_force, b.support.norm(), b.weight.norm(), b.inertia.norm()});
+  if (report.largest_force > kLeastForceToBalance && report.imbalance > kMaxImbalance * report.largest_force)
+    report.flags |= kForcesUnbalanced;
 }
 
 }  // namespace
