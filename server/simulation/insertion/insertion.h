@@ -68,6 +68,7 @@ struct TipPlace {
   double softness = 0;   // -, of its lateral rows
   double offset = 0;     // -, share of the end's offset that the point has
   Vector3 tangent = Vector3::UnitX();  // of the path there, unit
+  Vector3 cutting = Vector3::UnitX();  // along which the tip cuts, at the start of the tick, unit
 };
 
 // What stage 4 finds out about a needle.

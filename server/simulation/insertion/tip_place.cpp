@@ -56,11 +56,12 @@ void place_tip(const InsertionView& at, const Path& path, InsertionWork& work) {
   tip.in_tail = tail && !path.exited;
   tip.at_end = tip.in_tail && next_s <= length + end_clearance(at, path, held);
   tip.offset = 0;
+  tip.cutting = at.cutting_direction();
   double u = 1;  // of the way from the last vertex alongside to the next, or to the end
   if (tip.at_end || next == 0) {
     tip.point = {tip.at_end ? path.end : path.vertices[0], {}, 0};
     tip.softness = 0;
-    tip.tangent = tip.at_end ? at.cutting_direction() : needle_tangent;
+    tip.tangent = tip.at_end ? tip.cutting : needle_tangent;
   } else {
     const double from_s = memory.vertices[next - 1].s;
     if (next_s > from_s) u = std::clamp((length - from_s) / (next_s - from_s), 0.0, 1.0);

@@ -75,10 +75,13 @@ bool add_border_contact(const InsertionView& at, const Path& path, const Inserti
   return add_contact(at, obstacle, work.next.tip, border.puncture_force, gap, compliance, rows);
 }
 
-bool add_cutting(const InsertionView& at, const Path& path, const TipMemory& tip, Rows& rows) {
+// Along the direction that stage 4 has found, to which the tip's hold is orthogonal: in later iterations the tip may have
+// turned.
+bool add_cutting(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
+  const TipMemory& tip = work.next.tip;
   const double cutting_force = at.tissue.interaction(path.end).cutting_force;
   if (path.exited || cutting_force == 0) return true;
-  Row row{at.needle_index, RowRole::cutting, -1, at.needle.tip(), {path.end, {}, 0}, -at.cutting_direction(), 0};
+  Row row{at.needle_index, RowRole::cutting, -1, at.needle.tip(), {path.end, {}, 0}, -work.located.tip.cutting, 0};
   row.compliance = cutting_compliance(at, path);
   row.gap = cutting_gap(at, path, tip, row.n, row.compliance);
   return rows.add(row, {LawKind::unilateral, cutting_force}, tip.cutting);
@@ -141,7 +144,7 @@ bool add_border_rows(const InsertionView& at, const Path& path, const InsertionW
 }
 
 bool add_path_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
-  bool all = add_cutting(at, path, work.next.tip, rows);
+  bool all = add_cutting(at, path, work, rows);
   if (work.located.obstacle) all = add_border_contact(at, path, work, rows) && all;
   all = add_hold(at, path, work, rows) && all;
   const TipPlace& place = work.located.tip;
