@@ -354,14 +354,13 @@ Vector6 NeedleMotion::add_row_forces(std::span<const double> lambda) {
 }
 
 void NeedleMotion::solve(std::span<const double> lambda) {
-  const Vector6 on_base = add_row_forces(lambda);
-  reaction_ = g_.col(0) - on_base;
+  on_base_ = add_row_forces(lambda);
+  reaction_ = g_.col(0) - on_base_;
   if (model_.rigid) return;
   dq_ = applied_;
   matrix_.forward(dq_);
   matrix_.backward(dq_);
   dq_ += dq_free_;
-  reaction_ = g_.col(0) + base_coupling_ * dq_.head<6>() - on_base;
 }
 
 bool NeedleMotion::turns_far() const {
@@ -401,6 +400,7 @@ void NeedleMotion::go(double share, Configuration& to) const {
 double NeedleMotion::move(double share) {
   assert(share > 0 && share <= 1);
   if (model_.rigid) return 0;
+  reaction_ = g_.col(0) + share * (base_coupling_ * dq_.head<6>()) - on_base_;
   go(share, iterate_);
   at_rigid_ = false;
   double largest = 0;

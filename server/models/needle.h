@@ -214,6 +214,7 @@ class NeedleMotion {
   std::vector<BeamRow> rows_;
   VectorX dq_free_, dq_;
   VectorX applied_;                         // Hᵀ lambda on the free nodes
+  Vector6 on_base_ = Vector6::Zero();       // Hᵀ lambda on node 0
   Vector6 reaction_ = Vector6::Zero();
 };
 
