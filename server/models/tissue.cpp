@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 
 namespace acus {
 
@@ -256,9 +257,29 @@ void normalize(Matrix4X& q) {
 
 }  // namespace
 
+namespace {
+
+// Two rotations by less than a right angle have quaternions of one sign, if their real parts have.
+constexpr double kRightAngle = 0.70711;
+
+bool all_turned_less(const ElementRotations& rotations) {
+  LaneMask less = Lanes{} == Lanes{};
+  for (const ElementRotations::Batch& batch : rotations.batches) less &= batch.q[0] > kRightAngle;
+  return all(less);
+}
+
+// q and -q are the same rotation: each is added with the sign that it has beside what is there already.
+void add_aligned(double* total, const double* q) {
+  const double dot = total[0] * q[0] + total[1] * q[1] + total[2] * q[2] + total[3] * q[3];
+  for (int i = 0; i < 4; ++i) total[i] += dot < 0 ? -q[i] : q[i];
+}
+
+}  // namespace
+
 void node_rotations(const TissueModel& model, const ElementRotations& rotations, Matrix4X& q) {
   q.setZero();
   double* total = q.data();
+  const bool aligned = all_turned_less(rotations);
   for (std::size_t b = 0; b < model.batches.size(); ++b) {
     const ElementBatch& batch = model.batches[b];
     const Lanes(&turn)[4] = rotations.batches[b].q;
@@ -266,7 +287,16 @@ void node_rotations(const TissueModel& model, const ElementRotations& rotations,
     Quad weighted[kLanes];
     transpose(weight * turn[0], weight * turn[1], weight * turn[2], weight * turn[3], weighted);
     for (int k = 0; k < 4; ++k)
-      for (int lane = 0; lane < kLanes; ++lane) add_quad(total + 4 * batch.nodes[k][lane], weighted[lane]);
+      for (int lane = 0; lane < kLanes; ++lane) {
+        double* node = total + 4 * batch.nodes[k][lane];
+        if (aligned) {
+          add_quad(node, weighted[lane]);
+        } else {
+          double one[4];
+          std::memcpy(one, &weighted[lane], sizeof one);
+          add_aligned(node, one);
+        }
+      }
   }
   normalize(q);
 }

@@ -211,4 +211,25 @@ TEST_CASE("regions keep their own stiffness and density") {
 }
 
 }  // namespace
+TEST_CASE("the rotation of a node does not depend on the signs of its elements' quaternions") {
+  const TetrahedralMesh mesh = make_box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+  const TissueModel model = bench_tissue(mesh, undamped_material());
+  for (const double angle : {0.3, 1.7, 3.0}) {
+    const Quaternion turn = rotation_exp(angle * Vector3(1, 2, -2) / 3);
+    ElementRotations rotations(model);
+    for (std::size_t b = 0; b < rotations.batches.size(); ++b)
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const double sign = (static_cast<int>(b) + lane) % 3 == 0 ? -1 : 1;
+        const double q[4] = {turn.w(), turn.x(), turn.y(), turn.z()};
+        for (int i = 0; i < 4; ++i) rotations.batches[b].q[i][lane] = sign * q[i];
+      }
+    Matrix4X nodes(4, mesh.node_count());
+    node_rotations(model, rotations, nodes);
+    for (int i = 0; i < mesh.node_count(); ++i) {
+      const Quaternion node(nodes(0, i), nodes(1, i), nodes(2, i), nodes(3, i));
+      CHECK(node.angularDistance(turn) < 1e-7);
+    }
+  }
+}
+
 }  // namespace acus
