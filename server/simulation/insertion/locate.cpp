@@ -124,7 +124,6 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionWork& wor
   place_tip(at, path, work);
   find_border(at, path, work);
   const double end = work.next.phase == Phase::through ? std::min(length, end_s) : length;
-  work.next.depth = std::max(0.0, end - std::max(0.0, work.next.vertices[0].s));
   share_length({work.located.shaft.begin(), work.located.shaft.end()}, end);
 }
 

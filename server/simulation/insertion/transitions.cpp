@@ -45,7 +45,6 @@ void leave_contact_or_puncture(const Transition& now) {
   Insertion& memory = now.memory;
   const auto& obstacle = now.work.located.obstacle;
   const double contact = memory.tip.contact;
-  memory.depth = 0;
   const bool pressed = obstacle && contact > 0;
   const int region = obstacle ? obstacle->region : 0;
   if (pressed && memory.phase == Phase::free) now.report(EventKind::contact, region, contact);
@@ -150,14 +149,27 @@ std::uint32_t advance_end(const Transition& now, Path& path) {
   return flags;
 }
 
-}  // namespace
-
-void Transition::report(EventKind kind, int region, double force) const {
-  if (events.size() == events.capacity()) return;
-  events.push_back({tick, at.needle_index, kind, region, at.needle.tip().position, force});
+// Of the needle where the tick has left it, not where the base would have taken it.
+void measure_depth(const Transition& now) {
+  Insertion& memory = now.memory;
+  memory.depth = 0;
+  if (memory.path < 0) return;
+  const Path& path = now.paths[memory.path];
+  const NeedleView& needle = now.at.needle;
+  const Vector3 tip_tangent = needle.tip().tangent;
+  const double spacing = now.at.parameters.constraint_spacing;
+  const auto place = [&](const MaterialPoint& point, const Vector3& tangent, double guess) {
+    return project_on_curve(needle, now.at.tissue.position(point), tangent, guess);
+  };
+  const double mouth = place(path.vertices[0], path_tangent(now.at.tissue, path, 0, tip_tangent, spacing),
+                             memory.vertices[0].s);
+  double end = needle.model.length;
+  if (memory.phase == Phase::through)
+    end = std::min(end, place(path.end, end_tangent(now.at.tissue, path, tip_tangent, spacing), memory.end_s));
+  memory.depth = std::max(0.0, end - std::max(0.0, mouth));
 }
 
-std::uint32_t insertion_transitions(const Transition& now) {
+std::uint32_t go_on(const Transition& now) {
   if (now.memory.path < 0) {
     leave_contact_or_puncture(now);
     return open_where_found(now);
@@ -174,6 +186,19 @@ std::uint32_t insertion_transitions(const Transition& now) {
   path.left = now.tick;
   forget(now.memory);
   return 0;
+}
+
+}  // namespace
+
+void Transition::report(EventKind kind, int region, double force) const {
+  if (events.size() == events.capacity()) return;
+  events.push_back({tick, at.needle_index, kind, region, at.needle.tip().position, force});
+}
+
+std::uint32_t insertion_transitions(const Transition& now) {
+  const std::uint32_t flags = go_on(now);
+  measure_depth(now);
+  return flags;
 }
 
 int tetrahedron_ahead(const InsertionView& at, const InsertionWork& work, const Insertion& memory,
