@@ -34,7 +34,7 @@ Json json_value(const Quaternion& q) {
 template <class Value>
 Json leaf_json(const Value& value) {
   if constexpr (std::is_enum_v<Value>) {
-    return name_of(value);
+    return acus::name_of(value);
   } else if constexpr (std::is_arithmetic_v<Value>) {
     return json_value(static_cast<double>(value));
   } else {
