@@ -64,7 +64,7 @@ InsertionBench::InsertionBench(const Scene& from, int path_vertices)
       paths(kPaths, Path(path_vertices)),
       paths_taken(kPaths, 0),
       memory(make_insertion(path_vertices)),
-      work(parameters, path_vertices) {
+      work(max_shaft_points(parameters, least_spacing(scene.needles)), path_vertices) {
   events.reserve(100);
   put_needle(on_line(0.1));
 }
