@@ -120,4 +120,50 @@ TEST_CASE("a short slide moves the end, and its tail is the straight distance") 
   CHECK(bench.paths[0].tail == doctest::Approx(2.5e-3).epsilon(1e-9));  // 1.5 aside, 2 down
 }
 
+TEST_CASE("a slide over many spacings in one tick lays a vertex at each") {
+  InsertionBench bench(two_regions(0.7));
+  rest_on_border(bench);
+  CHECK(slide_to(bench, 13.1e-3) == 0);
+  const Path& path = bench.paths[0];
+  REQUIRE(path.vertices.size() == 11);
+  // The first at 4 mm from the vertex 2 mm above, the others along the border.
+  const double first = std::sqrt(16.0 - 4.0) * 1e-3;
+  for (int i = 0; i < 3; ++i) {
+    const MaterialPoint& vertex = path.vertices[static_cast<std::size_t>(8 + i)];
+    CHECK((bench.position(vertex) - on_line(0) - Vector3(first + i * kSpacing, 0, 0)).norm() < kRounding);
+    CHECK(bench.view().tissue.border_normal(vertex));
+    CHECK(bench.view().tissue.region(vertex) == kUpper);
+  }
+  CHECK(path.tail == doctest::Approx(13.1e-3 - first - 2 * kSpacing).epsilon(1e-9));
+}
+
+TEST_CASE("slow and fast slides lay the same vertices") {
+  InsertionBench slow(two_regions(0.7)), fast(two_regions(0.7));
+  rest_on_border(slow);
+  rest_on_border(fast);
+  for (int i = 1; i <= 26; ++i) slide_to(slow, i * 0.5e-3);
+  slide_to(fast, 13e-3);
+  REQUIRE(slow.paths[0].vertices.size() == fast.paths[0].vertices.size());
+  for (std::size_t i = 0; i < slow.paths[0].vertices.size(); ++i)
+    CHECK((slow.position(slow.paths[0].vertices[i]) - fast.position(fast.paths[0].vertices[i])).norm() < kRounding);
+  CHECK(slow.paths[0].tail == doctest::Approx(fast.paths[0].tail).epsilon(1e-9));
+}
+
+TEST_CASE("a tip that slides back drops the vertices that it comes over") {
+  InsertionBench bench(two_regions(0.7));
+  rest_on_border(bench);
+  slide_to(bench, 13.1e-3);
+  CHECK(slide_to(bench, 5e-3) == 0);
+  CHECK(bench.paths[0].vertices.size() == 9);  // the one at 3.46 mm stays
+  CHECK(bench.paths[0].tail == doctest::Approx(5e-3 - std::sqrt(12.0) * 1e-3).epsilon(1e-9));
+}
+
+TEST_CASE("a slide with a full path says so") {
+  InsertionBench bench(two_regions(0.7), 9);
+  rest_on_border(bench);
+  CHECK(slide_to(bench, 13.1e-3) == kPathFull);
+  CHECK(bench.paths[0].vertices.size() == 9);
+  CHECK((bench.position(bench.paths[0].end) - on_line(0) - Vector3(13.1e-3, 0, 0)).norm() < kRounding);
+}
+
 }  // namespace acus::test
