@@ -214,13 +214,14 @@ class Checker {
     if (!scene.tissue.left_out()) check_constraint_points(scene.needles, child_path(path, "needles"));
   }
 
-  // What they need grows with the square of their number.
+  // What they need grows with the square of their number. Any needle may pick up the path with the smallest spacing.
   void check_constraint_points(const std::vector<Needle>& needles, const std::string& path) const {
-    double count = 0;
-    for (const Needle& needle : needles) count += std::ceil(needle.length / needle.constraint_spacing);
+    double spacing = kInfinity, count = 0;
+    for (const Needle& needle : needles) spacing = std::min(spacing, needle.constraint_spacing);
+    for (const Needle& needle : needles) count += std::ceil(needle.length / spacing);
     if (count <= kMaxConstraintPoints) return;
     fail(path, "expected at most " + std::to_string(kMaxConstraintPoints) +
-                   " constraint points of all needles together (the sum of length / constraint_spacing), found " +
+                   " constraint points of all needles together (the sum of length / the smallest constraint_spacing), found " +
                    format_number(count) + "; raise constraint_spacing");
   }
 

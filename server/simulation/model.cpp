@@ -78,8 +78,9 @@ std::vector<int> needles_in_guides(const Scene& scene) {
 
 int vertices_per_path(const Scene& scene) {
   if (scene.tissue.left_out()) return 0;
+  const double spacing = least_spacing(scene.needles);
   int most = 0;
-  for (const Needle& needle : scene.needles) most = std::max(most, 2 * max_shaft_points(needle));
+  for (const Needle& needle : scene.needles) most = std::max(most, 2 * max_shaft_points(needle, spacing));
   return most;
 }
 
@@ -109,7 +110,7 @@ void refuse_tip_inside(const Model& model, int needle) {
 }  // namespace
 
 int max_tissue_rows(const Scene& scene, const Needle& needle) {
-  return scene.tissue.left_out() ? 0 : max_insertion_rows(needle);
+  return scene.tissue.left_out() ? 0 : max_insertion_rows(needle, least_spacing(scene.needles));
 }
 
 int max_guide_rows(const Scene& scene) { return kMaxGuideRows * static_cast<int>(scene.guides.size()); }

@@ -9,8 +9,9 @@ namespace {
 
 // Nodes of the tissue that the rows of a tick touch, at most.
 int max_touched_nodes(const Scene& scene) {
+  const double spacing = least_spacing(scene.needles);
   int points = 0;
-  for (const Needle& needle : scene.needles) points += max_material_points(needle);
+  for (const Needle& needle : scene.needles) points += max_material_points(needle, spacing);
   return 4 * points;
 }
 
@@ -25,10 +26,11 @@ Scratch::Scratch(const Model& model, const Progress& progress)
       guide_forces(model.scene.needles.size(), Vector3::Zero()),
       next_look(model.scene.needles.size()) {
   if (progress) progress("rows");
+  const double spacing = least_spacing(model.scene.needles);
   for (int i = 0; i < model.needle_count(); ++i) {
     const Needle& needle = model.scene.needles[i];
     motions.emplace_back(model.needles[i], model.h, max_tissue_rows(model.scene, needle) + max_guide_rows(model.scene));
-    insertions.emplace_back(needle, model.path_vertices);
+    insertions.emplace_back(max_shaft_points(needle, spacing), model.path_vertices);
     start_shapes.push_back(motions[i].shape());
     bases.push_back(base_at(needle.base));
   }

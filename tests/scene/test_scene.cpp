@@ -265,7 +265,10 @@ TEST_CASE("what a scene needs in all is bounded") {
   for (int i = 0; i < 14; ++i) many += "  - {name: n" + std::to_string(i) + "}\n";
   CHECK(error_of(many) ==
         "scene.yaml:3:3: needles: expected at most 500 constraint points of all needles together (the sum of length / "
-        "constraint_spacing), found 532; raise constraint_spacing");
+        "the smallest constraint_spacing), found 532; raise constraint_spacing");
+  CHECK(error_of("needles: [{length: 1, constraint_spacing: 0.01}, {name: b, length: 0.1, constraint_spacing: 0.001}]") ==
+        "scene.yaml:2:10: needles: expected at most 500 constraint points of all needles together (the sum of length / "
+        "the smallest constraint_spacing), found 1100; raise constraint_spacing");
   CHECK_NOTHROW(parse("tissue: {rung: none}\n" + many));  // without rows between needle and tissue
 }
 

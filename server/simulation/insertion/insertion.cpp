@@ -1,27 +1,35 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/insertion/insertion.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace acus {
 
-int max_shaft_points(const Needle& parameters) {
-  return 2 * static_cast<int>(std::ceil(parameters.length / parameters.constraint_spacing)) + 4;
+double least_spacing(std::span<const Needle> needles) {
+  double least = kInfinity;
+  for (const Needle& needle : needles) least = std::min(least, needle.constraint_spacing);
+  return least;
 }
 
-int max_insertion_rows(const Needle& parameters) {
-  return (parameters.torsional_friction > 0 ? 5 : 4) * max_shaft_points(parameters) + 5;
+int max_shaft_points(const Needle& parameters, double spacing) {
+  assert(spacing > 0 && spacing < kInfinity);
+  return 2 * static_cast<int>(std::ceil(parameters.length / spacing)) + 4;
 }
 
-int max_material_points(const Needle& parameters) { return max_shaft_points(parameters) + 4; }
+int max_insertion_rows(const Needle& parameters, double spacing) {
+  return (parameters.torsional_friction > 0 ? 5 : 4) * max_shaft_points(parameters, spacing) + 5;
+}
+
+int max_material_points(const Needle& parameters, double spacing) { return max_shaft_points(parameters, spacing) + 4; }
 
 Vector3 InsertionView::cutting_direction() const {
   return needle.shape.frames.back() * parameters.cutting_direction.normalized();
 }
 
-InsertionWork::InsertionWork(const Needle& parameters, int path_capacity)
+InsertionWork::InsertionWork(int shaft_capacity, int path_capacity)
     : next(make_insertion(path_capacity)), turned(path_capacity) {
-  located.shaft = Bounded<ShaftPoint>(static_cast<std::size_t>(max_shaft_points(parameters)));
+  located.shaft = Bounded<ShaftPoint>(static_cast<std::size_t>(shaft_capacity));
 }
 
 }  // namespace acus

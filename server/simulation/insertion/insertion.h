@@ -25,12 +25,15 @@ inline constexpr double kContactMargin = 1e-3;  // m
 // Borders that a tip crosses in a tick; more wait for the next.
 inline constexpr int kMaxCrossings = 64;
 
-// Path vertices that the shaft can hold at once.
-int max_shaft_points(const Needle& parameters);
+// The smallest distance between the vertices of any path (m): a needle may pick up a path that another one has cut.
+double least_spacing(std::span<const Needle> needles);
+
+// Path vertices that the shaft can hold at once, `spacing` apart or further.
+int max_shaft_points(const Needle& parameters, double spacing);
 // Rows of an insertion in one tick, at most.
-int max_insertion_rows(const Needle& parameters);
+int max_insertion_rows(const Needle& parameters, double spacing);
 // Material points that they touch at once: the shaft's, the path's end, two that the tip is held between, one of a surface.
-int max_material_points(const Needle& parameters);
+int max_material_points(const Needle& parameters, double spacing);
 
 // The needle and the tissue of a tick, read only.
 struct InsertionView {
@@ -89,7 +92,7 @@ struct InsertionWork {
   bool puncturing = false;  // the contact force reached f_p
   bool cutting = false;     // the cutting force reached f_c
 
-  InsertionWork(const Needle& parameters, int path_capacity);
+  InsertionWork(int shaft_capacity, int path_capacity);
 
   // The path that the needle is in.
   const Path& path(std::span<const Path> paths) const {

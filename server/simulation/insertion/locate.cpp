@@ -40,10 +40,9 @@ Mouth find_mouth(const InsertionView& at, const Vector3& place, std::span<const 
 // Whether the tip is past an open mouth and goes inwards.
 bool goes_into(const InsertionView& at, const Path& path, bool far_end, const Vector3& surface_normal) {
   const CurvePoint tip = at.needle.tip();
-  const double spacing = at.parameters.constraint_spacing;
   const Vector3 past = tip.position - at.tissue.position(far_end ? path.end : path.vertices[0]);
-  const Vector3 inwards = far_end ? Vector3(-end_tangent(at.tissue, path, -tip.tangent, spacing))
-                                  : path_tangent(at.tissue, path, 0, tip.tangent, spacing);
+  const Vector3 inwards = far_end ? Vector3(-end_tangent(at.tissue, path, -tip.tangent))
+                                  : path_tangent(at.tissue, path, 0, tip.tangent);
   return surface_normal.dot(past) < 0 && inwards.dot(past) > 0;
 }
 
@@ -102,8 +101,7 @@ void find_shaft_points(const InsertionView& at, const Path& path, InsertionWork&
   for (int i = 0; i < holding_vertices(path); ++i) {
     double& s = work.next.vertices[i].s;
     const Vector3 needle_tangent = curve_point(at.needle.model, at.needle.shape, s).tangent;
-    const Vector3 tangent =
-        along_needle(path_tangent(at.tissue, path, i, tip_tangent, at.parameters.constraint_spacing), needle_tangent);
+    const Vector3 tangent = along_needle(path_tangent(at.tissue, path, i, tip_tangent), needle_tangent);
     s = project_on_curve(at.needle, at.tissue.position(path.vertices[i]), tangent, s);
     if (s < 0 || s > length) continue;
     if (work.located.shaft.full()) {
@@ -118,8 +116,7 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionWork& wor
   const double length = at.needle.model.length;
   find_shaft_points(at, path, work);
   double& end_s = work.next.end_s;
-  const Vector3 tangent =
-      end_tangent(at.tissue, path, at.needle.tip().tangent, at.parameters.constraint_spacing);
+  const Vector3 tangent = end_tangent(at.tissue, path, at.needle.tip().tangent);
   end_s = project_on_curve(at.needle, at.tissue.position(path.end), tangent, end_s);
   place_tip(at, path, work);
   find_border(at, path, work);

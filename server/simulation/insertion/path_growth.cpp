@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/insertion/path_growth.h"
 
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
 #include "server/simulation/enums.h"
 #include "server/simulation/insertion/tip_give.h"
 
@@ -16,6 +20,13 @@ Vector3 cut_place(const InsertionView& at, const Path& path) {
   if (give == 0) return tip;
   const Vector3 direction = at.cutting_direction();
   return direction.dot(tip - from) > give ? Vector3(tip - give * direction) : from;
+}
+
+// The t in [0, 1] at which |a + t b| grows to `distance` (m); |a + b| is at least that.
+double way_to_distance(const Vector3& a, const Vector3& b, double distance) {
+  const double aa = a.squaredNorm() - distance * distance, ab = a.dot(b), bb = b.squaredNorm();
+  if (aa >= 0 || bb == 0) return 0;  // it is already that far, as tissue has stretched since
+  return std::min(1.0, (std::sqrt(ab * ab - aa * bb) - ab) / bb);
 }
 
 }  // namespace
@@ -47,18 +58,31 @@ std::uint32_t grow(const Transition& now, Path& path, int start, int came_from) 
 }
 
 std::uint32_t slide(const Transition& now, Path& path, const MaterialPoint& end) {
-  const auto last = [&](std::size_t k) { return now.at.tissue.position(path.vertices[path.vertices.size() - k]); };
-  const Vector3 place = now.at.tissue.position(end);
+  assert(now.memory.held >= 0);
+  const TissueView& tissue = now.at.tissue;
+  const Surface& border = tissue.borders.surface(now.memory.held);
+  const auto last = [&](std::size_t k) { return tissue.position(path.vertices[path.vertices.size() - k]); };
+  Vector3 from = tissue.position(path.end);
+  const Vector3 to = tissue.position(end);
   path.end = end;
-  while (path.vertices.size() > 1 && (place - last(1)).dot(last(1) - last(2)) < 0 &&
-         now.at.tissue.border_normal(path.vertices.back()))
+  while (path.vertices.size() > 1 && (to - last(1)).dot(last(1) - last(2)) < 0 &&
+         tissue.border_normal(path.vertices.back())) {
     path.vertices.pop_back();
-  path.tail = (place - last(1)).norm();
-  if (path.tail < path.spacing) return 0;
-  if (path.vertices.full()) return kPathFull;
-  now.memory.vertices[path.vertices.size()] = VertexMemory{.s = now.at.needle.model.length};
-  path.vertices.push_back(end);
-  path.tail = 0;
+    from = last(1);
+  }
+  Vector3 before = last(1);
+  while ((to - before).norm() >= path.spacing) {
+    if (path.vertices.full()) {
+      path.tail = (to - last(1)).norm();
+      return kPathFull;
+    }
+    from += way_to_distance(from - before, to - from, path.spacing) * (to - from);
+    before = from;
+    const double behind_tip = (to - before).norm();
+    now.memory.vertices[path.vertices.size()] = VertexMemory{.s = now.at.needle.model.length - behind_tip};
+    path.vertices.push_back(border.material(border.closest(tissue.x, before)));
+  }
+  path.tail = (to - last(1)).norm();
   return 0;
 }
 

@@ -10,8 +10,8 @@ namespace acus {
 // The end lies in tetrahedron `start`, or on its face towards `came_from`.
 std::uint32_t grow(const Transition& now, Path& path, int start, int came_from);
 
-// Moves the path's end along the border that holds it. Vertices that it comes back over are dropped: a tip that is
-// dragged to and fro leaves one path, not one for every way.
+// Moves the path's end along the border that holds it, with a vertex at every spacing of the straight way there. Vertices
+// that it comes back over are dropped: a tip that is dragged to and fro leaves one path, not one for every way.
 std::uint32_t slide(const Transition& now, Path& path, const MaterialPoint& end);
 
 // Sets the vertices that a straight piece of cut has passed, each at its exact distance.

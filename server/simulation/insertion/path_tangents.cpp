@@ -27,18 +27,18 @@ int holding_vertices(const Path& path) {
   return count > 1 && path.tail < kEndClearance * path.spacing ? count - 1 : count;
 }
 
-Vector3 path_tangent(const TissueView& tissue, const Path& path, int vertex, const Vector3& needle_tangent,
-                     double spacing) {
+Vector3 path_tangent(const TissueView& tissue, const Path& path, int vertex, const Vector3& needle_tangent) {
   const int last = static_cast<int>(path.vertices.size()) - 1;
   const Vector3 here = tissue.position(path.vertices[vertex]);
   const Vector3 before = vertex > 0 ? tissue.position(path.vertices[vertex - 1]) : here;
   const Vector3 after = vertex < last ? tissue.position(path.vertices[vertex + 1]) : tissue.position(path.end);
-  return young_direction(after - before, needle_tangent, spacing);
+  return young_direction(after - before, needle_tangent, path.spacing);
 }
 
-Vector3 end_tangent(const TissueView& tissue, const Path& path, const Vector3& needle_tangent, double spacing) {
+Vector3 end_tangent(const TissueView& tissue, const Path& path, const Vector3& needle_tangent) {
   const int last = holding_vertices(path) - 1;
-  return young_direction(tissue.position(path.end) - tissue.position(path.vertices[last]), needle_tangent, spacing);
+  const Vector3 along = tissue.position(path.end) - tissue.position(path.vertices[last]);
+  return young_direction(along, needle_tangent, path.spacing);
 }
 
 Vector3 along_needle(const Vector3& path, const Vector3& needle) {

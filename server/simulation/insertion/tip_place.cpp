@@ -45,7 +45,7 @@ void place_tip(const InsertionView& at, const Path& path, InsertionWork& work) {
   const Insertion& memory = work.next;
   TipPlace& tip = work.located.tip;
   const Vector3 needle_tangent = at.needle.tip().tangent;
-  const double length = at.needle.model.length, spacing = at.parameters.constraint_spacing;
+  const double length = at.needle.model.length;
   const int count = holding_vertices(path);
   const bool held = memory.held >= 0;
   int next = 0;
@@ -68,9 +68,9 @@ void place_tip(const InsertionView& at, const Path& path, InsertionWork& work) {
     tip.point = {path.vertices[next - 1], tail ? path.end : path.vertices[next], u};
     tip.softness = (1 - u) * (1 - u);
     if (tail) tip.offset = u;
-    const Vector3 from = path_tangent(at.tissue, path, next - 1, needle_tangent, spacing);
-    const Vector3 to = tail ? end_tangent(at.tissue, path, needle_tangent, spacing)
-                            : path_tangent(at.tissue, path, next, needle_tangent, spacing);
+    const Vector3 from = path_tangent(at.tissue, path, next - 1, needle_tangent);
+    const Vector3 to = tail ? end_tangent(at.tissue, path, needle_tangent)
+                            : path_tangent(at.tissue, path, next, needle_tangent);
     tip.tangent = ((1 - u) * from + u * to).normalized();
   }
   if (!tip.in_tail || work.located.shaft.empty()) return;

@@ -90,7 +90,7 @@ std::uint32_t open_where_found(const Transition& now) {
 // Whether the tip is before the mouth of its path.
 bool is_withdrawn(const InsertionView& at, const Path& path) {
   const CurvePoint tip = at.needle.tip();
-  const Vector3 mouth_tangent = path_tangent(at.tissue, path, 0, tip.tangent, at.parameters.constraint_spacing);
+  const Vector3 mouth_tangent = path_tangent(at.tissue, path, 0, tip.tangent);
   const Vector3 past = tip.position - at.tissue.position(path.vertices[0]);
   return mouth_tangent.dot(past) < 0 && tip.tangent.dot(past) < 0;
 }

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Stage 9 of one needle: puncture, growth, exit, withdrawal, re-entry.
+#include <doctest/doctest.h>
+
+#include "server/simulation/insertion/transitions.h"
+#include "tests/simulation/insertion/bench_insertion.h"
+
+namespace acus::test {
+namespace {
+
+std::uint32_t transitions_of(InsertionBench& bench) {
+  return in_transition(bench, [](const Transition& now) { return insertion_transitions(now); });
+}
+
+// As stages 4 to 8 leave it: the tip 0.5 mm through the surface after it pressed with f_p.
+void press_through(InsertionBench& bench) {
+  bench.memory.phase = Phase::contact;
+  bench.put_needle(on_line(kTop));
+  bench.move_needle(on_line(kTop - 5e-4));
+  bench.locate();
+  bench.memory = bench.work.next;
+  bench.memory.tip.contact = 0.4;
+  bench.work.puncturing = true;
+}
+
+}  // namespace
+
+TEST_CASE("contact and release are told") {
+  InsertionBench bench;
+  bench.put_needle(on_line(kTop));
+  bench.locate();
+  bench.memory.tip.contact = 0.1;
+  transitions_of(bench);
+  CHECK(bench.memory.phase == Phase::contact);
+  bench.memory.tip.contact = 0;
+  transitions_of(bench);
+  CHECK(bench.memory.phase == Phase::free);
+  CHECK(bench.event_kinds() == std::vector{EventKind::contact, EventKind::release});
+}
+
+TEST_CASE("a puncture opens a path where the needle goes through the surface") {
+  InsertionBench bench;
+  press_through(bench);
+  CHECK(transitions_of(bench) == 0);
+  CHECK(bench.event_kinds() == std::vector{EventKind::puncture});
+  CHECK(bench.events[0].tick == kTick);
+  CHECK(bench.events[0].force == 0.4);
+  REQUIRE(bench.memory.path == 0);
+  CHECK(bench.memory.phase == Phase::inside);
+  const Path& path = bench.paths[0];
+  CHECK(path.needle == 0);
+  CHECK(path.spacing == bench.parameters.constraint_spacing);
+  REQUIRE(path.vertices.size() == 1);
+  CHECK((bench.position(path.vertices[0]) - on_line(kTop)).norm() < kRounding);
+  CHECK((bench.position(path.end) - on_line(kTop - 5e-4)).norm() < kRounding);
+  CHECK(path.tail == doctest::Approx(5e-4).epsilon(1e-9));
+}
+
+TEST_CASE("a puncture takes the place of the path that was left longest ago, and none where all are in use") {
+  InsertionBench bench;
+  for (int i = 0; i < 3; ++i) bench.add_straight_path(0.010).left = static_cast<std::uint64_t>(5 - i);
+  for (Path& path : bench.paths) path.vertices[0] = bench.point({-0.02, -0.02, kTop});  // not under the tip
+  bench.paths[2].needle = 1;
+  bool opens = true;
+  SUBCASE("one is free") {}
+  SUBCASE("all are in use") {
+    bench.paths[0].needle = bench.paths[1].needle = 2;
+    opens = false;
+  }
+  press_through(bench);
+  transitions_of(bench);
+  CHECK(bench.memory.path == (opens ? 1 : -1));
+  CHECK(bench.events.empty() != opens);
+}
+
+TEST_CASE("a tip that cuts takes the end along, one that does not leaves it") {
+  InsertionBench bench;
+  bench.add_straight_path(0.020);
+  bench.be_in_path(0);
+  bench.put_needle(on_line(0.019));
+  bench.locate();
+  bench.memory = bench.work.next;
+  bench.work.cutting = false;
+  transitions_of(bench);
+  CHECK((bench.position(bench.paths[0].end) - on_line(0.020)).norm() < kRounding);
+  bench.work.cutting = true;
+  transitions_of(bench);
+  CHECK((bench.position(bench.paths[0].end) - on_line(0.019)).norm() < kRounding);
+  CHECK(bench.events.empty());
+}
+
+TEST_CASE("a tip that cuts out of the tissue, goes back and comes again") {
+  InsertionBench bench;
+  bench.add_straight_path(kBottom + 1e-3);
+  bench.be_in_path(0);
+  for (const double z : {kBottom - 1e-3, kBottom + 1e-3, kBottom - 1e-3}) {
+    bench.put_needle(on_line(z));
+    bench.locate();
+    bench.memory = bench.work.next;
+    bench.work.cutting = true;
+    transitions_of(bench);
+    CHECK(bench.paths[0].exited);
+    CHECK(bench.memory.phase == (z < kBottom ? Phase::through : Phase::inside));
+  }
+  CHECK(bench.event_kinds() == std::vector{EventKind::exit, EventKind::reentry, EventKind::exit});
+}
+
+TEST_CASE("withdrawal frees the path and keeps it") {
+  InsertionBench bench;
+  bench.add_straight_path(0.010);
+  bench.be_in_path(0);
+  bench.put_needle(on_line(kTop + 1e-3));
+  bench.locate();
+  transitions_of(bench);
+  CHECK(bench.event_kinds() == std::vector{EventKind::withdrawal});
+  CHECK(bench.paths[0].needle == -1);
+  CHECK(bench.paths[0].left == kTick);
+  CHECK(bench.paths[0].vertices.size() == 5);
+  CHECK(bench.memory.path == -1);
+  CHECK(bench.memory.phase == Phase::free);
+}
+
+TEST_CASE("re-entry takes the path, from its far end turned round") {
+  InsertionBench bench;
+  bench.add_straight_path(kBottom).exited = true;
+  bool far_end = false;
+  SUBCASE("from the mouth") {}
+  SUBCASE("from the far end") { far_end = true; }
+  const double side = far_end ? -1 : 1;
+  const Vector3 along = -side * Vector3::UnitZ();
+  bench.put_needle(on_line(side * (kTop + 1e-3)), along);
+  bench.move_needle(on_line(side * (kTop - 1e-3)), along);
+  REQUIRE(bench.locate().reentered);
+  bench.memory = bench.work.next;
+  transitions_of(bench);
+  const Path& path = bench.paths[0];
+  CHECK(bench.event_kinds().front() == EventKind::reentry);
+  CHECK(path.needle == 0);
+  CHECK(bench.memory.path == 0);
+  CHECK((bench.position(path.vertices[0]) - on_line(side * kTop)).norm() < kRounding);
+  CHECK((bench.position(path.end) - on_line(-side * kTop)).norm() < kRounding);
+}
+
+}  // namespace acus::test
