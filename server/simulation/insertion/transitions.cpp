@@ -157,15 +157,14 @@ void measure_depth(const Transition& now) {
   const Path& path = now.paths[memory.path];
   const NeedleView& needle = now.at.needle;
   const Vector3 tip_tangent = needle.tip().tangent;
-  const double spacing = now.at.parameters.constraint_spacing;
   const auto place = [&](const MaterialPoint& point, const Vector3& tangent, double guess) {
     return project_on_curve(needle, now.at.tissue.position(point), tangent, guess);
   };
-  const double mouth = place(path.vertices[0], path_tangent(now.at.tissue, path, 0, tip_tangent, spacing),
+  const double mouth = place(path.vertices[0], path_tangent(now.at.tissue, path, 0, tip_tangent),
                              memory.vertices[0].s);
   double end = needle.model.length;
   if (memory.phase == Phase::through)
-    end = std::min(end, place(path.end, end_tangent(now.at.tissue, path, tip_tangent, spacing), memory.end_s));
+    end = std::min(end, place(path.end, end_tangent(now.at.tissue, path, tip_tangent), memory.end_s));
   memory.depth = std::max(0.0, end - std::max(0.0, mouth));
 }
 
