@@ -35,7 +35,7 @@ constexpr Column<Compared> kColumns[]{
     {"h", [](const Compared& c) { return Cell(c.setting.h); }},  // s
     {"rung", [](const Compared& c) { return Cell(name_of(c.run.scene.tissue.rung)); }},
     {"iterations", [](const Compared& c) { return Cell(c.run.scene.newton.max_iterations); }},
-    {"solver", [](const Compared& c) { return Cell(name_of(c.run.scene.laws.solver)); }},
+    {"solver", [](const Compared& c) { return Cell(acus::name_of(c.run.scene.laws.solver)); }},
     {"tolerance", [](const Compared& c) { return Cell(c.run.scene.laws.tolerance); }},  // N
     {"max_sweeps", [](const Compared& c) { return Cell(c.run.scene.laws.max_sweeps); }},
     {"nodes", [](const Compared& c) { return Cell(c.run.nodes); }},
