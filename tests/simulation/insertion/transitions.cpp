@@ -54,6 +54,7 @@ TEST_CASE("a puncture opens a path where the needle goes through the surface") {
   CHECK((bench.position(path.vertices[0]) - on_line(kTop)).norm() < kRounding);
   CHECK((bench.position(path.end) - on_line(kTop - 5e-4)).norm() < kRounding);
   CHECK(path.tail == doctest::Approx(5e-4).epsilon(1e-9));
+  CHECK(bench.memory.depth == doctest::Approx(5e-4).epsilon(1e-9));
 }
 
 TEST_CASE("a puncture takes the place of the path that was left longest ago, and none where all are in use") {
