@@ -40,7 +40,7 @@ TEST_CASE("patch test: inside a linearly displaced boundary the equilibrium is l
       TissueState state = make_tissue_state(model);
       for (int i = 0; i < mesh.node_count(); ++i)
         if (on_boundary(mesh.nodes.col(i))) state.x.col(i) = linear.col(i);
-      TissueMotion motion(model, 1e3, matrix, 1, 1);  // so long a step that inertia plays no part
+      BenchMotion motion(model, 1e3, matrix, 1, 1);  // so long a step that inertia plays no part
       for (int iteration = 0; iteration < 200; ++iteration) {
         motion.begin(state);
         motion.linearize(state);
@@ -87,7 +87,7 @@ TEST_CASE("uniform stretch: the block narrows by Poisson's ratio and carries E t
       lambda.push_back(load(0, node));
     }
   TissueState state = make_tissue_state(model);
-  TissueMotion motion(model, 1, TissueMatrix::refactorized, mesh.node_count(), mesh.node_count());
+  BenchMotion motion(model, 1, TissueMatrix::refactorized, mesh.node_count(), mesh.node_count());
   for (int tick = 0; tick < 30; ++tick) {
     motion.begin(state);
     motion.linearize(state);

@@ -55,7 +55,8 @@ bool on_cube(const Vector3& p) { return p.cwiseAbs().maxCoeff() > 1 - 1e-9; }
 Matrix3X solve_linear(const TissueModel& model, const VectorField& boundary, const Matrix3X& load) {
   Matrix3X x = model.mesh->nodes, forces(3, model.nodes());
   for (const int node : model.fixed_nodes) x.col(node) += boundary(model.mesh->nodes.col(node));
-  RestStiffness(model).forces(x, forces);
+  Matrix3X displacement;
+  RestStiffness(model).forces(x, displacement, forces);
   ElementRotations rotations(model);
   SparseMatrix stiffness;
   TissueAssembler(model).assemble(x, rotations, Tangent::rest, {.stiffness = 1}, stiffness);

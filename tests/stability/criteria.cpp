@@ -53,7 +53,7 @@ Verdict verdict_of(const StabilitySeries& s) { return judge(s, measure(s), 1e-6)
 
 TEST_CASE("a quiet run is sound") {
   const Verdict verdict = verdict_of(quiet_run());
-  CHECK(verdict.outcome == Outcome::sound);
+  CHECK(verdict.outcome == TrialOutcome::sound);
   CHECK(verdict.why.empty());
 }
 
@@ -100,47 +100,47 @@ TEST_CASE("a rise is counted from the least before it, after the commands only, 
 TEST_CASE("a residual counts where the tick does not own up to it") {
   auto s = quiet_run();
   s.residual[70] = 1e-3;
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
   s.flags[70] = kLawsNotConverged;
-  CHECK(verdict_of(s).outcome == Outcome::flagged);
+  CHECK(verdict_of(s).outcome == TrialOutcome::flagged);
   s.residual[71] = 1e-3;  // the flag of a tick before excuses nothing
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
 }
 
 TEST_CASE("what a tick flags shortly before is told, not hidden; energy without bound is a failure all the same") {
   auto s = quiet_run();
   s.stored[150] += 0.5;
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
   s.flags[150 - kExcused - 1] = kStepLimited;
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
   s.flags[145] = kStepLimited;
-  CHECK(verdict_of(s).outcome == Outcome::flagged);
+  CHECK(verdict_of(s).outcome == TrialOutcome::flagged);
   s.stored[150] += 1e6;
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
 }
 
 TEST_CASE("a tissue that stands still off its place has not returned, one that swings is on its way") {
   auto s = quiet_run();
   s.distance.back() = 1e-3;
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
   s.withdrawn = false;
-  CHECK(judge(s, measure(s), 1e-6, {.come_out = false}).outcome == Outcome::sound);  // the needle holds it
+  CHECK(judge(s, measure(s), 1e-6, {.come_out = false}).outcome == TrialOutcome::sound);  // the needle holds it
   s.withdrawn = true;
   s.kinetic = series([](int k) { return 1 + std::sin(0.1 * k); });
-  CHECK(verdict_of(s).outcome == Outcome::sound);
+  CHECK(verdict_of(s).outcome == TrialOutcome::sound);
 }
 
 TEST_CASE("what is not finite fails whatever the flags are") {
   auto s = quiet_run();
   s.finite = false;
   s.flags.assign(kTicks, kNotFinite);
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
 }
 
 TEST_CASE("a tick that was held because it was not finite fails, though all that is reported is finite") {
   auto s = quiet_run();
   s.flags[70] = kNotFinite;
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
 }
 
 TEST_CASE("energy that is no number is neither sound nor excused") {
@@ -148,13 +148,13 @@ TEST_CASE("energy that is no number is neither sound nor excused") {
   s.stored[70] = std::nan("");
   s.finite = false;
   CHECK(std::isnan(energy_gain(s.stored, s.work).value));
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
 }
 
 TEST_CASE("a run with a trouble is flagged though its figures are good, and most of its ticks only if they are") {
   auto s = quiet_run();
   s.flags[70] = kElementsInverted;
-  CHECK(verdict_of(s).outcome == Outcome::flagged);
+  CHECK(verdict_of(s).outcome == TrialOutcome::flagged);
   CHECK(verdict_of(s).why.empty());
   CHECK(measure(s).excused == doctest::Approx((kExcused + 1.0) / kTicks));
   s.stored[150] += 0.5;
@@ -169,22 +169,22 @@ TEST_CASE("an alternation that is told of does not hide a smaller one that is no
     for (int k = from; k < from + 20; ++k) s.forces[0][k] += Vector3::Constant(k % 2 ? by : -by);
   };
   shake(50, 0.8);
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
   s.flags[45] = kStepLimited;
-  CHECK(verdict_of(s).outcome == Outcome::flagged);
+  CHECK(verdict_of(s).outcome == TrialOutcome::flagged);
   shake(250, 0.4);
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
 }
 
 TEST_CASE("a run that shows nothing fails unless it may") {
   auto s = quiet_run();
   s.withdrawn = false;
   CHECK(verdict_of(s).why == "needle does not come out");
-  CHECK(verdict_of(s).outcome == Outcome::failed);
+  CHECK(verdict_of(s).outcome == TrialOutcome::failed);
   s.touched = false;
   s.withdrawn = true;
   CHECK(verdict_of(s).why == "needle never touches the tissue");
-  CHECK(judge(s, measure(s), 1e-6, {.touch = false}).outcome == Outcome::sound);
+  CHECK(judge(s, measure(s), 1e-6, {.touch = false}).outcome == TrialOutcome::sound);
   CHECK(judge(s, measure(s), 1e-6, {.touch = false}).why == "needle never touches the tissue");
 }
 

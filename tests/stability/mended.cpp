@@ -43,7 +43,7 @@ TEST_CASE("the base trial is sound without a flag") {
   CHECK(!base.flagged(~0u));
   CHECK(base.series.withdrawn);
   CHECK(base.series.deepest > 0.03);
-  CHECK(judge(base.series, base.figures, 1e-6).outcome == Outcome::sound);
+  CHECK(judge(base.series, base.figures, 1e-6).outcome == TrialOutcome::sound);
 }
 
 // Linearised once, the needle's bend was stretched by kilojoules.

@@ -125,7 +125,7 @@ StabilityFigures measure(const StabilitySeries& series) {
   return f;
 }
 
-const char* name_of(Outcome outcome) {
+const char* name_of(TrialOutcome outcome) {
   constexpr const char* kNames[] = {"sound", "flagged", "refused", "failed"};
   return kNames[static_cast<int>(outcome)];
 }
@@ -138,9 +138,9 @@ Verdict judge(const StabilitySeries& series, const StabilityFigures& f, double r
   const auto check = [&](const char* what, bool holds, bool excused = false) {
     if (holds) return;
     add(what);
-    verdict.outcome = std::max(verdict.outcome, excused ? Outcome::flagged : Outcome::failed);
+    verdict.outcome = std::max(verdict.outcome, excused ? TrialOutcome::flagged : TrialOutcome::failed);
   };
-  if (any(series.flags, kTroubles)) verdict.outcome = Outcome::flagged;
+  if (any(series.flags, kTroubles)) verdict.outcome = TrialOutcome::flagged;
   check("not finite", series.finite && !any(series.flags, kNotFinite));
   check("residual", f.residual.value <= residual_tolerance);
   check("energy gain", f.gain.value <= limits.gain, told[f.gain.tick]);
@@ -156,7 +156,7 @@ Verdict judge(const StabilitySeries& series, const StabilityFigures& f, double r
   note("needle does not come out", series.withdrawn || !series.touched, expected.come_out);
   const bool returns = f.left <= limits.left || f.swing > limits.swing;
   check("tissue does not return", returns || !series.withdrawn, told.back());
-  if (verdict.outcome == Outcome::flagged && !verdict.why.empty() && f.excused > kMostTicks)
+  if (verdict.outcome == TrialOutcome::flagged && !verdict.why.empty() && f.excused > kMostTicks)
     add("most ticks are flagged");
   return verdict;
 }

@@ -105,14 +105,14 @@ struct Expected {
   bool come_out = true;  // none does at the end
 };
 
-enum class Outcome { sound, flagged, refused, failed };
+enum class TrialOutcome { sound, flagged, refused, failed };
 struct Verdict {
-  Outcome outcome = Outcome::sound;
+  TrialOutcome outcome = TrialOutcome::sound;
   std::string why;  // every limit that is exceeded, whether most ticks excuse it, or the error
 
-  bool pass() const { return outcome != Outcome::failed; }
+  bool pass() const { return outcome != TrialOutcome::failed; }
 };
-const char* name_of(Outcome outcome);
+const char* name_of(TrialOutcome outcome);
 
 // Flags that own up to a trouble.
 inline constexpr std::uint32_t kTroubles =

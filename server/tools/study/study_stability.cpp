@@ -74,9 +74,9 @@ void do_run(const StabilityRun& run, const std::string& folder, CsvFile& file) {
     series = run_to_rest(experiment);
     figures = measure(series);
     verdict = judge(series, figures, experiment.scene.laws.tolerance, expected_of(run));
-    if (is_refused(run)) verdict = {Outcome::failed, "is not refused"};
+    if (is_refused(run)) verdict = {TrialOutcome::failed, "is not refused"};
   } catch (const SceneError& error) {
-    verdict = {is_refused(run) ? Outcome::refused : Outcome::failed, error.what()};
+    verdict = {is_refused(run) ? TrialOutcome::refused : TrialOutcome::failed, error.what()};
   }
   file.row(cells_of(kColumns, Result{run, verdict, series, figures}));
 }
