@@ -33,7 +33,7 @@ void InsertionRun::run(const std::vector<Leg>& legs, const std::function<void(co
         x = std::clamp(x, 0.0, kRamp);
         return x / 2 - kRamp / (2 * std::numbers::pi) * std::sin(std::numbers::pi * x / kRamp);
       };
-      const double steady = std::clamp(t - kRamp, 0.0, duration - 2 * kRamp);
+      const double steady = t < kRamp ? 0.0 : std::min(t - kRamp, duration - 2 * kRamp);  // below 0 in short legs
       const double end = std::max(t - (duration - kRamp), 0.0);
       const double travelled = ramped(t) + steady + (end - ramped(end));
       tick(from + std::copysign(std::min(travelled * leg.speed, std::abs(distance)), distance));
