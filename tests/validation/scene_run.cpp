@@ -8,6 +8,7 @@
 
 #include "server/runtime/convert.h"
 #include "server/models/surface.h"
+#include "server/tools/study/parabola.h"
 
 namespace acus::test {
 
@@ -109,21 +110,15 @@ Matrix3X path_at_rest(const Simulation& simulation, int path) {
 }
 
 double curvature(const std::vector<double>& depth, const std::vector<double>& offset, double from, double to,
-                 Eigen::Index least) {
+                 std::size_t least) {
   std::vector<double> d, y;
   for (std::size_t i = 0; i < depth.size(); ++i) {
     if (depth[i] < from || depth[i] > to) continue;
     d.push_back(depth[i]);
     y.push_back(offset[i]);
   }
-  const auto n = static_cast<Eigen::Index>(d.size());
-  REQUIRE(n >= least);
-  const Eigen::Map<const Eigen::ArrayXd> depths(d.data(), n);
-  MatrixX powers(n, 3);
-  powers << VectorX::Ones(n), depths.matrix(), depths.square().matrix();
-  const VectorX fit = powers.colPivHouseholderQr().solve(Eigen::Map<const VectorX>(y.data(), n));
-  const double slope = fit[1] + fit[2] * (from + to);
-  return 2 * fit[2] / std::pow(1 + slope * slope, 1.5);
+  REQUIRE(d.size() >= least);
+  return parabola_curvature(d, y, (from + to) / 2);
 }
 
 void check_sound(const SceneRun& run) {

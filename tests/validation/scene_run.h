@@ -66,7 +66,7 @@ Matrix3X path_at_rest(const Simulation& simulation, int path);
 // Curvature (1/m) of a curve, offset over depth (m), between two depths, by a fitted parabola; for slopes below 0.08
 // within 1 %. Requires at least `least` points there.
 double curvature(const std::vector<double>& depth, const std::vector<double>& offset, double from, double to,
-                 Eigen::Index least);
+                 std::size_t least);
 
 // What every run must keep to: finite numbers in every report, no tick held, no row or vertex left out, fewer
 // than 1 % of the ticks flagged otherwise, or 5 % for a needle near buckling.

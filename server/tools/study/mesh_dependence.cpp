@@ -9,6 +9,7 @@
 #include "server/scene/scene_fields.h"
 #include "server/simulation/simulation.h"
 #include "server/tools/study/csv.h"
+#include "server/tools/study/parabola.h"
 
 namespace acus {
 
@@ -219,17 +220,6 @@ double stiffness(Motion& motion, const Vector3& by) {
   return (before - force()) / by.norm();
 }
 
-// Radius of the parabola through points (x, y) in the middle of their xs, by least squares.
-double radius(const std::vector<double>& xs, const std::vector<double>& ys) {
-  const auto n = static_cast<Eigen::Index>(xs.size());
-  const Eigen::Map<const Eigen::ArrayXd> x(xs.data(), n);
-  MatrixX powers(n, 3);
-  powers << VectorX::Ones(n), x.matrix(), x.square().matrix();
-  const VectorX fit = powers.colPivHouseholderQr().solve(Eigen::Map<const VectorX>(ys.data(), n));
-  const double slope = fit[1] + fit[2] * (xs.front() + xs.back());
-  return std::pow(1 + slope * slope, 1.5) / (2 * std::abs(fit[2]));
-}
-
 double steering_radius(const Setting& setting) {
   Motion motion(steering_scene(setting));
   std::vector<double> depths, offsets;
@@ -241,7 +231,7 @@ double steering_radius(const Setting& setting) {
     depths.push_back(depth);
     offsets.push_back(tip.y());  // the bevel steers towards the base's +y, which is the world's
   }
-  return radius(depths, offsets);
+  return 1 / std::abs(parabola_curvature(depths, offsets, (depths.front() + depths.back()) / 2));
 }
 
 MeshRow measure(const Setting& setting, bool steering) {
