@@ -10,6 +10,7 @@
 #include "server/tools/bench/trajectory_driver.h"
 #include "tests/golden/golden_table.h"
 #include "tests/golden/trace_hash.h"
+#include "tests/support/scenes.h"
 
 namespace acus::test {
 namespace {
@@ -18,29 +19,7 @@ constexpr const char* kUsage =
     "usage: test_golden TABLE [SCENE RUNG]   run, compare with the table, exit 1 where a hash differs\n"
     "       test_golden TABLE --update [SCENE RUNG]   run and rewrite the table\n";
 
-constexpr double kSpeedUp = 4;  // of the trajectories: all that happens in them, in a quarter of the ticks
-
-struct Experiment {
-  std::string scene, trajectory;
-};
-
-const std::vector<Experiment>& experiments() {
-  static const std::vector<Experiment> all{{"biopsy", "biopsy"},
-                                           {"bone", "bone"},
-                                           {"brachytherapy", "brachytherapy"},
-                                           {"deep_brain", "deep_brain"},
-                                           {"inclusion_soft_needle", "inclusion_soft_needle"},
-                                           {"inclusion_stiff_needle", "inclusion_stiff_needle"},
-                                           {"inclusion_supported", "inclusion_supported"},
-                                           {"insertion_pullback", "insertion_pullback"},
-                                           {"insertion_pullback_layers", "insertion_pullback"},
-                                           {"layers", "layers"},
-                                           {"liver_insertion", "liver_insertion"},
-                                           {"steering", "steering"},
-                                           {"steering_arc", "steering_arc"},
-                                           {"through", "through"}};
-  return all;
-}
+constexpr double kSpeedUp = 4;  // of the trajectories
 
 struct Rung {
   const char* name;
@@ -55,21 +34,12 @@ struct Solver {
 };
 constexpr Solver kSolvers[] = {{"direct", LawMethod::direct}, {"gauss_seidel", LawMethod::gauss_seidel}};
 
-std::string scenes_folder() { return std::string(ACUS_SOURCE_DIR) + "/scenes/"; }
-
-client::Trajectory faster(client::Trajectory trajectory) {
-  for (client::Motion& motion : trajectory.motions)
-    for (client::Sample& sample : motion.samples) sample.time /= kSpeedUp;
-  return trajectory;
-}
-
-GoldenRow run(const Experiment& experiment, const Rung& rung, const Solver& solver) {
-  Scene scene = read_scene(scenes_folder() + experiment.scene + ".yaml");
+GoldenRow run(const SceneWithTrajectory& experiment, const Rung& rung, const Solver& solver) {
+  Scene scene = read_scene(scene_file(experiment.scene));
   scene.tissue.rung = rung.rung;
   scene.laws.solver = solver.method;
   Simulation simulation(scene);
-  TrajectoryDriver driver(simulation, faster(client::read_trajectory(scenes_folder() + "trajectories/" +
-                                                                     experiment.trajectory + ".csv")));
+  TrajectoryDriver driver(simulation, fast_trajectory(experiment.trajectory, kSpeedUp));
   TraceHash hash;
   const std::uint64_t ticks = driver.ticks();
   for (std::uint64_t i = 0; i < ticks; ++i) {
@@ -83,7 +53,7 @@ GoldenRow run(const Experiment& experiment, const Rung& rung, const Solver& solv
 // Those of a scene and a rung, or all where these are empty.
 std::vector<GoldenRow> run_all(const std::string& scene, const std::string& rung) {
   std::vector<GoldenRow> rows;
-  for (const Experiment& experiment : experiments())
+  for (const SceneWithTrajectory& experiment : kScenes)
     for (const Rung& r : kRungs)
       for (const Solver& solver : kSolvers) {
         if (!scene.empty() && (scene != experiment.scene || rung != r.name)) continue;

@@ -7,6 +7,7 @@
 #include "server/simulation/state_bytes.h"
 #include "server/simulation/step.h"
 #include "server/tools/bench/trajectory_driver.h"
+#include "tests/support/scenes.h"
 
 namespace acus::test {
 
@@ -14,47 +15,20 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-std::string folder() { return std::string(ACUS_SOURCE_DIR) + "/scenes/"; }
-
-struct Experiment {
-  const char* scene;
-  const char* trajectory;
-};
-constexpr Experiment kExperiments[] = {{"biopsy", "biopsy"},
-                                       {"bone", "bone"},
-                                       {"brachytherapy", "brachytherapy"},
-                                       {"deep_brain", "deep_brain"},
-                                       {"inclusion_soft_needle", "inclusion_soft_needle"},
-                                       {"inclusion_stiff_needle", "inclusion_stiff_needle"},
-                                       {"inclusion_supported", "inclusion_supported"},
-                                       {"insertion_pullback", "insertion_pullback"},
-                                       {"insertion_pullback_layers", "insertion_pullback"},
-                                       {"layers", "layers"},
-                                       {"liver_insertion", "liver_insertion"},
-                                       {"steering", "steering"},
-                                       {"steering_arc", "steering_arc"},
-                                       {"through", "through"}};
-
-Scene scene_of(const Experiment& experiment, TissueRung rung) {
-  Scene scene = read_scene(folder() + experiment.scene + ".yaml");
+Scene scene_of(const char* name, TissueRung rung) {
+  Scene scene = read_scene(scene_file(name));
   scene.tissue.rung = rung;
   return scene;
 }
 
 // Four times as fast, so that much has happened soon.
-client::Trajectory motion_of(const Experiment& experiment) {
-  client::Trajectory trajectory =
-      client::read_trajectory(folder() + "trajectories/" + experiment.trajectory + ".csv");
-  for (client::Motion& motion : trajectory.motions)
-    for (client::Sample& sample : motion.samples) sample.time /= 4;
-  return trajectory;
-}
+client::Trajectory motion_of(const char* trajectory) { return fast_trajectory(trajectory, 4); }
 
 // Runs half of the motion, or `before` ticks, gives the state to a fresh simulation, and holds that both go on alike.
-void check_goes_on(const Experiment& experiment, TissueRung rung, std::uint64_t before, int after) {
-  const Scene scene = scene_of(experiment, rung);
+void check_goes_on(const SceneWithTrajectory& experiment, TissueRung rung, std::uint64_t before, int after) {
+  const Scene scene = scene_of(experiment.scene, rung);
   Simulation first(scene);
-  TrajectoryDriver drive_first(first, motion_of(experiment));
+  TrajectoryDriver drive_first(first, motion_of(experiment.trajectory));
   const auto tick = [](Simulation& simulation, TrajectoryDriver& driver) {
     driver.command();
     simulation.step();
@@ -63,7 +37,7 @@ void check_goes_on(const Experiment& experiment, TissueRung rung, std::uint64_t 
   for (std::uint64_t i = 0; i < half; ++i) tick(first, drive_first);
 
   Simulation second(scene);
-  TrajectoryDriver drive_second(second, motion_of(experiment));
+  TrajectoryDriver drive_second(second, motion_of(experiment.trajectory));
   second.restore(first.state());
   REQUIRE(hash(second.state()) == hash(first.state()));
   for (int i = 0; i < after; ++i) {
@@ -76,7 +50,7 @@ void check_goes_on(const Experiment& experiment, TissueRung rung, std::uint64_t 
 }
 
 void check_all(TissueRung rung, std::uint64_t before, int after) {
-  for (const Experiment& experiment : kExperiments) {
+  for (const SceneWithTrajectory& experiment : kScenes) {
     CAPTURE(experiment.scene);
     check_goes_on(experiment, rung, before, after);
   }
@@ -85,7 +59,7 @@ void check_all(TissueRung rung, std::uint64_t before, int after) {
 // A bevel needle with torsional friction in a guide with friction, in the middle of an insertion.
 class Poisoned {
  public:
-  Poisoned() : simulation_(scene_of({"deep_brain", ""}, TissueRung::warped)), driver_(simulation_, motion_of({"", "deep_brain"})) {
+  Poisoned() : simulation_(scene_of("deep_brain", TissueRung::warped)), driver_(simulation_, motion_of("deep_brain")) {
     for (int i = 0; i < 600; ++i) {
       driver_.command();
       simulation_.step();
@@ -118,7 +92,7 @@ TEST_CASE("a copied state goes on as the original: rung linear") { check_all(Tis
 TEST_CASE("a copied state goes on as the original: rung warped") { check_all(TissueRung::warped, 1000, 1000); }
 TEST_CASE("a copied state goes on as the original: rung refined") { check_all(TissueRung::refined, 400, 100); }
 TEST_CASE("a copied state goes on as the original: rung exact") {
-  for (const Experiment& experiment : {kExperiments[0], kExperiments[7], kExperiments[11]})
+  for (const SceneWithTrajectory& experiment : {kScenes[0], kScenes[7], kScenes[11]})
     check_goes_on(experiment, TissueRung::exact, 40, 20);
 }
 
@@ -142,7 +116,7 @@ TEST_CASE("a state is the bytes of its image, and an image of another scene is r
   std::vector<std::byte> longer = image;
   longer.push_back({});
   CHECK_THROWS(from_bytes(longer, read));
-  const Simulation small(scene_of({"biopsy", ""}, TissueRung::warped));
+  const Simulation small(scene_of("biopsy", TissueRung::warped));
   CHECK_THROWS(from_bytes(to_bytes(small.state()), read));
   CHECK(identical(read, before));
 }

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The scenes of scenes/ that have a trajectory, for tests that run each of them.
+#pragma once
+
+#include <string>
+
+#include "client/trajectory.h"
+
+namespace acus::test {
+
+struct SceneWithTrajectory {
+  const char* scene;
+  const char* trajectory;
+};
+inline constexpr SceneWithTrajectory kScenes[] = {
+    {"biopsy", "biopsy"},
+    {"bone", "bone"},
+    {"brachytherapy", "brachytherapy"},
+    {"deep_brain", "deep_brain"},
+    {"inclusion_soft_needle", "inclusion_soft_needle"},
+    {"inclusion_stiff_needle", "inclusion_stiff_needle"},
+    {"inclusion_supported", "inclusion_supported"},
+    {"insertion_pullback", "insertion_pullback"},
+    {"insertion_pullback_layers", "insertion_pullback"},
+    {"layers", "layers"},
+    {"liver_insertion", "liver_insertion"},
+    {"steering", "steering"},
+    {"steering_arc", "steering_arc"},
+    {"through", "through"},
+};
+
+inline std::string scene_file(const std::string& scene) {
+  return std::string(ACUS_SOURCE_DIR) + "/scenes/" + scene + ".yaml";
+}
+
+// The motion of scenes/trajectories/, `speed_up` times as fast: all that happens in it, in fewer ticks.
+inline client::Trajectory fast_trajectory(const std::string& name, double speed_up) {
+  client::Trajectory trajectory =
+      client::read_trajectory(std::string(ACUS_SOURCE_DIR) + "/scenes/trajectories/" + name + ".csv");
+  for (client::Motion& motion : trajectory.motions)
+    for (client::Sample& sample : motion.samples) sample.time /= speed_up;
+  return trajectory;
+}
+
+}  // namespace acus::test
