@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tests/constraints/law_problems.h"
+#include "tests/support/dense.h"
 
 namespace acus {
 namespace {
@@ -23,7 +24,7 @@ Problem problem_on(const MatrixX& W, int contacts, Random& random) {
 
 // Eigenvalues spread over the given ratio, in directions that mix all rows.
 MatrixX spread_compliance(int n, double ratio, Random& random) {
-  const MatrixX q = Eigen::HouseholderQR<MatrixX>(random.matrix(n, n)).householderQ();
+  const MatrixX q = test::orthogonal_factor(random.matrix(n, n));
   VectorX values(n);
   for (double& value : values) value = std::pow(ratio, -random.uniform(0, 1));
   return q * values.asDiagonal() * q.transpose();

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The block-tridiagonal factor against Eigen's dense Cholesky factorisation.
+// The block-tridiagonal factor against the dense Cholesky factorisation.
 #include "server/math/block_tridiagonal.h"
 
 #include <doctest/doctest.h>
 
+#include "tests/support/dense.h"
 #include "tests/support/random.h"
 
 namespace acus {
@@ -40,14 +41,14 @@ TEST_CASE("forward and backward substitution are those of the dense Cholesky fac
   for (const int blocks : {1, 2, 3, 20}) {
     BlockTridiagonal a = random_chain(blocks, 10 + static_cast<unsigned>(blocks));
     REQUIRE(a.factorize());
-    const Eigen::LLT<MatrixX> oracle(dense(a));
+    const MatrixX factor = test::cholesky_factor(dense(a));
     const VectorX b = Random(3).matrix(6 * blocks, 1);
     VectorX x = b;
     a.forward(x);
-    CHECK((x - oracle.matrixL().solve(b)).norm() < 1e-10 * x.norm());
+    CHECK((x - test::solve_dense(factor, b)).norm() < 1e-10 * x.norm());
     const VectorX y = x;
     a.backward(x);
-    CHECK((x - oracle.matrixU().solve(y)).norm() < 1e-10 * x.norm());
+    CHECK((x - test::solve_dense(factor.transpose(), y)).norm() < 1e-10 * x.norm());
     CHECK((dense(a) * x - b).norm() < 1e-10 * b.norm());
   }
 }
@@ -56,7 +57,7 @@ TEST_CASE("a matrix that is not positive definite is refused, wherever the pivot
   for (const int block : {0, 5, 9}) {
     BlockTridiagonal a = random_chain(10, 6);
     a.diagonal[block](2, 2) -= 1e3;
-    REQUIRE(Eigen::SelfAdjointEigenSolver<MatrixX>(dense(a)).eigenvalues().minCoeff() < 0);
+    REQUIRE(test::eigenvalues(dense(a))[0] < 0);
     CHECK_FALSE(a.factorize());
   }
   // Positive diagonal blocks alone do not make it definite.

@@ -19,6 +19,7 @@
 #include "server/math/rotation.h"
 #include "tests/models/bench_needle.h"
 #include "tests/references/figure.h"
+#include "tests/support/dense.h"
 
 namespace acus {
 namespace {
@@ -61,7 +62,7 @@ class Rod {
         const Vector3 residual = shoot(turn);
         Matrix3 slope;
         for (int k = 0; k < 3; ++k) slope.col(k) = (shoot(turn + kStep * Vector3::Unit(k)) - residual) / kStep;
-        turn -= slope.lu().solve(residual);
+        turn -= test::solve_dense(slope, residual);
       }
     }
     REQUIRE(shoot(turn).norm() < 1e-9);

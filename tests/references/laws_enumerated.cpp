@@ -21,6 +21,7 @@
 
 #include "tests/constraints/law_problems.h"
 #include "tests/references/figure.h"
+#include "tests/support/dense.h"
 
 namespace acus {
 namespace {
@@ -149,7 +150,7 @@ class ContactEnumeration {
       rhs[i] = piece.gamma - piece.beta * p_.delta_free[i];
       if (disk && !sticks_) system(i, 0) -= p_.laws[1].limit * along;
     }
-    return system.partialPivLu().solve(rhs);
+    return test::solve_dense(system, rhs);
   }
 
   // The sliding across the disk's force; zero where they are in line.

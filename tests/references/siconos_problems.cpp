@@ -12,6 +12,8 @@
 
 #include <memory>
 
+#include "tests/support/dense.h"
+
 namespace acus {
 namespace {
 
@@ -60,26 +62,24 @@ struct Reduced {
   VectorX delta_free;
 
   explicit Reduced(const Problem& p) : held(rows_of(p, true)), others(rows_of(p, false)) {
-    MatrixX holding = p.W(held, held);
+    holding_ = p.W(held, held);
     for (Eigen::Index i = 0; i < held.size(); ++i)
-      holding(i, i) += p.laws[static_cast<std::size_t>(held[i])].compliance;
-    holding_.compute(holding);
+      holding_(i, i) += p.laws[static_cast<std::size_t>(held[i])].compliance;
     across_ = p.W(others, held);
     held_free_ = p.delta_free(held);
-    W = p.W(others, others) - across_ * holding_.solve(across_.transpose());
-    delta_free = p.delta_free(others) - across_ * holding_.solve(held_free_);
+    W = p.W(others, others) - across_ * test::solve_dense(holding_, across_.transpose());
+    delta_free = p.delta_free(others) - across_ * test::solve_dense(holding_, held_free_);
   }
 
   VectorX all_forces(const VectorX& forces_of_others) const {
     VectorX lambda(held.size() + others.size());
     lambda(others) = forces_of_others;
-    lambda(held) = -holding_.solve(held_free_ + across_.transpose() * forces_of_others);
+    lambda(held) = -test::solve_dense(holding_, held_free_ + across_.transpose() * forces_of_others);
     return lambda;
   }
 
  private:
-  Eigen::LLT<MatrixX> holding_;
-  MatrixX across_;
+  MatrixX holding_, across_;
   VectorX held_free_;
 };
 
@@ -95,9 +95,9 @@ std::optional<VectorX> solve_relay(const Problem& p) {
     low[i] = law.kind == LawKind::unilateral ? 0 : -high[i];
     viscosity[i] = law.viscosity;
   }
-  const Eigen::PartialPivLU<MatrixX> slowed(MatrixX::Identity(n, n) + reduced.W * viscosity.asDiagonal());
-  MatrixX m = slowed.solve(reduced.W);
-  VectorX q = slowed.solve(reduced.delta_free), tau = VectorX::Zero(n), delta = VectorX::Zero(n);
+  const MatrixX slowed = MatrixX::Identity(n, n) + reduced.W * viscosity.asDiagonal();
+  MatrixX m = test::solve_dense(slowed, reduced.W);
+  VectorX q = test::solve_dense(slowed, reduced.delta_free), tau = VectorX::Zero(n), delta = VectorX::Zero(n);
 
   const MatrixView matrix = view(m);
   RelayProblem problem{static_cast<int>(n), matrix.get(), q.data(), low.data(), high.data()};

@@ -11,11 +11,11 @@
 // the orders hold but their constants grow (locking).
 #include <doctest/doctest.h>
 
-#include <Eigen/SVD>
 #include <numbers>
 
 #include "tests/references/figure.h"
 #include "tests/references/static_tissue.h"
+#include "tests/support/dense.h"
 
 namespace acus {
 namespace {
@@ -92,9 +92,8 @@ TEST_CASE("manufactured solution, small displacements: orders two and one") {
 
 // P = R (2 mu (S - I) + lambda tr(S - I) I), with the polar decomposition from singular values.
 Matrix3 corotational_stress(const Matrix3& f, double mu, double lambda) {
-  const Eigen::JacobiSVD<Matrix3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Matrix3 r = svd.matrixU() * svd.matrixV().transpose();
-  return 2 * mu * (f - r) + lambda * (svd.singularValues().sum() - 3) * r;
+  const test::Polar polar = test::polar_decomposition(f);
+  return 2 * mu * (f - polar.rotation) + lambda * (polar.stretches.sum() - 3) * polar.rotation;
 }
 
 TEST_CASE("manufactured solution, strains and turns of tenths: orders two and one") {
