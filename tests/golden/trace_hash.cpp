@@ -3,6 +3,8 @@
 
 #include <xxhash.h>
 
+#include "server/simulation/state_bytes.h"
+
 namespace acus::test {
 
 namespace {
@@ -48,19 +50,8 @@ void TraceHash::Free::operator()(XXH3_state_s* state) const { XXH3_freeState(sta
 TraceHash::TraceHash() : state_(XXH3_createState()) { XXH3_64bits_reset(state_.get()); }
 
 void TraceHash::add(const Simulation& simulation) {
-  XXH3_state_t* state = state_.get();
   add_report(simulation.report());
-  add_matrix(state, simulation.tissue_positions());
-  for (int needle = 0; needle < static_cast<int>(simulation.scene().needles.size()); ++needle) {
-    add_matrix(state, simulation.needle_positions(needle));
-    for (const Quaternion& q : simulation.needle_orientations(needle)) add_matrix(state, q.coeffs());
-  }
-  path_.resize(3, simulation.path_capacity());
-  for (int path = 0; path < Simulation::max_paths(); ++path) {
-    const int points = simulation.path_positions(path, path_);
-    add_number(state, points);
-    add_matrix(state, path_.leftCols(points));
-  }
+  add_number(state_.get(), hash(simulation.state()));
 }
 
 void TraceHash::add_report(const TickReport& report) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A number that changes when anything that a run shows changes by a bit: reports, shapes and paths of every tick.
+// A number that changes when a bit changes of anything that a run depends on or tells: state and report of every tick.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,6 @@ class TraceHash {
     void operator()(XXH3_state_s* state) const;
   };
   std::unique_ptr<XXH3_state_s, Free> state_;
-  Matrix3X path_;
 };
 
 }  // namespace acus::test
