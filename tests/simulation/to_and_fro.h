@@ -82,10 +82,10 @@ void for_each_way(const WatchedScene& watched, Watch watch) {
   }
 }
 
-// The bases of all needles go `depth` (m) along their axes and back at 40 mm/s, spinning; `step` makes each tick.
+// The bases of all needles go `depth` (m) along their axes and back at 100 mm/s, spinning; `step` makes each tick.
 inline void to_and_fro(Simulation& simulation, double depth, const std::function<void()>& step) {
   const std::vector<Needle>& needles = simulation.scene().needles;
-  const double advance = 0.04 / simulation.scene().rate;
+  const double advance = 0.1 / simulation.scene().rate;
   const int ticks = static_cast<int>(depth / advance);
   for (int tick = 0; tick < 2 * ticks; ++tick) {
     const double at = advance * (tick < ticks ? tick : 2 * ticks - tick);
