@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/math/block_tridiagonal.h"
 
+#include <cassert>
+
 namespace acus {
 
 void BlockTridiagonal::resize(int blocks) {
+  assert(blocks > 0);
   const auto n = static_cast<std::size_t>(blocks);
   diagonal.assign(n, Matrix6::Zero());
   lower.assign(n - 1, Matrix6::Zero());
@@ -31,6 +34,7 @@ bool BlockTridiagonal::factorize() {
 }
 
 void BlockTridiagonal::forward(Eigen::Ref<VectorX> x) const {
+  assert(x.size() == 6 * blocks());
   for (int i = 0; i < blocks(); ++i) {
     Vector6 rhs = x.segment<6>(6 * i);
     if (i > 0) rhs.noalias() -= factor_lower_[i - 1] * x.segment<6>(6 * (i - 1));
@@ -39,6 +43,7 @@ void BlockTridiagonal::forward(Eigen::Ref<VectorX> x) const {
 }
 
 void BlockTridiagonal::backward(Eigen::Ref<VectorX> x) const {
+  assert(x.size() == 6 * blocks());
   for (int i = blocks() - 1; i >= 0; --i) {
     Vector6 rhs = x.segment<6>(6 * i);
     if (i + 1 < blocks()) rhs.noalias() -= factor_lower_[i].transpose() * x.segment<6>(6 * (i + 1));

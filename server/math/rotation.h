@@ -2,6 +2,7 @@
 // Rotation vectors (axis times angle, rad, world frame) and what goes with them. exp(a) exp(b) turns by b first.
 #pragma once
 
+#include <cassert>
 #include <cmath>
 
 #include "server/math/types.h"
@@ -25,6 +26,7 @@ inline Quaternion rotation_exp(const Vector3& w) {
 
 // The rotation vector of q with angle in [0, pi]; q and -q give the same.
 inline Vector3 rotation_log(const Quaternion& q) {
+  assert(!(std::abs(q.squaredNorm() - 1) > 1e-6));
   const double sign = q.w() < 0 ? -1 : 1;
   const double sine = q.vec().norm();
   const double factor = sine < 1e-8 ? 2 : 2 * std::atan2(sine, sign * q.w()) / sine;
@@ -34,6 +36,7 @@ inline Vector3 rotation_log(const Quaternion& q) {
 // Two unit vectors that make a right-handed frame (n, a, b) with the unit vector n; they change continuously with n
 // but for a jump where n.z changes its sign (Duff et al. 2017, "Building an orthonormal basis, revisited").
 inline void perpendicular_basis(const Vector3& n, Vector3& a, Vector3& b) {
+  assert(!(std::abs(n.squaredNorm() - 1) > 1e-6));
   const double sign = std::copysign(1.0, n.z());
   const double c = -1 / (sign + n.z());
   const double d = n.x() * n.y() * c;

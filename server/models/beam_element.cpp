@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/models/beam_element.h"
 
+#include <cassert>
 #include <cmath>
 
 #include "server/math/rotation.h"
@@ -51,6 +52,7 @@ Matrix3 turning_hessian(const Vector3& t, const Vector3& g) {
 }  // namespace
 
 double beam_energy(const BeamStiffness& s, const BeamEnd& a, const BeamEnd& b) {
+  assert(s.length > 0);
   const Shape q(a, b);
   const double stretch = q.l - s.length;
   // Written with slopes, not with the expanded products: no cancellation near the straight shape.
@@ -60,6 +62,7 @@ double beam_energy(const BeamStiffness& s, const BeamEnd& a, const BeamEnd& b) {
 }
 
 Vector12 beam_forces(const BeamStiffness& s, const BeamEnd& a, const BeamEnd& b) {
+  assert(s.length > 0);
   const Shape q(a, b);
   const double c = 2 * s.bending / s.length;
   const Vector3 sum = (q.t1 - q.e) + (q.t2 - q.e);
@@ -72,6 +75,7 @@ Vector12 beam_forces(const BeamStiffness& s, const BeamEnd& a, const BeamEnd& b)
 }
 
 Matrix12 beam_tangent(const BeamStiffness& s, const BeamEnd& a, const BeamEnd& b) {
+  assert(s.length > 0);
   const Shape q(a, b);
   const Matrix3 identity = Matrix3::Identity();
   const Matrix3 across = identity - q.e * q.e.transpose();
@@ -109,6 +113,7 @@ Matrix12 beam_tangent(const BeamStiffness& s, const BeamEnd& a, const BeamEnd& b
 
 // The tangent of a straight, unstretched, untwisted beam along the same chord.
 Matrix12 beam_material_tangent(const BeamStiffness& s, const BeamEnd& a, const BeamEnd& b) {
+  assert(s.length > 0);
   const Shape q(a, b);
   const Matrix3 along = q.e * q.e.transpose(), across = Matrix3::Identity() - along;
   const double c = 2 * s.bending / s.length;

@@ -2,6 +2,7 @@
 #include "server/models/corridor.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace acus {
 
@@ -66,6 +67,7 @@ Matrix3 Corridor::product(int a, int b) const {
 }
 
 int Corridor::slot(int node) {
+  assert(node >= 0 && node < static_cast<int>(slot_of_node_.size()));
   int s = slot_of_node_[node];
   if (s < 0) {
     s = take_slot();
@@ -77,6 +79,7 @@ int Corridor::slot(int node) {
 }
 
 Vector3 Corridor::free_displacement(int s, const VectorX& y) const {
+  assert(s >= 0 && s < used_ && y.size() == factor_.size());
   const PanelTree& tree = factor_.tree();
   const double* column = columns_[s].data();
   const Eigen::Index stride = columns_[s].rows();
@@ -96,6 +99,7 @@ Vector3 Corridor::free_displacement(int s, const VectorX& y) const {
 }
 
 void Corridor::add_force(int s, const Vector3& force, VectorX& y) const {
+  assert(s >= 0 && s < used_ && y.size() == factor_.size());
   const PanelTree& tree = factor_.tree();
   const double* column = columns_[s].data();
   const Eigen::Index stride = columns_[s].rows();

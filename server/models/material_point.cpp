@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/models/material_point.h"
 
+#include <cassert>
 #include <cmath>
 
 namespace acus {
 
 Eigen::Matrix<double, 3, 4> shape_gradients(const TetrahedralMesh& mesh, const Matrix3X& x, int tetrahedron) {
+  assert(tetrahedron >= 0 && tetrahedron < mesh.tetrahedron_count());
   const auto& nodes = mesh.tetrahedra[tetrahedron];
   const Vector3 a = x.col(nodes[1]) - x.col(nodes[0]), b = x.col(nodes[2]) - x.col(nodes[0]),
                 c = x.col(nodes[3]) - x.col(nodes[0]);
@@ -20,6 +22,7 @@ Eigen::Matrix<double, 3, 4> shape_gradients(const TetrahedralMesh& mesh, const M
 }
 
 Vector3 material_rotation(const TetrahedralMesh& mesh, const Matrix3X& from, const Matrix3X& x, int tetrahedron) {
+  assert(from.cols() == x.cols());
   const auto gradients = shape_gradients(mesh, x, tetrahedron);
   Vector3 sum = Vector3::Zero();
   for (int k = 0; k < 4; ++k) {

@@ -2,6 +2,8 @@
 // Points that are fixed in the tissue's material, and the linear shape functions that carry them.
 #pragma once
 
+#include <cassert>
+
 #include "server/models/tetrahedral_mesh.h"
 
 namespace acus {
@@ -13,6 +15,7 @@ struct MaterialPoint {
 };
 
 inline Vector3 material_position(const TetrahedralMesh& mesh, const Matrix3X& x, const MaterialPoint& p) {
+  assert(p.tetrahedron >= 0 && p.tetrahedron < mesh.tetrahedron_count());
   const auto& nodes = mesh.tetrahedra[static_cast<std::size_t>(p.tetrahedron)];
   Vector3 position = Vector3::Zero();
   for (int k = 0; k < 4; ++k) position += p.weights[k] * x.col(nodes[k]);
@@ -26,6 +29,7 @@ struct TissuePoint {
 };
 
 inline Vector3 tissue_position(const TetrahedralMesh& mesh, const Matrix3X& x, const TissuePoint& p) {
+  assert(p.u >= 0 && p.u <= 1);
   const Vector3 at_a = material_position(mesh, x, p.a);
   return p.u == 0 ? at_a : Vector3((1 - p.u) * at_a + p.u * material_position(mesh, x, p.b));
 }

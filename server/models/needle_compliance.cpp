@@ -2,6 +2,7 @@
 #include "server/models/needle_compliance.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace acus {
 
@@ -63,6 +64,8 @@ void NeedleCompliance::add_column(std::span<const int> places, Eigen::Ref<Matrix
 
 void NeedleCompliance::add_to(const BlockTridiagonal& A, std::span<const BeamRow> rows, std::span<const int> places,
                               Eigen::Ref<MatrixX> W) {
+  assert(rows.size() == places.size() && rows.size() <= order_.size());
+  assert(A.blocks() + 1 == static_cast<int>(ends_.size()));
   sort(rows);
   passed_ = 0;
   const int count = static_cast<int>(rows.size());

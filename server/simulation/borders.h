@@ -4,6 +4,7 @@
 // the tip goes through it as it cuts.
 #pragma once
 
+#include <cassert>
 #include <span>
 #include <vector>
 
@@ -25,7 +26,10 @@ class Borders {
 
   // Whether any border of the mesh holds a tip.
   bool any() const { return any_; }
-  const Border& at(int from, int into) const { return table_[static_cast<std::size_t>(from * regions_ + into)]; }
+  const Border& at(int from, int into) const {
+    assert(from >= 0 && from < regions_ && into >= 0 && into < regions_);
+    return table_[static_cast<std::size_t>(from * regions_ + into)];
+  }
   // The surface of a region inside the tissue; empty where nothing holds a tip that comes to it.
   const Surface& surface(int region) const { return surfaces_[static_cast<std::size_t>(region)]; }
 

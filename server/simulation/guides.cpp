@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/guides.h"
 
+#include <cassert>
+
 #include "server/math/rotation.h"
 
 namespace acus {
 
 void begin_guide(const BaseLimits& limits, double h, const GuideState& state, const std::optional<Command>& newest,
                  std::uint64_t tick, GuideWork& work) {
+  assert(h > 0);
   work.next = state;
   work.next.motion = follow(limits, h, state.motion, newest, tick);
   const Pose pose = work.next.motion.spun_pose();
@@ -23,6 +26,7 @@ void locate_guide(const NeedleView& needle, GuideWork& work) {
 
 bool add_guide_rows(const Guide& parameters, int index, int needle_index, const NeedleView& needle,
                     const GuideWork& work, Rows& rows) {
+  assert(parameters.play >= 0 && needle_index >= 0);
   if (!work.holds) return true;
   const GuideState& memory = work.next;
   Row row{needle_index, RowRole::guide, index, curve_point(needle.model, needle.shape, memory.s), {},

@@ -2,6 +2,7 @@
 #include "server/simulation/views.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "server/math/rotation.h"
@@ -49,6 +50,7 @@ Vector3 NeedleView::turned(const CurvePoint& point) const {
 }
 
 double project_on_curve(const NeedleView& needle, const Vector3& p, const Vector3& t, double guess) {
+  assert(!(std::abs(t.squaredNorm() - 1) > 1e-6));
   constexpr int kIterations = 8;
   constexpr double kStop = 1e-13;  // m
   double s = guess;

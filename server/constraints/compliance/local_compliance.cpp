@@ -2,6 +2,7 @@
 #include "server/constraints/compliance/local_compliance.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numbers>
 
@@ -18,6 +19,7 @@ double shear_modulus(const Material& material) { return material.young_modulus /
 
 // With A/r (m/N) the give at the radius r: what a point force up to f gives more at b than at the `resolved` radius (m).
 double point_compliance(double A, double a, double resolved, double f) {
+  assert(A > 0 && a > 0 && resolved > 0 && !(f < 0));
   const double b = std::max(a, std::sqrt(A * f));
   return b < resolved ? A * (1 / b - 1 / resolved) : 0;
 }
@@ -25,12 +27,14 @@ double point_compliance(double A, double a, double resolved, double f) {
 }  // namespace
 
 double foundation_compliance(const Material& material, double edge, double d) {
+  assert(edge > 0 && d > 0);
   if (edge <= d) return 0;
   const double nu = material.poisson_ratio;
   return (3 - 4 * nu) / (8 * std::numbers::pi * shear_modulus(material) * (1 - nu)) * std::log(edge / d);
 }
 
 double axial_compliance(const Material& material, double edge, double d) {
+  assert(edge > 0 && d > 0);
   return std::log(std::max(1.0, 2 * kAlong * edge / d)) / (2 * std::numbers::pi * shear_modulus(material));
 }
 

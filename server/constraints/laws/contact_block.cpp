@@ -2,6 +2,7 @@
 #include "server/constraints/laws/contact_block.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace acus {
@@ -42,6 +43,7 @@ Vector2 friction_force(double radius, const Eigen::Matrix2d& W, const Vector2& d
 }  // namespace
 
 Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& delta_bar) {
+  assert(law.limit >= 0 && law.friction >= 0 && law.cohesion >= 0 && !(W.diagonal().minCoeff() <= 0));
   const auto with_normal = [&](double n) {
     const Vector2 bar = delta_bar.tail<2>() + n * W.block<2, 1>(1, 0);
     const Vector2 t = friction_force(law.cohesion + law.friction * n, W.bottomRightCorner<2, 2>(), bar);

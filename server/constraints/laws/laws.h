@@ -31,6 +31,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstdint>
 
@@ -57,6 +58,7 @@ struct Law {
 
 // lambda of a one-row law on the line delta = compliance * lambda + delta_bar.
 inline double law_force(const Law& law, double compliance, double delta_bar) {
+  assert(law.limit >= 0 && law.viscosity >= 0 && !(compliance + law.compliance <= 0));
   const double stick = -delta_bar / (compliance + law.compliance);
   switch (law.kind) {
     case LawKind::unilateral:
@@ -75,6 +77,7 @@ inline double law_force(const Law& law, double compliance, double delta_bar) {
 // One fixed-point step towards the disk law from (lambda, delta); `compliance` bounds the 2 x 2 block from above.
 inline Eigen::Vector2d disk_force(double radius, double compliance, const Eigen::Vector2d& lambda,
                                   const Eigen::Vector2d& delta) {
+  assert(!(radius < 0) && !(compliance <= 0));
   const Eigen::Vector2d target = lambda - delta / compliance;
   const double norm = target.norm();
   return norm <= radius ? target : Eigen::Vector2d(target * (radius / norm));

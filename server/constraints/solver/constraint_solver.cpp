@@ -2,6 +2,7 @@
 #include "server/constraints/solver/constraint_solver.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace acus {
@@ -60,7 +61,10 @@ void ConstraintSolver::solve_by_sweeps(const LawSystem& full, double tolerance, 
 SolverResult ConstraintSolver::solve(LawMethod method, Eigen::Ref<const MatrixX> W, std::span<const Law> laws,
                                      std::span<const double> delta_free, int max_steps, double tolerance,
                                      std::span<double> lambda, std::span<double> delta) {
+  assert(delta_free.size() == laws.size() && lambda.size() == laws.size() && delta.size() == laws.size());
+  assert(laws.size() <= scale_.size() && max_steps >= 0 && tolerance > 0);
   const auto n = static_cast<Eigen::Index>(laws.size());
+  assert(W.rows() >= n && W.cols() >= n);
   const LawSystem full{W.topLeftCorner(n, n), laws, delta_free, {scale_.data(), laws.size()}};
   const LawState state{lambda, delta};
   law_scales(full.W, laws, scale_);

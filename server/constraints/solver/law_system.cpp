@@ -2,6 +2,7 @@
 #include "server/constraints/solver/law_system.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace acus {
@@ -18,6 +19,7 @@ double force_scale(std::span<const double> lambda) {
 }
 
 void law_scales(const Eigen::Ref<const MatrixX>& W, std::span<const Law> laws, std::span<double> scale) {
+  assert(scale.size() == laws.size());
   for (int i = 0; i < static_cast<int>(laws.size()); ++i) {
     scale[i] = W(i, i);
     // No eigenvalue of the block is larger.
@@ -26,6 +28,7 @@ void law_scales(const Eigen::Ref<const MatrixX>& W, std::span<const Law> laws, s
 }
 
 void update_displacements(const LawSystem& system, const LawState& state) {
+  assert(state.lambda.size() == system.laws.size() && state.delta.size() == system.laws.size());
   Eigen::Map<VectorX> delta(state.delta.data(), system.rows());
   delta = Eigen::Map<const VectorX>(system.delta_free.data(), system.rows());
   for (int i = 0; i < system.rows(); ++i)
@@ -34,6 +37,7 @@ void update_displacements(const LawSystem& system, const LawState& state) {
 
 Eigen::Vector2d disk_step(const LawSystem& system, int i, const LawState& state) {
   const Law& law = system.laws[i];
+  assert(law.kind == LawKind::disk_first && law.normal_row >= 0);
   const double radius = law.cohesion + law.limit * std::max(state.lambda[law.normal_row], 0.0);
   return disk_force(radius, system.scale[i], {state.lambda[i], state.lambda[i + 1]},
                     {state.delta[i], state.delta[i + 1]});

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/insertion/border_search.h"
 
+#include <cassert>
+
 #include "server/simulation/insertion/tip_give.h"
 
 namespace acus {
@@ -16,6 +18,7 @@ Obstacle closest_on(const TissueView& tissue, int region, const Vector3& p) {
 }  // namespace
 
 void find_border(const InsertionView& at, const Path& path, InsertionWork& work) {
+  assert(!path.empty());
   const TissueView& tissue = at.tissue;
   const TipPlace& tip = work.located.tip;
   if (!tip.in_tail || !tissue.borders.any()) return;

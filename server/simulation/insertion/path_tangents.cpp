@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/insertion/path_tangents.h"
 
+#include <cassert>
 #include <cmath>
 
 namespace acus {
@@ -15,6 +16,7 @@ constexpr double kLeastAlong = 0.5;
 constexpr double kNoSide = 1e-12;
 
 Vector3 young_direction(const Vector3& along, const Vector3& needle_tangent, double spacing) {
+  assert(spacing > 0);
   const double share = 2 * along.norm() / spacing;
   if (share >= 1) return along.normalized();
   return ((1 - share) * needle_tangent + share * along.stableNormalized()).normalized();
@@ -29,6 +31,7 @@ int holding_vertices(const Path& path) {
 
 Vector3 path_tangent(const TissueView& tissue, const Path& path, int vertex, const Vector3& needle_tangent) {
   const int last = static_cast<int>(path.vertices.size()) - 1;
+  assert(vertex >= 0 && vertex <= last);
   const Vector3 here = tissue.position(path.vertices[vertex]);
   const Vector3 before = vertex > 0 ? tissue.position(path.vertices[vertex - 1]) : here;
   const Vector3 after = vertex < last ? tissue.position(path.vertices[vertex + 1]) : tissue.position(path.end);
@@ -37,6 +40,7 @@ Vector3 path_tangent(const TissueView& tissue, const Path& path, int vertex, con
 
 Vector3 end_tangent(const TissueView& tissue, const Path& path, const Vector3& needle_tangent) {
   const int last = holding_vertices(path) - 1;
+  assert(last >= 0);
   const Vector3 along = tissue.position(path.end) - tissue.position(path.vertices[last]);
   return young_direction(along, needle_tangent, path.spacing);
 }

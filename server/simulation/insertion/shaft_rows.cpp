@@ -2,6 +2,7 @@
 #include "server/simulation/insertion/shaft_rows.h"
 
 #include <algorithm>
+#include <cassert>
 #include <numbers>
 
 #include "server/math/rotation.h"
@@ -47,6 +48,7 @@ bool add_friction(const InsertionView& at, const VertexMemory& memory, const Sha
 
 bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionWork& work, const ShaftPoint& point,
                     Rows& rows) {
+  assert(point.vertex >= 0 && point.vertex < static_cast<int>(path.vertices.size()) && point.owned >= 0);
   const TissueView& tissue = at.tissue;
   const VertexMemory& memory = work.next.vertices[point.vertex];
   const MaterialPoint& material = path.vertices[point.vertex];

@@ -2,6 +2,7 @@
 #include "server/simulation/insertion/tip_place.h"
 
 #include <algorithm>
+#include <cassert>
 
 #include "server/simulation/insertion/path_tangents.h"
 
@@ -33,6 +34,7 @@ double last_vertex_softness(const Path& path, int holding, double u) {
 }  // namespace
 
 void enter(Insertion& insertion, int path, double needle_length) {
+  assert(path >= 0 && insertion.path < 0);
   insertion.path = path;
   insertion.phase = Phase::inside;
   insertion.tip = TipMemory{};
@@ -48,6 +50,7 @@ void place_tip(const InsertionView& at, const Path& path, InsertionWork& work) {
   const double length = at.needle.model.length;
   const int count = holding_vertices(path);
   const bool held = memory.held >= 0;
+  assert(count > 0 && count <= static_cast<int>(memory.vertices.size()));
   int next = 0;
   while (next < count && memory.vertices[next].s <= length) ++next;
   if (held) next = count;           // what slides on a border is at the end, wherever it came from

@@ -2,6 +2,7 @@
 #include "server/simulation/insertion/tip_rows.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "server/math/rotation.h"
@@ -124,6 +125,7 @@ double cutting_gap(const InsertionView& at, const Path& path, const TipMemory& t
 }
 
 bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& rows) {
+  assert(work.located.obstacle && work.next.path < 0);
   const Obstacle& obstacle = *work.located.obstacle;
   const TipMemory& tip = work.next.tip;
   const Interaction& law = at.tissue.interaction(obstacle.material);
@@ -135,6 +137,7 @@ bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& 
 }
 
 bool add_border_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
+  assert(work.located.obstacle);
   const Obstacle& obstacle = *work.located.obstacle;
   const double friction = at.tissue.border(obstacle.material, obstacle.region).friction_contact;
   const double cohesion = at.tissue.interaction(path.end).cutting_force;
@@ -144,6 +147,7 @@ bool add_border_rows(const InsertionView& at, const Path& path, const InsertionW
 }
 
 bool add_path_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
+  assert(work.next.path >= 0 && !path.empty());
   bool all = add_cutting(at, path, work, rows);
   if (work.located.obstacle) all = add_border_contact(at, path, work, rows) && all;
   all = add_hold(at, path, work, rows) && all;

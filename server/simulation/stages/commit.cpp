@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "server/simulation/stages/stages.h"
@@ -44,6 +45,7 @@ bool is_finite(const Model& model, const Scratch& scratch) {
 }
 
 void commit(const Model& model, Scratch& scratch, State& state) {
+  assert(is_finite(model, scratch));
   const StageTimer timer(scratch.times, Stage::transitions);
   read_all_forces(model, scratch);
   scratch.balance = state.balance;
