@@ -11,7 +11,8 @@ inline constexpr int kStepsAhead = 6;     // of a look for the tetrahedra that a
 inline constexpr double kStepAhead = 0.3; // sizes of the tip's element
 inline constexpr int kOtherEvents = 8;    // of one needle in one tick, besides the borders that it crosses
 
-// The sum of all forces, of the largest of them, above which they are told as unbalanced, if that one is above the second.
+// The sum of all forces, of the largest of them, above which they are told as unbalanced, if that one is above the second
+// and the sum is more than rounding (Model::force_rounding).
 inline constexpr double kMaxImbalance = 0.1;        // -
 inline constexpr double kLeastForceToBalance = 1e-3;  // N
 

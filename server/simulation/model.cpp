@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "server/scene/scene_error.h"
@@ -90,6 +91,17 @@ int count_rows(const Scene& scene) {
   return rows;
 }
 
+// An element's force comes from differences of coordinates, which are rounded to their share of the largest one: E a times
+// that, and a few digits for the sum.
+double force_rounding_of(const Scene& scene, const TetrahedralMesh& mesh, std::span<const int> regions,
+                         std::span<const double> sizes) {
+  constexpr double kRounding = 100 * std::numeric_limits<double>::epsilon();
+  double stiffest = 0;  // N/m
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t)
+    stiffest = std::max(stiffest, scene.tissue.regions[regions[t]].material.young_modulus * sizes[t]);
+  return mesh.nodes.size() == 0 ? 0 : kRounding * stiffest * mesh.nodes.cwiseAbs().maxCoeff();
+}
+
 // Tells what a step of loading is about to make, and makes it.
 template <class Make>
 auto announced(const Progress& progress, const char* what, Make make) {
@@ -122,6 +134,7 @@ Model::Model(const Scene& s, const Progress& progress)
       regions(announced(progress, "regions", [&] { return assign_regions(s, mesh); })),
       interactions(interactions_of(s)),
       element_sizes(element_sizes_of(mesh)),
+      force_rounding(force_rounding_of(s, mesh, regions, element_sizes)),
       tissue(announced(progress, "elements", [&] {
         return make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity,
                                  s.tissue.element);

@@ -35,6 +35,7 @@ struct Model {
   std::vector<int> regions;                // per tetrahedron
   std::vector<Interaction> interactions;   // per region, pressure filled in
   std::vector<double> element_sizes;       // per tetrahedron: the edge of a regular one of the same volume (m)
+  double force_rounding;                   // N, what rounding may leave of a sum of the elements' forces
   TissueModel tissue;
   Surface surface;
   Borders borders;

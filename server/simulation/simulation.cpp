@@ -45,28 +45,15 @@ void Simulation::restore(const State& state) {
   begin_report();
 }
 
-// Before the first tick.
+// Before the first tick. Keeps the lists' memory.
 void Simulation::begin_report() {
-  std::vector<NeedleReport> needles = std::move(report_.needles);
-  std::vector<Event> events = std::move(report_.events);
-  report_ = TickReport{};
-  report_.needles = std::move(needles);
-  report_.events = std::move(events);
-  report_.events.clear();
-  report_.tick = state_.tick;
-  report_.time = static_cast<double>(state_.tick) * model_.h;
-  for (int i = 0; i < model_.needle_count(); ++i) {
-    const NeedleState& needle = state_.needles[i];
-    NeedleReport& report = report_.needles[i];
-    report = NeedleReport{};
-    report.command_seq = state_.bases[i].command_seq;
-    report.command_tick = state_.bases[i].command_tick;
-    report.phase = state_.insertions[i].phase;
-    report.inserted_depth = state_.insertions[i].depth;
-    report.base = {needle.x.col(0), needle.q[0]};
-    report.spin = state_.bases[i].spin;
-    report.tip_position = needle.x.rightCols<1>();
-  }
+  TickReport fresh;
+  fresh.needles = std::move(report_.needles);
+  fresh.events = std::move(report_.events);
+  std::fill(fresh.needles.begin(), fresh.needles.end(), NeedleReport{});
+  fresh.events.clear();
+  report_ = std::move(fresh);
+  report_state(model_, state_, report_);
 }
 
 Costs Simulation::costs() const {

@@ -51,7 +51,7 @@ BaseLoad move_aside(double spacing, double& outside, double& bending) {
   outside = needle.length - bench.needle().inserted_depth;
   bench.move(0, {0, kAside, 0}, 1e-3);
   bench.wait(0.3);
-  CHECK((bench.flags() & ~kForcesUnbalanced) == 0);  // while the base starts and stops, forces are small
+  CHECK(bench.flags() == 0);
   const NeedleReport& report = bench.needle();
   return {-report.base_force.y(), -report.base_torque.x()};
 }

@@ -55,4 +55,7 @@ void look_ahead(const Model& model, const State& state, Scratch& scratch);
 // 10. What the outside is told.
 void write_report(const Model& model, const State& state, Scratch& scratch, TickReport& report);
 
+// The part of it that is the state's alone: tick, time, and of every needle its command, base, tip, phase and depth.
+void report_state(const Model& model, const State& state, TickReport& report);
+
 }  // namespace acus

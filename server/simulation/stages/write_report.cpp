@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <cassert>
 
 #include "server/simulation/limits.h"
 #include "server/simulation/stages/stages.h"
@@ -28,17 +29,7 @@ std::uint32_t flags_of(const Model& model, const State& state, const Scratch& sc
   return flags;
 }
 
-void write_needle(const State& state, const Scratch& scratch, int i, NeedleReport& report) {
-  const NeedleState& needle = state.needles[i];
-  const BaseState& base = state.bases[i];
-  report.command_seq = base.command_seq;
-  report.command_tick = base.command_tick;
-  report.phase = state.insertions[i].phase;
-  report.inserted_depth = state.insertions[i].depth;
-  report.base = {needle.x.col(0), needle.q[0]};
-  report.spin = base.spin;
-  report.tip_position = needle.x.rightCols<1>();
-  if (!scratch.outcome.finite) return;  // forces stay those of the last good tick
+void write_forces(const Scratch& scratch, int i, NeedleReport& report) {
   const InsertionForces& forces = scratch.forces[i];
   report.tip_force = forces.tip;
   report.cutting_force = forces.cutting;
@@ -51,21 +42,38 @@ void write_needle(const State& state, const Scratch& scratch, int i, NeedleRepor
 
 // The tissue's part of the balance needs the elements at the new positions, which the next tick evaluates: what is
 // reported speaks of the tick before.
-void write_balance(const Scratch& scratch, TickReport& report) {
+void write_balance(const Model& model, const Scratch& scratch, TickReport& report) {
   const TissueMotion::Balance& b = scratch.tissue.balance();
   report.imbalance = (scratch.balance.sum + b.support + b.weight - b.inertia).norm();
   report.largest_force =
       std::max({scratch.balance.largest_force, b.support.norm(), b.weight.norm(), b.inertia.norm()});
-  if (report.largest_force > kLeastForceToBalance && report.imbalance > kMaxImbalance * report.largest_force)
-    report.flags |= kForcesUnbalanced;
+  const double allowed = std::max(model.force_rounding, kMaxImbalance * report.largest_force);
+  if (report.largest_force > kLeastForceToBalance && report.imbalance > allowed) report.flags |= kForcesUnbalanced;
 }
 
 }  // namespace
 
-void write_report(const Model& model, const State& state, Scratch& scratch, TickReport& report) {
-  const StageTimer timer(scratch.times, Stage::report);
+void report_state(const Model& model, const State& state, TickReport& report) {
+  assert(report.needles.size() == state.needles.size());
   report.tick = state.tick;
   report.time = static_cast<double>(state.tick) * model.h;
+  for (int i = 0; i < model.needle_count(); ++i) {
+    const NeedleState& needle = state.needles[i];
+    const BaseState& base = state.bases[i];
+    NeedleReport& of_needle = report.needles[i];
+    of_needle.command_seq = base.command_seq;
+    of_needle.command_tick = base.command_tick;
+    of_needle.phase = state.insertions[i].phase;
+    of_needle.inserted_depth = state.insertions[i].depth;
+    of_needle.base = {needle.x.col(0), needle.q[0]};
+    of_needle.spin = base.spin;
+    of_needle.tip_position = needle.x.rightCols<1>();
+  }
+}
+
+void write_report(const Model& model, const State& state, Scratch& scratch, TickReport& report) {
+  const StageTimer timer(scratch.times, Stage::report);
+  report_state(model, state, report);
   report.flags = flags_of(model, state, scratch);
   report.rows = scratch.rows.count();
   report.solver = scratch.outcome.laws.method;
@@ -73,8 +81,9 @@ void write_report(const Model& model, const State& state, Scratch& scratch, Tick
   report.residual = scratch.outcome.laws.residual;
   report.newton_iterations = scratch.outcome.iterations;
   report.events.assign(scratch.events.begin(), scratch.events.end());
-  if (scratch.outcome.finite) write_balance(scratch, report);
-  for (int i = 0; i < model.needle_count(); ++i) write_needle(state, scratch, i, report.needles[i]);
+  if (!scratch.outcome.finite) return;  // forces stay those of the last good tick
+  write_balance(model, scratch, report);
+  for (int i = 0; i < model.needle_count(); ++i) write_forces(scratch, i, report.needles[i]);
 }
 
 }  // namespace acus
