@@ -263,7 +263,7 @@ def laws_section(folder, rows):
         "what a limit of sweeps leaves. Bilateral rows are eliminated before either solver begins."))
     figure, all_axes = plt.subplots(1, 2, figsize=(13, 4.2), layout="constrained")
     for axes, knob, key in ((all_axes[0], "gauss_seidel tolerance", "tolerance"),
-                            (all_axes[1], "gauss_seidel sweeps", "max_sweeps")):
+                            (all_axes[1], "gauss_seidel steps", "max_steps")):
         for scene in values(rows, "scene"):
             found = where(rows, scene=scene, knob=knob, error="laws")
             for error, name, style in (("force_p95", "95 %", "o-"), ("force_max", "maximum", "o:")):
@@ -273,7 +273,7 @@ def laws_section(folder, rows):
         axes.set_yscale("log")
         axes.set_ylabel("error of the base force (N)")
     all_axes[0].set_xlabel("laws.tolerance (N)")
-    all_axes[1].set_xlabel("laws.max_sweeps")
+    all_axes[1].set_xlabel("laws.max_steps")
     all_axes[0].legend(frameon=False, fontsize=8)
     section.plot(folder, figure, "laws.png", "Forces depend on the tolerance as far as it allows, not more.")
     return section

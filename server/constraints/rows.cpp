@@ -41,6 +41,8 @@ void Rows::clear() {
 }
 
 bool Rows::add(const Row& row, const Law& law, double warm_start) {
+  assert(row.needle >= 0 && row.compliance >= 0 && row.softness >= 0 && law.limit >= 0);
+  assert(!(std::abs(row.n.squaredNorm() - 1) > 1e-6));
   if (full()) return false;
   lambda_[rows_.size()] = warm_start;
   rows_.push_back(row);
@@ -82,9 +84,9 @@ void Rows::soften() {
   }
 }
 
-SolverResult Rows::solve(LawMethod method, int max_sweeps, double tolerance) {
+SolverResult Rows::solve(LawMethod method, int max_steps, double tolerance) {
   const std::size_t n = rows_.size();
-  return solver_.solve(method, W(), laws_, {delta_free_.data(), n}, max_sweeps, tolerance, {lambda_.data(), n},
+  return solver_.solve(method, W(), laws_, {delta_free_.data(), n}, max_steps, tolerance, {lambda_.data(), n},
                        {delta_.data(), n});
 }
 

@@ -70,7 +70,7 @@ class Rows {
   // Stage 6: W = W_n + W_t and delta_free. The corridor must have room for all rows' nodes.
   void assemble(std::span<NeedleMotion> needles, TissueMotion& tissue);
   // Stage 7.
-  SolverResult solve(LawMethod method, int max_sweeps, double tolerance);
+  SolverResult solve(LawMethod method, int max_steps, double tolerance);
   // Forces per needle in the order in which its rows were added, as NeedleMotion::correct() wants them.
   std::span<const double> needle_forces(int needle);
 

@@ -19,7 +19,7 @@ constexpr std::int64_t kRoomPoll = 50'000;  // ns between two looks for room, in
 constexpr int kIdleCheck = 100;             // ms between two looks at the stop flag without a request, in lockstep
 constexpr std::int64_t kNear = 50'000'000;  // ns to a deadline, for which nothing but the clock is looked at
 constexpr int kIdleSlice = 20;              // ms between two looks at the stop flag on the way to a far deadline
-constexpr std::uint32_t kGaveWay = kSweepsCapped | kIterationsCapped | kPublishingReduced;
+constexpr std::uint32_t kGaveWay = kStepsCapped | kIterationsCapped | kPublishingReduced;
 constexpr TopicSet kShapes = bit(Topic::needle) | bit(Topic::tissue);
 
 std::int64_t now_on(clockid_t clock) {

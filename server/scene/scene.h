@@ -180,14 +180,14 @@ struct Newton {
 
 struct LawSolver {
   LawMethod solver = LawMethod::direct;
-  int max_sweeps = 1000;    // 1 to 100000
+  int max_steps = 1000;    // 1 to 100000
   double tolerance = 1e-6;  // N, > 0: largest violation of a law, as the force that would mend it
 };
 
 // What gives way from a tick on whose own work took longer than its period, until none has for a while. Physics goes on
 // at every tick.
 struct Overrun {
-  int max_sweeps = 16;          // 1 to 100000, where laws.max_sweeps is more
+  int max_steps = 16;          // 1 to 100000, where laws.max_steps is more
   int max_iterations = 1;       // 1 to 1000, where newton.max_iterations is more
   int publish_every = 4;        // 1 to 1000: one of so many needle and tissue states goes out
   double recovery = 0.5;        // s, > 0, without such a tick, after which all is as before; relapses double it

@@ -294,7 +294,7 @@ struct FieldsOf<LawSolver> {
   static constexpr std::tuple list{
       Field{"solver", &LawSolver::solver, "", any(),
             "gauss_seidel (sweeps over the laws) or direct (pieces of their graphs, solved exactly)"},
-      Field{"max_sweeps", &LawSolver::max_sweeps, "-", between(1, 100000),
+      Field{"max_steps", &LawSolver::max_steps, "-", between(1, 100000),
             "limit of the steps of a solution, whatever the solver: sweeps, choices of pieces and interior-point "
             "iterations together; one solution per tick, with refined and exact one per iteration"},
       Field{"tolerance", &LawSolver::tolerance, "N", between(1e-15, 1e6),
@@ -306,8 +306,8 @@ template <>
 struct FieldsOf<Overrun> {
   static constexpr const char* title = "overrun";
   static constexpr std::tuple list{
-      Field{"max_sweeps", &Overrun::max_sweeps, "-", between(1, 100000),
-            "limit of the laws' steps, of either solver, while ticks come late, where laws.max_sweeps is more"},
+      Field{"max_steps", &Overrun::max_steps, "-", between(1, 100000),
+            "limit of the laws' steps, of either solver, while ticks come late, where laws.max_steps is more"},
       Field{"max_iterations", &Overrun::max_iterations, "-", between(1, 1000),
             "limit of the iterations, and of the repeats of steps that go too far, while ticks come late, where the "
             "limit is otherwise more"},

@@ -55,7 +55,7 @@ Answer solve(ConstraintSolver& solver, const Problem& p, LawMethod method, Effor
   a.lambda = start.size() > 0 ? start : VectorX::Zero(p.rows());
   a.delta = VectorX::Zero(p.rows());
   const auto n = static_cast<std::size_t>(p.rows());
-  a.result = solver.solve(method, p.W, p.laws, {p.delta_free.data(), n}, effort.max_sweeps, effort.tolerance,
+  a.result = solver.solve(method, p.W, p.laws, {p.delta_free.data(), n}, effort.max_steps, effort.tolerance,
                           {a.lambda.data(), n}, {a.delta.data(), n});
   return a;
 }

@@ -29,7 +29,7 @@ struct Answer {
 };
 
 struct Effort {
-  int max_sweeps = 100000;
+  int max_steps = 100000;
   double tolerance = 1e-11;
 };
 

@@ -10,7 +10,7 @@
 namespace acus::testing {
 namespace {
 
-constexpr std::uint32_t kCaps = protocol::kIterationsCapped | protocol::kSweepsCapped | protocol::kPublishingReduced;
+constexpr std::uint32_t kCaps = protocol::kIterationsCapped | protocol::kStepsCapped | protocol::kPublishingReduced;
 
 const char* const kHeavyScene = R"(acus_scene: 1
 name: heavy
@@ -26,7 +26,7 @@ needles:
     beams: 10
     base: {position: [0.003, 0.002, 0.151], orientation: [0.7071068, 0, 0.7071068, 0]}
 laws: {solver: gauss_seidel, tolerance: 1e-9}
-overrun: {max_sweeps: 1, max_iterations: 1, publish_every: 1000}
+overrun: {max_steps: 1, max_iterations: 1, publish_every: 1000}
 publish: {needle_rate: 1000}
 )";
 

@@ -62,7 +62,7 @@ Scene disturbed_scene(Random& random) {
   disturb(scene, any(), random);
   scene.tissue.box.cells = {2, 2, 2};
   scene.newton.max_iterations = std::min(scene.newton.max_iterations, 3);
-  scene.laws.max_sweeps = std::min(scene.laws.max_sweeps, 50);
+  scene.laws.max_steps = std::min(scene.laws.max_steps, 50);
   Interaction& laws = scene.tissue.regions[0].interaction;
   laws.friction_static = std::max(laws.friction_static, laws.friction_dynamic);
   Needle& needle = scene.needles[0];

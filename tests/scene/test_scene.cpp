@@ -158,7 +158,7 @@ TEST_CASE("unknown fields, with the nearest known name") {
   CHECK(error_of("rates: 2") == "scene.yaml:2:1: rates: unknown field; did you mean \"rate\"?");
   CHECK(error_of("tissue:\n  regions:\n    - material:\n        poison_ratio: 0.4") ==
         "scene.yaml:5:9: tissue.regions[0].material.poison_ratio: unknown field; did you mean \"poisson_ratio\"?");
-  CHECK(error_of("laws: {xyzzy: 1}") == "scene.yaml:2:8: laws.xyzzy: unknown field; known here: solver, max_sweeps, tolerance");
+  CHECK(error_of("laws: {xyzzy: 1}") == "scene.yaml:2:8: laws.xyzzy: unknown field; known here: solver, max_steps, tolerance");
   CHECK(error_of("needles: [{acus_scene: 1}]").starts_with("scene.yaml:2:12: needles[0].acus_scene: unknown field"));
   CHECK(error_of("tissue: {fixed: [{min: [0, 0, 0]}]}") ==
         "scene.yaml:2:19: tissue.fixed[0].min: unknown field; known here: box, sphere, half_space, cylinder");

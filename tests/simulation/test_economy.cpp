@@ -11,7 +11,7 @@
 namespace acus {
 namespace {
 
-constexpr std::uint32_t kCaps = kSweepsCapped | kIterationsCapped;
+constexpr std::uint32_t kCaps = kStepsCapped | kIterationsCapped;
 constexpr int kTicks = 60;  // in, and as many back
 
 // A needle 1 mm above a block, pointing down.
@@ -66,7 +66,7 @@ Run run(const Scene& scene, bool economizing) {
 
 TEST_CASE("lower limits hold while the simulation economises only, and flags say which stopped it") {
   Scene scene = scene_of(TissueRung::exact);
-  scene.overrun.max_sweeps = 1;
+  scene.overrun.max_steps = 1;
   scene.overrun.max_iterations = 1;
   const Run full = run(scene, false), less = run(scene, true);
   CHECK((full.flags & kCaps) == 0);
@@ -79,7 +79,7 @@ TEST_CASE("lower limits hold while the simulation economises only, and flags say
 
 TEST_CASE("a limit that is not reached leaves no mark: the same forces, bit by bit, and no flag") {
   Scene scene = scene_of(TissueRung::exact);
-  scene.overrun.max_sweeps = scene.laws.max_sweeps;
+  scene.overrun.max_steps = scene.laws.max_steps;
   scene.overrun.max_iterations = scene.newton.max_iterations;
   const Run full = run(scene, false), less = run(scene, true);
   CHECK((less.flags & kCaps) == 0);
@@ -88,9 +88,9 @@ TEST_CASE("a limit that is not reached leaves no mark: the same forces, bit by b
 
 TEST_CASE("with one sweep a tick the physics stays bounded, and comes to rest at nearly the same force") {
   Scene scene = scene_of(TissueRung::warped);
-  scene.overrun.max_sweeps = 1;
+  scene.overrun.max_steps = 1;
   const Run full = run(scene, false), less = run(scene, true);
-  CHECK((less.flags & kSweepsCapped) != 0);
+  CHECK((less.flags & kStepsCapped) != 0);
   CHECK((less.flags & kIterationsCapped) == 0);
   CHECK((less.flags & kNotFinite) == 0);
   CHECK(less.largest_force < 3 * full.largest_force);

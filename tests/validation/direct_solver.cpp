@@ -19,8 +19,8 @@ Scene block_of(std::array<int, 3> cells) {
   return scene;
 }
 
-Scene solved_by(Scene scene, LawMethod solver, int max_sweeps) {
-  scene.laws = {solver, max_sweeps, 1e-9};
+Scene solved_by(Scene scene, LawMethod solver, int max_steps) {
+  scene.laws = {solver, max_steps, 1e-9};
   return scene;
 }
 

@@ -74,7 +74,7 @@ TEST_CASE("the force of a steady insertion does not depend on the solver's toler
   for (const double tolerance : {1e-4, 1e-9}) {
     Scene scene = slow_scene();
     scene.laws.tolerance = tolerance;
-    scene.laws.max_sweeps = 10000;
+    scene.laws.max_steps = 10000;
     CAPTURE(tolerance);
     CHECK(steady_error(scene) < 0.03);
   }

@@ -17,7 +17,7 @@ TEST_CASE("a rotated and translated scene gives the rotated and translated answe
   Scene scene = coarse_scene();
   scene.gravity = {0, 0, -2};
   scene.laws.tolerance = 1e-11;
-  scene.laws.max_sweeps = 20000;
+  scene.laws.max_steps = 20000;
   Scene moved = scene;
   const Pose shift{{0.3, -0.2, 0.5}, rotation_exp({0.7, -1.1, 0.4})};
   const auto place = [&](const Pose& p) { return Pose{shift * p.position, shift.orientation * p.orientation}; };

@@ -21,7 +21,7 @@ Scene on_rung(Scene scene, TissueRung rung) {
 Scene strict_scene() {
   Scene scene = coarse_scene();
   scene.laws.tolerance = 1e-8;
-  scene.laws.max_sweeps = 20000;
+  scene.laws.max_steps = 20000;
   scene.newton.tolerance = 1e-10;
   return scene;
 }

@@ -13,7 +13,7 @@ std::uint32_t flags_of(const Model& model, const State& state, const Scratch& sc
   const Outcome& o = scratch.outcome;
   const bool unfinished = model.iterates() ? o.change > model.scene.newton.tolerance : o.went_too_far();
   const int uncapped = model.iterates() ? model.scene.newton.max_iterations : kMaxRepeats;
-  const bool sweeps_lowered = state.economizing && model.scene.overrun.max_sweeps < model.scene.laws.max_sweeps;
+  const bool steps_lowered = state.economizing && model.scene.overrun.max_steps < model.scene.laws.max_steps;
   std::uint32_t flags = o.transitions;
   const auto raise = [&flags](bool trouble, std::uint32_t flag) { flags |= trouble ? flag : 0; };
   raise(!o.tangents_exact, kTangentProjected);
@@ -24,7 +24,7 @@ std::uint32_t flags_of(const Model& model, const State& state, const Scratch& sc
   raise(!o.laws.converged, kLawsNotConverged);
   raise(o.laws.fell_back, kSolverFellBack);
   raise(unfinished && o.limit < uncapped, kIterationsCapped);
-  raise(o.laws.capped && sweeps_lowered, kSweepsCapped);
+  raise(o.laws.capped && steps_lowered, kStepsCapped);
   raise(!o.finite, kNotFinite);
   return flags;
 }

@@ -17,7 +17,7 @@ constexpr double kExactStep = 1.0 / 30;                                         
 void keep(Scene&) {}
 
 void solve_laws_exactly(Scene& scene) {
-  scene.laws = {.solver = LawMethod::direct, .max_sweeps = 100000, .tolerance = 1e-12};
+  scene.laws = {.solver = LawMethod::direct, .max_steps = 100000, .tolerance = 1e-12};
 }
 
 void converge(Scene& scene) {
@@ -43,7 +43,7 @@ auto refined(int iterations) {
 }
 
 auto swept(double tolerance, int most) {
-  return [=](Scene& s) { s.laws = {.solver = LawMethod::gauss_seidel, .max_sweeps = most, .tolerance = tolerance}; };
+  return [=](Scene& s) { s.laws = {.solver = LawMethod::gauss_seidel, .max_steps = most, .tolerance = tolerance}; };
 }
 
 auto with_cells(const std::array<int, 3>& cells) {
@@ -95,7 +95,7 @@ class Settings {
     add("laws", "direct", solve_laws_exactly);
     for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-6, 1e-9})
       add("gauss_seidel tolerance", format_number(tolerance) + " N", swept(tolerance, 100000));
-    for (const int most : {1, 4, 16, 64}) add("gauss_seidel sweeps", std::to_string(most), swept(1e-9, most));
+    for (const int most : {1, 4, 16, 64}) add("gauss_seidel steps", std::to_string(most), swept(1e-9, most));
   }
 
   void add_beams() {

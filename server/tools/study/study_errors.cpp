@@ -37,7 +37,7 @@ constexpr Column<Compared> kColumns[]{
     {"iterations", [](const Compared& c) { return Cell(c.run.scene.newton.max_iterations); }},
     {"solver", [](const Compared& c) { return Cell(acus::name_of(c.run.scene.laws.solver)); }},
     {"tolerance", [](const Compared& c) { return Cell(c.run.scene.laws.tolerance); }},  // N
-    {"max_sweeps", [](const Compared& c) { return Cell(c.run.scene.laws.max_sweeps); }},
+    {"max_steps", [](const Compared& c) { return Cell(c.run.scene.laws.max_steps); }},
     {"nodes", [](const Compared& c) { return Cell(c.run.nodes); }},
     {"beams", [](const Compared& c) { return Cell(c.run.scene.needles[0].beams); }},
     {"spacing", [](const Compared& c) { return Cell(c.run.scene.needles[0].constraint_spacing); }},  // m
