@@ -30,7 +30,7 @@ TEST_CASE("both methods find the one point where all graphs meet their lines") {
       CAPTURE(repeat);
       CHECK(answer.result.method == method);
       CHECK(answer.result.residual < 1e-10 * std::max(1.0, oracle->cwiseAbs().maxCoeff()));
-      CHECK((answer.lambda - *oracle).norm() < 1e-8 * (1 + oracle->norm()));
+      CHECK((answer.lambda - *oracle).norm() < 1e-9 * (1 + oracle->norm()));
     }
   }
 }
@@ -63,7 +63,7 @@ TEST_CASE("disk friction does not depend on the axes across the normal") {
     turned.W = turn * p.W * turn.transpose();
     turned.delta_free = turn * p.delta_free;
     for (const LawMethod method : kBothMethods)
-      CHECK((solve(turned, method).lambda - turn * solve(p, method).lambda).norm() < 1e-8);
+      CHECK((solve(turned, method).lambda - turn * solve(p, method).lambda).norm() < 1e-9);
   }
 }
 
@@ -83,8 +83,8 @@ TEST_CASE("disks keep to their normal row when bilateral rows stand in between")
     REQUIRE(a.result.converged);
     CHECK(a.lambda[1] > 0);
     CHECK(a.lambda.tail<2>().norm() == doctest::Approx(0.2 * a.lambda[1]).epsilon(1e-6));
-    CHECK(std::abs(a.delta[0]) < 1e-7);
-    CHECK(std::abs(a.delta[2]) < 1e-7);
+    CHECK(std::abs(a.delta[0]) < 1e-9);
+    CHECK(std::abs(a.delta[2]) < 1e-9);
   }
 }
 
@@ -111,11 +111,11 @@ TEST_CASE("rows that say the same twice stay bounded and share the force") {
     for (const LawMethod method : kBothMethods) {
       const Answer a = solve(p, method, {1000, 1e-6});
       REQUIRE(a.lambda.allFinite());
-      CHECK(a.lambda.cwiseAbs().maxCoeff() < 1e3);
+      CHECK(a.lambda.cwiseAbs().maxCoeff() < 10);
       CHECK(a.result.converged);
-      CHECK(std::abs(a.delta[0]) < 1e-5);
-      CHECK(std::abs(a.delta[3]) < 1e-5);
-      CHECK(a.lambda[0] == doctest::Approx(a.lambda[4]).epsilon(1e-3));
+      CHECK(std::abs(a.delta[0]) < 1e-9);
+      CHECK(std::abs(a.delta[3]) < 1e-9);
+      CHECK(a.lambda[0] == doctest::Approx(a.lambda[4]).epsilon(4e-3).scale(0));
     }
   }
 }
@@ -133,9 +133,9 @@ TEST_CASE("a capped or frictional row along a bilateral one stays bounded") {
     for (const LawMethod method : kBothMethods) {
       const Answer a = solve(p, method, {1000, 1e-6});
       CHECK(a.lambda.allFinite());
-      CHECK(a.lambda.cwiseAbs().maxCoeff() < 1e3);
-      CHECK(std::abs(a.delta[0]) < 1e-5);
-      CHECK(std::abs(a.delta[1]) < 1e-5);
+      CHECK(a.lambda.cwiseAbs().maxCoeff() < 10);
+      CHECK(std::abs(a.delta[0]) < 1e-9);
+      CHECK(std::abs(a.delta[1]) < 1e-9);
     }
   }
 }
@@ -168,7 +168,7 @@ TEST_CASE("displacements and residual are those of the forces returned, converge
       CHECK(a.result.residual == law_residual(system, {{a.lambda.data(), 6}, {a.delta.data(), 6}}));
       CHECK(a.result.converged == (a.result.residual <= 1e-10));
       CHECK(a.result.sweeps <= max_steps);
-      if (max_steps == 10000) CHECK(a.result.residual < 1e-6);
+      if (max_steps == 10000) CHECK(a.result.residual < 1e-10);
     }
   }
 }

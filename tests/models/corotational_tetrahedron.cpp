@@ -127,7 +127,7 @@ TEST_CASE("the exact tangent is the derivative of the forces") {
     CHECK((k - k.transpose()).norm() < 1e-13 * k.norm());
     for (int i = 0; i < 12; ++i) {
       const Vector12x difference = (t.forces(step(x, i, 1e-5)) - t.forces(step(x, i, -1e-5))) / 2e-5;
-      CHECK((difference - k.col(i)).norm() < 1e-7 * k.norm());
+      CHECK((difference - k.col(i)).norm() < 1e-9 * k.norm());
     }
   }
 }

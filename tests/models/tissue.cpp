@@ -126,7 +126,7 @@ TEST_CASE("forces are the gradient of the whole energy, and the exact matrix the
     behind(axis, node) -= step;
     const double slope =
         (elastic_energy(model, ahead, rotations) - elastic_energy(model, behind, rotations)) / (2 * step);
-    CHECK(std::abs(slope - forces(axis, node)) < 1e-6 * forces.norm());
+    CHECK(std::abs(slope - forces(axis, node)) < 1e-9 * forces.norm());
     rotations_at(model, ahead, forces_ahead);
     rotations_at(model, behind, forces_behind);
     const Matrix3X difference = (forces_ahead - forces_behind) / (2 * step);
@@ -135,7 +135,7 @@ TEST_CASE("forces are the gradient of the whole energy, and the exact matrix the
       for (int i = 0; i < 3; ++i)
         error = std::max(
             error, std::abs(difference(i, model.free_nodes[f]) - k(3 * static_cast<int>(f) + i, 3 * free + axis)));
-    CHECK(error < 1e-6 * k.cwiseAbs().maxCoeff());
+    CHECK(error < 1e-9 * k.cwiseAbs().maxCoeff());
   }
 }
 
