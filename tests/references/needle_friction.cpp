@@ -47,7 +47,7 @@ TEST_CASE("a shaft whose motion is reversed follows Masing's parabola until it s
   bench.push(0, 0.085, 0.2);
   bench.wait(0.1);
   const double depth = bench.needle().inserted_depth, outside = needle.length - depth, sliding = kFriction * depth;
-  CHECK(agrees("friction, sliding force / q D", 1, bench.resistance() / sliding, 0.001));
+  CHECK(agrees("friction, sliding force / q D", 1, bench.resistance() / sliding, 1e-7));
 
   const double before = bench.resistance();
   double moved = 0;
@@ -62,7 +62,7 @@ TEST_CASE("a shaft whose motion is reversed follows Masing's parabola until it s
   bench.push(0, -2e-4, 2e-3);
   bench.wait(0.1);
   CHECK(agrees("friction, pulled on, sliding force / q D", -1,
-               bench.resistance() / (kFriction * bench.needle().inserted_depth), 0.001));
+               bench.resistance() / (kFriction * bench.needle().inserted_depth), 1e-7));
   CHECK(bench.flags() == 0);
 }
 
@@ -138,9 +138,9 @@ TEST_CASE("a bar pulled out of rest slips over F/q: u = F²/(2 EA q)") {
     double force = 0;
     for (int i = 1; i <= 20; ++i) force = bar.tick(x + i / 20.0 * (to - x));
     x = to;
-    CHECK(agrees("friction, pulled to F/(q L) = " + std::to_string(share), share, force / sliding + at_base, 1e-4));
+    CHECK(agrees("friction, pulled to F/(q L) = " + std::to_string(share), share, force / sliding + at_base, 1e-8));
   }
-  CHECK(agrees("friction, pulled on, F/(q L)", 1, bar.tick(2 * x) / sliding + at_base, 1e-5));
+  CHECK(agrees("friction, pulled on, F/(q L)", 1, bar.tick(2 * x) / sliding + at_base, 3e-6));
 }
 
 // Share of the force EA u_0/L at t, in units of b L²/EA.
@@ -167,7 +167,7 @@ TEST_CASE("a bar with viscous friction relaxes by diffusion, in the end with the
     if (i == kTicks) {
       // Backward Euler: 1/(1 + h/tau) per tick.
       const double constant = 1 / ((before / share - 1) * kTicks);
-      CHECK(agrees("relaxation, time constant EA/(b L²)", 4 / (kPi * kPi), constant, 1e-3));
+      CHECK(agrees("relaxation, time constant EA/(b L²)", 4 / (kPi * kPi), constant, 1e-4));
     }
     before = share;
   }

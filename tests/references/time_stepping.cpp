@@ -198,8 +198,8 @@ TEST_CASE("tetrahedron and beam approach the differential equation with order on
       error[i] = std::abs(x.back() / x0 - free_response(o, time));
     }
     CHECK(error[1] < 0.01);
-    CHECK(
-        agrees(std::string("backward Euler, order in h, ") + names[body], 1, observed_order(error[0], error[1]), 0.05));
+    CHECK(agrees(std::string("backward Euler, order in h, ") + names[body], 1, observed_order(error[0], error[1]),
+                 0.008));
   }
 }
 

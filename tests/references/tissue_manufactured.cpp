@@ -70,8 +70,8 @@ double lame_modulus(const Material& m) {
 void check_orders(const char* name, const FieldErrors& coarse, const FieldErrors& fine) {
   const double u = observed_order(coarse.displacement, fine.displacement);
   const double g = observed_order(coarse.gradient, fine.gradient);
-  CHECK(agrees(std::string(name) + ", order of displacement", 2, u, 0.15));
-  CHECK(agrees(std::string(name) + ", order of gradient", 1, g, 0.1));
+  CHECK(agrees(std::string(name) + ", order of displacement", 2, u, 0.05));
+  CHECK(agrees(std::string(name) + ", order of gradient", 1, g, 0.03));
 }
 
 TEST_CASE("manufactured solution, small displacements: orders two and one") {

@@ -34,8 +34,8 @@ struct Comparison {
     const NeedleReport& a = without.bench.needle();
     const NeedleReport& b = with.bench.needle();
     CHECK(a.inserted_depth == doctest::Approx(b.inserted_depth).epsilon(1e-6));
-    CHECK((a.base_force - b.base_force).norm() < 1e-4);
-    CHECK((a.base_torque - b.base_torque).norm() < 1e-5);
+    CHECK((a.base_force - b.base_force).norm() < 3e-9);
+    CHECK((a.base_torque - b.base_torque).norm() < 1e-9);
   }
   int rows_less() const { return with.rows() - without.rows(); }
 
@@ -104,7 +104,7 @@ TEST_CASE("tissue that cuts without force has no cutting row, and the path grows
   Matrix3X points(3, simulation.path_capacity());
   const int count = simulation.path_positions(0, points);
   REQUIRE(count > 4);
-  CHECK((points.col(count - 1) - cutting.without.bench.needle().tip_position).norm() < 1e-4);
+  CHECK((points.col(count - 1) - cutting.without.bench.needle().tip_position).norm() < 1e-9);
 }
 
 TEST_CASE("a smooth surface has no rows of contact friction") {

@@ -46,7 +46,7 @@ double puncture_depth(LocalCompliance give, int cells) {
 TEST_CASE("along the shaft: the give between two element sizes is that of a line load, none below the needle's size") {
   const double G = 20e3 / 2.9;
   const double coarse = axial_compliance(gel(), 20e-3, kDiameter), fine = axial_compliance(gel(), 5e-3, kDiameter);
-  CHECK(coarse - fine == doctest::Approx(std::log(4) / (2 * std::numbers::pi * G)));
+  CHECK(coarse - fine == doctest::Approx(std::log(4) / (2 * std::numbers::pi * G)).epsilon(1e-9).scale(0));
   CHECK(fine > 0);
   CHECK(axial_compliance(gel(), 1e-3, kDiameter) == 0);
 }
@@ -61,7 +61,7 @@ TEST_CASE("at the tip: the give between two element sizes is that of a point loa
   CHECK(surface_compliance(gel(), 0.7e-3, kDiameter, small) == 0);
   CHECK(tip_compliance(gel(), 0.8e-3, kDiameter, small) == 0);
   const auto part = [&](double edge) { return on_surface - surface_compliance(gel(), edge, kDiameter, small); };
-  CHECK(part(4e-3) == doctest::Approx(2 * part(8e-3)));
+  CHECK(part(4e-3) == doctest::Approx(2 * part(8e-3)).epsilon(1e-9).scale(0));
 }
 
 TEST_CASE("at the tip: however large the force, the dimple stays well below the element's size") {
@@ -78,13 +78,13 @@ TEST_CASE("a surface gives way by its mesh and by the dimple: e f more at the pu
   const double dimple = f * surface_compliance(gel(), edge, kDiameter, f);
   const double travel = 0.02 / 500;  // m, in a tick
   CHECK(puncture_depth(LocalCompliance::all, 6) - puncture_depth(LocalCompliance::shaft, 6) ==
-        doctest::Approx(dimple).epsilon(1.5 * travel / dimple));
+        doctest::Approx(dimple).epsilon(1.5 * travel / dimple).scale(0));
 }
 
 TEST_CASE("with the dimple, the depth of puncture hardly depends on the mesh") {
   CHECK(puncture_depth(LocalCompliance::lateral, 3) < 0.6 * puncture_depth(LocalCompliance::lateral, 6));
   CHECK(puncture_depth(LocalCompliance::all, 3) ==
-        doctest::Approx(puncture_depth(LocalCompliance::all, 6)).epsilon(0.07));
+        doctest::Approx(puncture_depth(LocalCompliance::all, 6)).epsilon(0.04).scale(0));
 }
 
 TEST_CASE("a shaft that sticks gives back what it took: closed cycles cost no energy") {
@@ -107,9 +107,9 @@ TEST_CASE("a shaft that sticks gives back what it took: closed cycles cost no en
   CHECK(bench.needle().inserted_depth == doctest::Approx(depth));
   CHECK(other_force < 0.97 * force);
   CHECK(bench.resistance() == doctest::Approx(force).epsilon(1e-4));
-  CHECK(bench.simulation().energy().elastic == doctest::Approx(energy).epsilon(1e-4));
+  CHECK(bench.simulation().energy().elastic == doctest::Approx(energy).epsilon(2e-8).scale(0));
   // What went out on the way is the work of the base, with a force that falls linearly.
-  CHECK(energy - other_energy == doctest::Approx(0.5 * (force + other_force) * 0.05e-3).epsilon(0.02));
+  CHECK(energy - other_energy == doctest::Approx(0.5 * (force + other_force) * 0.05e-3).epsilon(5e-3).scale(0));
 }
 
 TEST_CASE("the give along the shaft makes it softer against a small pull, not against a steady one") {
@@ -126,7 +126,7 @@ TEST_CASE("the give along the shaft makes it softer against a small pull, not ag
   };
   double without = 0, with = 0;
   const double stiff = drop(LocalCompliance::lateral, without), soft = drop(LocalCompliance::shaft, with);
-  CHECK(with == doctest::Approx(without).epsilon(0.01));
+  CHECK(with == doctest::Approx(without).epsilon(2e-4).scale(0));
   CHECK(soft < 0.85 * stiff);
   CHECK(soft > 0.3 * stiff);
 }
@@ -155,8 +155,8 @@ TEST_CASE("no vertex that comes or goes, and no element, makes the force jump") 
   for (const double speed : {0.02, -0.02}) {
     CAPTURE(speed);
     const double bare = roughness(LocalCompliance::lateral, LawMethod::direct, speed);
-    CHECK(roughness(LocalCompliance::shaft, LawMethod::direct, speed) < std::max(1.5 * bare, 2e-3));
-    CHECK(roughness(LocalCompliance::all, LawMethod::direct, speed) < std::max(1.5 * bare, 2e-3));
+    CHECK(roughness(LocalCompliance::shaft, LawMethod::direct, speed) < std::max(1.5 * bare, 6e-4));
+    CHECK(roughness(LocalCompliance::all, LawMethod::direct, speed) < std::max(1.5 * bare, 6e-4));
   }
 }
 
@@ -167,7 +167,7 @@ TEST_CASE("both solvers give the same forces with springs in series") {
   REQUIRE(direct.size() == sweeps.size());
   double largest = 0;
   for (std::size_t i = 0; i < direct.size(); ++i) largest = std::max(largest, std::abs(direct[i] - sweeps[i]));
-  CHECK(largest < 1e-5);
+  CHECK(largest < 1e-9);
 }
 
 TEST_CASE("a tip that gives way sideways does not creep: it comes back to where it was") {
@@ -181,7 +181,7 @@ TEST_CASE("a tip that gives way sideways does not creep: it comes back to where 
   bench.wait(0.2);
   const Vector3 early = bench.needle().tip_position;
   bench.wait(1);
-  CHECK((bench.needle().tip_position - early).norm() < 1e-6);
+  CHECK((bench.needle().tip_position - early).norm() < 1e-9);
   bench.move(0, Vector3(-2e-3, 0, 0), 0.04);
   bench.wait(0.5);
   CHECK((bench.needle().tip_position - before).head<2>().norm() < 0.02 * (early - before).head<2>().norm() + 1e-6);

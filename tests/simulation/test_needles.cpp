@@ -24,8 +24,8 @@ TEST_CASE("in the default scene a rigid needle feels along its axis what a flexi
     flexible.push(0, by, 0.02);
     rigid.push(0, by, 0.02);
     CAPTURE(rigid.needle().inserted_depth);
-    CHECK(rigid.needle().inserted_depth == doctest::Approx(flexible.needle().inserted_depth).epsilon(0.02));
-    CHECK(rigid.resistance() == doctest::Approx(flexible.resistance()).epsilon(0.03));
+    CHECK(rigid.needle().inserted_depth == doctest::Approx(flexible.needle().inserted_depth).epsilon(1e-4).scale(0));
+    CHECK(rigid.resistance() == doctest::Approx(flexible.resistance()).epsilon(4e-4).scale(0));
   };
   compare(0.03);
   compare(0.02);
@@ -49,7 +49,7 @@ TEST_CASE("a rigid needle goes in, through and out, and the tissue comes to rest
   CHECK(bench.events(EventKind::exit).size() == 1);
   CHECK(bench.events(EventKind::reentry).size() == 1);
   CHECK(bench.events(EventKind::withdrawal).size() == 1);
-  CHECK(bench.tissue_displacement() < 1e-6);
+  CHECK(bench.tissue_displacement() < 1e-9);
   CHECK(bench.flags() == 0);
 }
 
@@ -70,7 +70,7 @@ TEST_CASE("a curved needle goes in, stays finite and comes out") {
     bench.push(0, -0.06, 0.03);
     bench.wait(1);
     CHECK(bench.events(EventKind::withdrawal).size() == 1);
-    CHECK(bench.tissue_displacement() < 1e-6);
+    CHECK(bench.tissue_displacement() < 1e-9);
     CHECK(bench.finite());
     CHECK((bench.flags() & kNotFinite) == 0);
   }
