@@ -122,17 +122,18 @@ double curvature(const std::vector<double>& depth, const std::vector<double>& of
 }
 
 void check_sound(const SceneRun& run) {
-  std::size_t flagged = 0, projected = 0, held = 0, broken = 0;
+  constexpr std::uint32_t kMayOccur = kTangentProjected | kForcesUnbalanced;
+  std::size_t others = 0, projected = 0, unbalanced = 0, broken = 0;
   for (const TickReport& tick : run.ticks()) {
-    if ((tick.flags & ~kTangentProjected) != 0) ++flagged;
+    if ((tick.flags & ~kMayOccur) != 0) ++others;
     if ((tick.flags & kTangentProjected) != 0) ++projected;
-    if ((tick.flags & (kNotFinite | kRowsDropped | kPathFull)) != 0) ++held;
+    if ((tick.flags & kForcesUnbalanced) != 0) ++unbalanced;
     if (!std::all_of(tick.needles.begin(), tick.needles.end(), finite)) ++broken;
   }
-  CHECK(held == 0);
+  CHECK(others == 0);
   CHECK(broken == 0);
-  CHECK(flagged * 100 < run.ticks().size());
-  CHECK(projected * 20 < run.ticks().size());  // a needle pushed to near its buckling load
+  CHECK(projected * 100 < run.ticks().size());   // measured: 0.34 % in inclusion_supported
+  CHECK(unbalanced * 100 < run.ticks().size());  // 0.42 % in layers, 0.16 % in liver_insertion
 }
 
 }  // namespace acus::test

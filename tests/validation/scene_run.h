@@ -68,8 +68,9 @@ Matrix3X path_at_rest(const Simulation& simulation, int path);
 double curvature(const std::vector<double>& depth, const std::vector<double>& offset, double from, double to,
                  std::size_t least);
 
-// What every run must keep to: finite numbers in every report, no tick held, no row or vertex left out, fewer
-// than 1 % of the ticks flagged otherwise, or 5 % for a needle near buckling.
+// What every run must keep to: finite numbers in every report, and no flag but two, each in fewer than 1 % of the
+// ticks: tangent_projected of a needle near buckling, forces_unbalanced where rung warped is far from its balance for a
+// moment.
 void check_sound(const SceneRun& run);
 
 }  // namespace acus::test
