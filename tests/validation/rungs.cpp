@@ -81,12 +81,12 @@ TEST_CASE("rung warped follows rung exact, and rung refined ends where it does")
   const Difference of_warped(warped, exact), of_refined(refined, exact);
   MESSAGE("warped: base force differs by " << 100 * of_warped.force << " % of its peak, tip by " << 1e3 * of_warped.tip
                                            << " mm; refined: by " << 100 * of_refined.force << " %");
-  CHECK(of_warped.puncture <= 4);
+  CHECK(of_warped.puncture == 0);
   CHECK(of_warped.force < 0.02);
-  CHECK(of_warped.tip < 1e-4);
+  CHECK(of_warped.tip < 9e-6);
   CHECK(of_refined.puncture == 0);
-  CHECK(of_refined.force < 1e-6);
-  CHECK(of_refined.tip < 1e-9);
+  CHECK(of_refined.force < 2e-7);
+  CHECK(of_refined.tip < 4e-10);
 }
 
 TEST_CASE("rung linear is rung warped while the tissue hardly moves") {
@@ -101,14 +101,14 @@ TEST_CASE("rung linear is rung warped while the tissue hardly moves") {
   const NeedleReport linear = press(TissueRung::linear), warped = press(TissueRung::warped);
   CHECK(linear.phase == Phase::contact);
   CHECK(warped.base_force.norm() > 1e-4);
-  CHECK((linear.base_force - warped.base_force).norm() < 1e-3 * warped.base_force.norm());
+  CHECK((linear.base_force - warped.base_force).norm() < 3e-4 * warped.base_force.norm());
 }
 
 TEST_CASE("rung linear inserts a needle") {
   const Outcome linear = insert(NeedleRung::flexible, TissueRung::linear);
   const Outcome warped = insert(NeedleRung::flexible, TissueRung::warped);
   CHECK(linear.punctured);
-  CHECK(linear.last.resistance == doctest::Approx(warped.last.resistance).epsilon(0.1));
+  CHECK(linear.last.resistance == doctest::Approx(warped.last.resistance).epsilon(4e-5).scale(0));
 }
 
 TEST_CASE("a rigid needle goes with every rung of the tissue") {
@@ -117,7 +117,7 @@ TEST_CASE("a rigid needle goes with every rung of the tissue") {
     CAPTURE(name_of(rung));
     const Outcome outcome = insert(NeedleRung::rigid, rung);
     CHECK(outcome.punctured);
-    CHECK(outcome.last.resistance == doctest::Approx(expected).epsilon(0.1));
+    CHECK(outcome.last.resistance == doctest::Approx(expected).epsilon(2e-3).scale(0));
   }
   const Outcome alone = insert(NeedleRung::rigid, TissueRung::none);
   CHECK(alone.last.report.rows == 0);

@@ -132,10 +132,10 @@ TEST_CASE("steering_arc: the radius grows with the fourth root of EI and with 1/
   const double by_stiffness = std::log(thick / thin) / std::log(16.0), by_angle = std::log(flat / steep) / std::log(4.0);
   MESSAGE("radii (mm) over EI: ", 1e3 * thin, ", ", 1e3 * middle, ", ", 1e3 * thick, "; exponent ", by_stiffness);
   MESSAGE("radii (mm) over tan: ", 1e3 * flat, ", ", 1e3 * middle, ", ", 1e3 * steep, "; exponent ", -by_angle);
-  CHECK(by_stiffness == doctest::Approx(0.25).epsilon(0.15));
-  CHECK(std::log(middle / thin) / std::log(4.0) == doctest::Approx(0.25).epsilon(0.15));
-  CHECK(by_angle == doctest::Approx(1).epsilon(0.15));
-  CHECK(std::log(flat / middle) / std::log(2.0) == doctest::Approx(1).epsilon(0.15));
+  CHECK(by_stiffness == doctest::Approx(0.25).epsilon(0.15).scale(0));
+  CHECK(std::log(middle / thin) / std::log(4.0) == doctest::Approx(0.25).epsilon(0.15).scale(0));
+  CHECK(by_angle == doctest::Approx(1).epsilon(0.03).scale(0));
+  CHECK(std::log(flat / middle) / std::log(2.0) == doctest::Approx(1).epsilon(0.015).scale(0));
 }
 
 // Depths of the measurement: the surface was at 11.5 mm, here the tip touches it at 10 mm of travel.
@@ -184,10 +184,10 @@ TEST_CASE("liver_insertion: peak, drop, plateau, relaxation and retraction as me
   const LiverFigures f = liver_figures(run);
   MESSAGE("peak ", f.peak, " N, drop to ", f.drop, " N, plateau ", f.plateau, " N; hold ", f.before_hold, " -> ",
           f.after_0_7, " -> ", f.after_7_6, " N; retraction ", f.retraction, " N");
-  CHECK(f.peak == doctest::Approx(kLiverPeak).epsilon(0.1));
+  CHECK(f.peak == doctest::Approx(kLiverPeak).epsilon(0.015).scale(0));
   CHECK(f.drop > 0.24);
   CHECK(f.drop < 0.42);
-  CHECK(f.plateau == doctest::Approx(kLiverPlateau).epsilon(0.1));
+  CHECK(f.plateau == doctest::Approx(kLiverPlateau).epsilon(0.07).scale(0));
   // Measured 0.497 -> 0.319 -> 0.254 N, and -0.147 N: a third to a half is lost in the hold, most of it in the first
   // 0.7 s, and the force turns negative by the same order.
   CHECK(f.after_0_7 < 0.85 * f.before_hold);
