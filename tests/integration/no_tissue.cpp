@@ -28,7 +28,7 @@ TEST_CASE("a scene without tissue has a tissue without nodes, and its needles mo
   protocol::Force force = receive<protocol::Force>(forces);
   while (force.tick < end) force = receive<protocol::Force>(forces);
   CHECK(force.seq == 1);
-  CHECK(force.base_position[2] == doctest::Approx(0.4).epsilon(1e-3));
+  CHECK(force.base_position[2] == doctest::Approx(0.4).epsilon(5e-6).scale(0));
   CHECK(force.depth == 0);
 }
 

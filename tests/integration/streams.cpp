@@ -37,8 +37,8 @@ TEST_CASE("spin alone turns the needle and leaves it where it was commanded to b
   protocol::Force force = receive<protocol::Force>(states);
   while (force.tick < end) force = receive<protocol::Force>(states);
   CHECK(force.seq == 2);
-  CHECK(force.spin == doctest::Approx(0.5).epsilon(0.01));
-  CHECK(force.base_position[2] == doctest::Approx(0.501).epsilon(1e-4));
+  CHECK(force.spin == doctest::Approx(0.5).epsilon(5e-6).scale(0));
+  CHECK(force.base_position[2] == doctest::Approx(0.501).epsilon(5e-6).scale(0));
 }
 
 TEST_CASE("shapes have the sizes that hello tells") {

@@ -49,32 +49,32 @@ TEST_CASE("the base trial is sound without a flag") {
 // Linearised once, the needle's bend was stretched by kilojoules.
 TEST_CASE("a base that jumps aside makes no energy") {
   const Shown jump = run("base jumps 100 mm aside");
-  CHECK(jump.figures.gain.value < 0.02);
+  CHECK(jump.figures.gain.value < 1e-3);
 }
 
 // A needle that sticks in stone buckles; each snap used to make hundreds of joules.
 TEST_CASE("a needle that buckles takes steps that it can answer for") {
   const Shown buckled = run("tissue E 1 GPa");
   CHECK(buckled.flagged(kTangentProjected));
-  CHECK(buckled.figures.gain.value < 0.2);
+  CHECK(buckled.figures.gain.value < 1e-3);
 }
 
 // Its path ran across the needle, which was stretched along it as far as the path's vertex ran away.
 TEST_CASE("a path that runs across the needle does not pull along it") {
   const Shown across = run("tissue E 1 GPa", "mu 10");
-  CHECK(across.figures.gain.value < 0.02);
+  CHECK(across.figures.gain.value < 1e-3);
 }
 
 // The pressure of crushed elements makes them stiffer against turning than the rest shape's matrix: steps grew without
 // bound.
 TEST_CASE("crushed tissue near nu = 0.5 stays bounded at long ticks") {
   const Shown crushed = run("nu 0.4999", "h 100 ms");
-  CHECK(crushed.figures.gain.value < 0.02);
+  CHECK(crushed.figures.gain.value < 1e-3);
 }
 
 TEST_CASE("a plate that a tip drives through its supports stays bounded") {
   const Shown plate = run("f_p infinite", "entry and exit in one tick");
-  CHECK(plate.figures.gain.value < 0.02);
+  CHECK(plate.figures.gain.value < 1e-3);
 }
 
 // Damping of the elements as they stood at the start of the tick, against a matrix of what became of them.
