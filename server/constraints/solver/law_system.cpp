@@ -19,7 +19,7 @@ double force_scale(std::span<const double> lambda) {
 }
 
 void law_scales(const Eigen::Ref<const MatrixX>& W, std::span<const Law> laws, std::span<double> scale) {
-  assert(scale.size() == laws.size());
+  assert(scale.size() >= laws.size());
   for (int i = 0; i < static_cast<int>(laws.size()); ++i) {
     scale[i] = W(i, i);
     // No eigenvalue of the block is larger.
