@@ -11,7 +11,7 @@ namespace acus {
 // The next share to try after one at whose end the slope is `end`: where the secant through both slopes is zero, but
 // between a tenth and a half of it; a tenth where `end` is not finite.
 inline double cut_share(double share, double d, double end) {
-  assert(share > 0 && share <= 1 && d >= 0);
+  assert(share > 0 && share <= 1 && !(d < 0));
   const double secant = d / (d + end);
   return share * (secant > 0.1 ? std::min(secant, 0.5) : 0.1);
 }
