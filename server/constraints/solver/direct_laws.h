@@ -17,7 +17,7 @@ class DirectLaws {
  public:
   static constexpr double kTurnsEnd = 1e-11;  // violation, as share of the largest force, see force_scale()
   static constexpr int kSweeps = 2;
-  static constexpr int kMaxRounds = 3;
+  static constexpr int kMaxRounds = 2;
 
   explicit DirectLaws(int capacity);
 

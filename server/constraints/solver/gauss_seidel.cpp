@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/constraints/solver/gauss_seidel.h"
 
-#include <bit>
-
 #include "server/constraints/solver/sweep.h"
 
 namespace acus {
@@ -14,10 +12,9 @@ GaussSeidel::Counts GaussSeidel::solve(const LawSystem& system, double tolerance
   while (law_residual(system, state) > tolerance && budget.take()) {
     sweep(system, state);
     ++counts.sweeps;
-    if (counts.sweeps % kFirstDirect != 0) continue;
+    if (counts.sweeps % kDirectAfter != 0) continue;
     update_displacements(system, state);  // rounding errors of the sweeps' running sums
-    if (!std::has_single_bit(static_cast<unsigned>(counts.sweeps))) continue;
-    counts.direct += direct_.solve(system, state, budget);
+    if (counts.sweeps == kDirectAfter) counts.direct += direct_.solve(system, state, budget);
   }
   return counts;
 }

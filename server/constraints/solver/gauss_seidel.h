@@ -3,9 +3,9 @@
 // than the tolerance.
 //
 // Departures from the paper: the bilateral rows are eliminated before (reduced_laws.h). And points that stick within
-// one element are nearly dependent, where sweeps alone converge slowly; so after kFirstDirect sweeps, and twice as
-// many, four times and so on, the direct method goes on from where the sweeps have left the rows (direct_laws.h) [after
-// Silcowitz, Niebe, Erleben 2010, "Projected Gauss-Seidel subspace minimization"].
+// one element are nearly dependent, where sweeps alone converge slowly; so after kDirectAfter sweeps the direct method goes
+// on once from where the sweeps have left the rows (direct_laws.h) [after Silcowitz, Niebe, Erleben 2010, "Projected
+// Gauss-Seidel subspace minimization"].
 #pragma once
 
 #include "server/constraints/solver/direct_laws.h"
@@ -14,7 +14,7 @@ namespace acus {
 
 class GaussSeidel {
  public:
-  static constexpr int kFirstDirect = 8;
+  static constexpr int kDirectAfter = 8;
 
   struct Counts {
     int sweeps = 0;

@@ -128,8 +128,7 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionWork& wor
 }  // namespace
 
 void share_length(std::span<ShaftPoint> shaft, double end) {
-  const auto by_s = [](const ShaftPoint& a, const ShaftPoint& b) { return a.vertex < b.vertex; };
-  assert(std::is_sorted(shaft.begin(), shaft.end(), by_s));
+  assert(std::ranges::is_sorted(shaft, {}, &ShaftPoint::vertex));
   const auto count = static_cast<int>(shaft.size());
   for (int i = 0; i < count; ++i) {
     const double from = i > 0 ? 0.5 * (shaft[i - 1].s + shaft[i].s) : (shaft[0].vertex == 0 ? shaft[0].s : 0);
