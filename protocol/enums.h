@@ -92,7 +92,7 @@ constexpr const char* name_of(Enum value) {
 // Bits of `flags` in states: trouble that a client should know of.
 enum Flag : std::uint32_t {
   kLawsNotConverged = 1u << 0,    // the laws' residual is above the scene's tolerance
-  kNewtonNotConverged = 1u << 1,  // the tissue's last change is above the scene's tolerance
+  kNewtonNotConverged = 1u << 1,  // the last change of tissue and needles is above the scene's tolerance
   kTangentProjected = 1u << 2,    // an indefinite tangent was replaced by its positive part
   kRowsDropped = 1u << 3,         // more constraint points than the capacity fixed at load
   kPathFull = 1u << 4,            // a path reached its capacity and stopped recording

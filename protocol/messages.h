@@ -309,7 +309,7 @@ struct Force {
   Vector3 base_torque{};          // N m, world, about the base, by the needle on its holder
   Vector3 base_force_in_base{};   // N, the same force in the base frame
   Vector3 base_torque_in_base{};  // N m, the same torque in the base frame
-  Vector3 cutting_force{};        // N, world, by the tissue on the tip: contact with a surface or border, cutting
+  Vector3 cutting_force{};        // N, world, by the tissue on the tip: contact, friction of contact, cutting
   Vector3 friction_force{};       // N, world, by the tissue on the needle: along the path, whole shaft
   Vector3 lateral_force{};        // N, world, by the tissue on the needle: across the path, shaft and tip
   Vector3 guide_force{};          // N, world, by the guides on the needle

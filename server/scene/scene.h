@@ -178,7 +178,7 @@ struct Newton {
   double tolerance = 1e-12;  // m, > 0: largest change of a node's position in the last iteration
 };
 
-struct LawSolver {
+struct LawSettings {
   LawMethod solver = LawMethod::direct;
   int max_steps = 1000;    // 1 to 100000
   double tolerance = 1e-6;  // N, > 0: largest violation of a law, as the force that would mend it
@@ -188,7 +188,7 @@ struct LawSolver {
 // at every tick.
 struct Overrun {
   int max_steps = 16;          // 1 to 100000, where laws.max_steps is more
-  int max_iterations = 1;       // 1 to 1000, where newton.max_iterations is more
+  int max_iterations = 1;       // 1 to 1000, where the limit is otherwise more
   int publish_every = 4;        // 1 to 1000: one of so many needle and tissue states goes out
   double recovery = 0.5;        // s, > 0, without such a tick, after which all is as before; relapses double it
 };
@@ -213,7 +213,7 @@ struct Scene {
   std::vector<Needle> needles{Needle{}};  // 1 to 64, distinct names
   std::vector<Guide> guides;              // distinct names, none that of a needle
   Newton newton;
-  LawSolver laws;
+  LawSettings laws;
   Overrun overrun;
   Publishing publish;
   std::map<std::string, Place> places;  // of every field that the file gives, by its path, "tissue.regions[0].box"

@@ -289,15 +289,15 @@ struct NamesOf<LawMethod> {
 };
 
 template <>
-struct FieldsOf<LawSolver> {
+struct FieldsOf<LawSettings> {
   static constexpr const char* title = "laws";
   static constexpr std::tuple list{
-      Field{"solver", &LawSolver::solver, "", any(),
+      Field{"solver", &LawSettings::solver, "", any(),
             "gauss_seidel (sweeps over the laws) or direct (pieces of their graphs, solved exactly)"},
-      Field{"max_steps", &LawSolver::max_steps, "-", between(1, 100000),
+      Field{"max_steps", &LawSettings::max_steps, "-", between(1, 100000),
             "limit of the steps of a solution, whatever the solver: sweeps, choices of pieces and interior-point "
             "iterations together; one solution per tick, with refined and exact one per iteration"},
-      Field{"tolerance", &LawSolver::tolerance, "N", between(1e-15, 1e6),
+      Field{"tolerance", &LawSettings::tolerance, "N", between(1e-15, 1e6),
             "largest violation of a law, as the force that would mend it"},
   };
 };

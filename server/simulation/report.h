@@ -24,7 +24,7 @@ struct NeedleReport {
   Vector3 base_force = Vector3::Zero();   // N, world, by the needle on its holder: what a hand feels
   Vector3 base_torque = Vector3::Zero();  // N m, world, about the base, by the needle on its holder
   // Forces of the tissue on the needle by law; their sum is all the tissue does to it. N, world.
-  Vector3 cutting_force = Vector3::Zero();   // on the tip along its way: contact with a surface or border, cutting
+  Vector3 cutting_force = Vector3::Zero();   // on the tip along its way: contact, friction of contact, cutting
   Vector3 friction_force = Vector3::Zero();  // along the path, whole shaft
   Vector3 lateral_force = Vector3::Zero();   // across the path, shaft and tip
   Vector3 guide_force = Vector3::Zero();     // of the guides on the needle, N, world

@@ -3,7 +3,8 @@
 // independent and have the same room. What a struct holds stands once, in its fields(); state_bytes.h makes a hash,
 // equality and a byte image of it.
 //
-// Only the last stages of a good tick write it (stages/commit.cpp, stages/transitions.cpp).
+// Within a tick only the last stages of a good one write it (stages/commit.cpp, stages/transitions.cpp); between ticks
+// Simulation::economize(), reset() and restore() do.
 #pragma once
 
 #include <cstdint>

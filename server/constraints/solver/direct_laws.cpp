@@ -16,7 +16,7 @@ DirectSteps DirectLaws::solve(const LawSystem& system, const LawState& state, St
   const auto violated = [&] { return law_residual(system, state) > kTurnsEnd * force_scale(state.lambda); };
   update_displacements(system, state);
   for (int k = 0; k < kSweeps && violated() && budget.take(); ++k) sweep(system, state);
-  for (int round = 0; round < kMaxRounds && violated() && !budget.spent(); ++round) {
+  for (int turn = 0; turn < kMaxTurns && violated() && !budget.spent(); ++turn) {
     steps.picks += pivoting_.solve(system, state, budget);
     if (!violated()) break;
     copy(state, trial);

@@ -4,7 +4,7 @@
 // sweeps many more rows pick wrongly where a needle slows down. From there on pivoting (pivoting.h), which needs a few
 // picks where the rows can be told apart, and where that gives up the interior-point method (interior_point.h), which
 // needs a dozen or two iterations whatever the rows are. A contact with friction moves in pivoting alone, so then the
-// two take turns. At most kMaxRounds of each. Where the violation is not a number nothing is tried.
+// two take turns. At most kMaxTurns of each. Where the violation is not a number nothing is tried.
 #pragma once
 
 #include "server/constraints/solver/interior_point.h"
@@ -17,7 +17,7 @@ class DirectLaws {
  public:
   static constexpr double kTurnsEnd = 1e-11;  // violation, as share of the largest force, see force_scale()
   static constexpr int kSweeps = 2;
-  static constexpr int kMaxRounds = 2;
+  static constexpr int kMaxTurns = 2;
 
   explicit DirectLaws(int capacity);
 

@@ -13,13 +13,13 @@ constexpr double kAtCap = 1 - 1e-9;
 void read_row(const Rows& rows, int i, InsertionWork& work, InsertionForces& forces) {
   const Row& row = rows.row(i);
   const double lambda = rows.lambda()[i];
-  const bool at_cap = std::abs(lambda) >= kAtCap * rows.law(i).limit;
+  const auto at_cap = [&] { return std::abs(lambda) >= kAtCap * rows.law(i).limit; };
   const Vector3 force = rows.force(i);
   Insertion& next = work.next;
   switch (row.role) {
     case RowRole::contact:
       next.tip.contact = lambda;
-      work.puncturing = at_cap && rows.delta()[i] < 0;
+      work.puncturing = at_cap() && rows.delta()[i] < 0;
       forces.cutting += force;
       break;
     case RowRole::contact_friction:
@@ -28,7 +28,7 @@ void read_row(const Rows& rows, int i, InsertionWork& work, InsertionForces& for
       break;
     case RowRole::cutting:
       next.tip.cutting = lambda;
-      work.cutting = at_cap;
+      work.cutting = at_cap();
       forces.cutting += force;
       break;
     case RowRole::tip_lateral:
@@ -41,12 +41,12 @@ void read_row(const Rows& rows, int i, InsertionWork& work, InsertionForces& for
       break;
     case RowRole::friction:
       next.vertices[row.index].friction = lambda;
-      next.vertices[row.index].sliding = at_cap;
+      next.vertices[row.index].sliding = at_cap();
       forces.friction += force;
       break;
     case RowRole::torsion:
       next.vertices[row.index].torsion = lambda;
-      next.vertices[row.index].turning = at_cap;
+      next.vertices[row.index].turning = at_cap();
       break;
     case RowRole::guide:
     case RowRole::guide_friction:

@@ -18,7 +18,9 @@ int max_shaft_points(const Needle& parameters, double spacing) {
 }
 
 int max_insertion_rows(const Needle& parameters, double spacing) {
-  return (parameters.torsional_friction > 0 ? 5 : 4) * max_shaft_points(parameters, spacing) + 5;
+  const int of_vertex = 4 + (parameters.torsional_friction > 0 ? 1 : 0);  // two across, friction, support; torsion
+  constexpr int kOfTip = 5;                                               // cutting, border, two across, support
+  return of_vertex * max_shaft_points(parameters, spacing) + kOfTip;
 }
 
 int max_material_points(const Needle& parameters, double spacing) { return max_shaft_points(parameters, spacing) + 4; }

@@ -6,7 +6,7 @@
 // Outside, the tip has a contact row along the surface normal, capped by f_p, and two rows of contact friction. At the cap
 // the surface gives way and a path is born at the contact point. Inside, the tip has a cutting row against the path's
 // end, capped by f_c, and two lateral rows; every path vertex alongside the shaft has two lateral rows across the path
-// and one friction row along it.
+// and one friction row along it, with torsional friction one about it, and on a border that holds a support.
 #pragma once
 
 #include <optional>
@@ -86,7 +86,7 @@ struct Located {
 
 // A needle's part of a tick: the memory that the tick will leave behind if it is good, and what lasts for the tick alone.
 struct InsertionWork {
-  Insertion next;
+  Insertion next;           // what the last tick left, until read_forces() puts in this one's forces
   Located located;
   Path turned;              // the path in use, if it is picked up by its far end
   bool puncturing = false;  // the contact force reached f_p

@@ -33,7 +33,7 @@ void open_path(const Transition& now, Path& path, const MaterialPoint& mouth) {
 
 // Where the needle crosses the surface, not further behind the tip than the surface can be; the point of contact is where
 // the tip was a tick ago.
-MaterialPoint find_mouth(const Transition& now, const Obstacle& obstacle, double contact) {
+MaterialPoint new_mouth(const Transition& now, const Obstacle& obstacle, double contact) {
   const TissueView& tissue = now.at.tissue;
   const CurvePoint tip = now.at.needle.tip();
   const double depth = kContactMargin + surface_compliance(now.at, obstacle) * contact;
@@ -55,10 +55,10 @@ void leave_contact_or_puncture(const Transition& now) {
   Path* const path = find_vacant(now.paths);
   if (!path) return;  // the surface keeps its cap
   now.report(EventKind::puncture, region, contact);
-  const MaterialPoint mouth = find_mouth(now, *obstacle, contact);
+  const MaterialPoint mouth = new_mouth(now, *obstacle, contact);
   open_path(now, *path, mouth);
   grow(now, *path, mouth.tetrahedron, -1);
-  if (path->exited) path->begin(mouth, now.at.parameters.constraint_spacing);  // grazing an edge: not inside yet
+  if (path->exited) path->begin(mouth, now.at.parameters.constraint_spacing);  // grazing an edge: back to its mouth
 }
 
 // A tip that lost its contact, as elements turned inside out under it, or was torn or thrown into the tissue stands there

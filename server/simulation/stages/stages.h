@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The stages of a tick (MODEL.md, "The tick"), one function in one file each. Up to stage 8 they write scratch alone; the
-// state is written by commit() and transitions(), the report by write_report(). None throws, locks or allocates.
+// The stages of a tick (MODEL.md, "The tick"), one file each. Up to stage 8 they write scratch alone; the state is
+// written by commit() and transitions(), the report by write_report(). None throws or locks, and none allocates but in
+// rung exact, which factorises.
 #pragma once
 
 #include "server/simulation/model.h"
@@ -39,7 +40,7 @@ void correct(const Model& model, const State& state, Scratch& scratch);
 // What is cut off a step is missing from contacts, too: without a repeat a tip would sink into bone.
 bool goes_on(const Model& model, const Scratch& scratch);
 
-// Whether every number that the state would take over is finite.
+// Whether bases, guides, forces, needles and tissue are all finite: whatever else the state takes over follows from them.
 bool is_finite(const Model& model, const Scratch& scratch);
 
 // The new positions, and what the laws remember, become the state.

@@ -7,7 +7,7 @@ namespace acus {
 namespace {
 
 int max_iterations(const Model& model, const State& state) {
-  const int limit = model.iterates() ? model.scene.newton.max_iterations : kMaxRepeats;
+  const int limit = model.iterates() ? model.scene.newton.max_iterations : kMaxTickSteps;
   return state.economizing ? std::min(limit, model.scene.overrun.max_iterations) : limit;
 }
 

@@ -12,7 +12,7 @@ namespace {
 std::uint32_t flags_of(const Model& model, const State& state, const Scratch& scratch) {
   const Outcome& o = scratch.outcome;
   const bool unfinished = model.iterates() ? o.change > model.scene.newton.tolerance : o.went_too_far();
-  const int uncapped = model.iterates() ? model.scene.newton.max_iterations : kMaxRepeats;
+  const int uncapped = model.iterates() ? model.scene.newton.max_iterations : kMaxTickSteps;
   const bool steps_lowered = state.economizing && model.scene.overrun.max_steps < model.scene.laws.max_steps;
   std::uint32_t flags = o.transitions;
   const auto raise = [&flags](bool trouble, std::uint32_t flag) { flags |= trouble ? flag : 0; };
