@@ -262,6 +262,8 @@ void check_distinct(const Arguments& arguments) {
 int replay_trajectory(Arguments& arguments) {
   check_distinct(arguments);
   const auto trajectory = read_trajectory(arguments.trajectory);
+  std::signal(SIGINT, on_signal);  // from here on a signal ends the run, not the program
+  std::signal(SIGTERM, on_signal);
   std::optional<RunLog> log;
   if (!arguments.out.empty()) log.emplace(arguments.out, !arguments.replay.lockstep);
   std::optional<ShapeLog> shapes;
@@ -278,16 +280,16 @@ int replay_trajectory(Arguments& arguments) {
   int code = run(replay);
   progress.clear();
   if (replay.statistics().states() > 0) print_summary(replay, arguments.replay, punctual);
-  if (log) {
+  if (log && log->begun()) {
     log->close();
     std::printf("written     %s, %s\n", log->path().c_str(), log->events_path().c_str());
   }
-  if (shapes) {
+  if (shapes && shapes->begun()) {
     shapes->close();
     std::printf("written     %s, %llu shapes, %llu lost\n", shapes->path().c_str(),
                 static_cast<unsigned long long>(shapes->shapes()), static_cast<unsigned long long>(shapes->lost()));
   }
-  if (timing) {
+  if (timing && replay.statistics().states() > 0) {
     timing->write(replay.round_trips());
     timing->close();
     std::printf("written     %s, %s\n", timing->path().c_str(), timing->stats_path().c_str());
@@ -314,8 +316,6 @@ int main(int argc, char** argv) {
   }
   arguments.replay.timeout = std::chrono::round<Timeout>(std::chrono::duration<double>(arguments.timeout_s));
   arguments.replay.interrupt = &interrupted;
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
   try {
     return replay_trajectory(arguments);
   } catch (const std::exception& error) {

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
-// A file that a run is written into, with errors that name it.
+// A file that a run is written into, with errors that name it. What the file held before is kept until there is something
+// to write: a run that is refused costs nothing.
 #pragma once
 
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace acus::client {
 
@@ -13,16 +16,51 @@ struct LogError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-inline std::ofstream create_log(const std::string& path) {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  if (!file) throw LogError(path + ": cannot be written; does its folder exist?");
-  return file;
-}
+class LogFile {
+ public:
+  // Throws LogError if the file cannot be written. `header` comes before everything else.
+  explicit LogFile(std::string path, std::string header = {}) : path_(std::move(path)), header_(std::move(header)) {
+    std::error_code ignored;
+    made_here_ = !std::filesystem::exists(path_, ignored);
+    open(std::ios::app);
+    file_.close();
+  }
+  ~LogFile() {
+    std::error_code ignored;
+    if (made_here_ && !begun_) std::filesystem::remove(path_, ignored);
+  }
+  LogFile(const LogFile&) = delete;
+  LogFile& operator=(const LogFile&) = delete;
 
-// Everything is on its way to the disk after this.
-inline void close_log(std::ofstream& file, const std::string& path) {
-  file.close();
-  if (!file) throw LogError(path + ": writing failed; is the disk full?");
-}
+  const std::string& path() const { return path_; }
+  bool begun() const { return begun_; }
+
+  // To write to. The first call empties the file. Throws LogError if that cannot be done.
+  std::ofstream& out() {
+    if (begun_) return file_;
+    open(std::ios::trunc);
+    begun_ = true;
+    file_ << header_;
+    return file_;
+  }
+
+  // Everything is on its way to the disk after this. Throws LogError if anything could not be written.
+  void close() {
+    if (!begun_) return;
+    file_.close();
+    if (!file_) throw LogError(path_ + ": writing failed; is the disk full?");
+  }
+
+ private:
+  void open(std::ios::openmode how) {
+    file_.open(path_, std::ios::out | std::ios::binary | how);
+    if (!file_) throw LogError(path_ + ": cannot be written; does its folder exist?");
+  }
+
+  std::string path_, header_;
+  std::ofstream file_;
+  bool made_here_ = false;
+  bool begun_ = false;
+};
 
 }  // namespace acus::client

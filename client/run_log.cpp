@@ -112,14 +112,9 @@ std::string header_of() {
 }  // namespace
 
 RunLog::RunLog(const std::string& path, bool wall_time)
-    : path_(path),
-      events_path_(events_path_beside(path)),
-      wall_time_(wall_time),
-      forces_(create_log(path_)),
-      events_(create_log(events_path_)) {
-  forces_ << header_of<protocol::Force>() << (wall_time_ ? ",received_s" : "") << '\n';
-  events_ << header_of<protocol::Event>() << '\n';
-}
+    : wall_time_(wall_time),
+      forces_(path, header_of<protocol::Force>() + (wall_time ? ",received_s" : "") + '\n'),
+      events_(events_path_beside(path), header_of<protocol::Event>() + '\n') {}
 
 std::string RunLog::events_path_beside(const std::string& path) {
   return std::filesystem::path(path).replace_extension(".events.csv").string();
@@ -130,19 +125,20 @@ void RunLog::write(const protocol::Force& force, double received_s) {
   protocol::Force::fields(force, AppendValues{row_});
   if (wall_time_) append_number(row_, received_s);
   row_ += '\n';
-  forces_ << row_;
+  forces_.out() << row_;
+  events_.out();  // a run without events has a file of events, too
 }
 
 void RunLog::write(const protocol::Event& event) {
   row_.clear();
   protocol::Event::fields(event, AppendValues{row_});
   row_ += '\n';
-  events_ << row_;
+  events_.out() << row_;
 }
 
 void RunLog::close() {
-  close_log(forces_, path_);
-  close_log(events_, events_path_);
+  forces_.close();
+  events_.close();
 }
 
 }  // namespace acus::client

@@ -15,7 +15,7 @@ namespace acus::client {
 
 class RunLog {
  public:
-  // Creates both files with their headers. With `wall_time`, force rows end with received_s: seconds of wall time from
+  // Of two files; throws LogError if one cannot be written. With `wall_time`, force rows end with received_s: seconds of wall time from
   // the start of the run to the arrival of the state. Throws LogError.
   RunLog(const std::string& path, bool wall_time);
 
@@ -28,15 +28,14 @@ class RunLog {
   // Where the events of a run go that is written to `path`.
   static std::string events_path_beside(const std::string& path);
 
-  const std::string& path() const { return path_; }
-  const std::string& events_path() const { return events_path_; }
+  bool begun() const { return forces_.begun(); }  // whether there was anything to write
+  const std::string& path() const { return forces_.path(); }
+  const std::string& events_path() const { return events_.path(); }
 
  private:
-  std::string path_;
-  std::string events_path_;
   bool wall_time_;
-  std::ofstream forces_;
-  std::ofstream events_;
+  LogFile forces_;
+  LogFile events_;
   std::string row_;  // being built
 };
 

@@ -22,7 +22,7 @@ std::uint64_t period_of(const protocol::HelloReply& hello, const std::string& na
 
 }  // namespace
 
-ShapeLog::ShapeLog(const std::string& path) : path_(path), file_(create_log(path)) {}
+ShapeLog::ShapeLog(const std::string& path) : file_(path) {}
 
 void ShapeLog::begin(const protocol::HelloReply& hello, const protocol::DescribeReply& describe) {
   tissue_.period = period_of(hello, protocol::TissueShape::kType);
@@ -66,9 +66,9 @@ void ShapeLog::Series::take(std::uint64_t tick) {
 template <class Message>
 void ShapeLog::append(const Message& message) {
   protocol::encode(message, bytes_);
-  file_.write(bytes_.data(), static_cast<std::streamsize>(bytes_.size()));
+  file_.out().write(bytes_.data(), static_cast<std::streamsize>(bytes_.size()));
 }
 
-void ShapeLog::close() { close_log(file_, path_); }
+void ShapeLog::close() { file_.close(); }
 
 }  // namespace acus::client

@@ -16,7 +16,7 @@ namespace acus::client {
 
 class ShapeLog {
  public:
-  // Creates the file; throws LogError.
+  // Throws LogError if the file cannot be written.
   explicit ShapeLog(const std::string& path);
 
   // What is simulated; comes first, and tells how many ticks lie between two shapes. Throws ProtocolMismatch if hello
@@ -36,7 +36,8 @@ class ShapeLog {
   // Everything is on its way to the disk after this. Throws LogError if anything could not be written.
   void close();
 
-  const std::string& path() const { return path_; }
+  bool begun() const { return file_.begun(); }  // whether there was anything to write
+  const std::string& path() const { return file_.path(); }
 
  private:
   // The shapes of one needle or of the tissue, which come at every multiple of `period` ticks.
@@ -51,8 +52,7 @@ class ShapeLog {
   template <class Message>
   void append(const Message& message);
 
-  std::string path_;
-  std::ofstream file_;
+  LogFile file_;
   std::string bytes_;  // of the message being written
   std::map<std::string, Series> needles_;
   Series tissue_;

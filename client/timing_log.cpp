@@ -12,16 +12,10 @@ constexpr int kDigits = 9;  // of a number: nanoseconds within a second, microse
 }  // namespace
 
 TimingLog::TimingLog(const std::string& path)
-    : path_(path),
-      stats_path_(stats_path_beside(path)),
-      trips_(create_log(path_)),
-      stats_(create_log(stats_path_)) {
-  trips_ << std::setprecision(kDigits) << "seq,sent_s,round_trip_s\n";
-  stats_
-      << std::setprecision(kDigits)
-      << "received_s,period_s,time_step_s,ticks,late,overruns,tick_p50_s,tick_p99_s,tick_max_s,wake_p50_s,wake_p99_s,"
-         "wake_max_s,end_p50_s,end_p99_s,end_max_s,flags\n";
-}
+    : trips_(path, "seq,sent_s,round_trip_s\n"),
+      stats_(stats_path_beside(path),
+             "received_s,period_s,time_step_s,ticks,late,overruns,tick_p50_s,tick_p99_s,tick_max_s,wake_p50_s,wake_p99_s,"
+             "wake_max_s,end_p50_s,end_p99_s,end_max_s,flags\n") {}
 
 std::string TimingLog::stats_path_beside(const std::string& path) {
   return std::filesystem::path(path).replace_extension(".stats.csv").string();
@@ -29,22 +23,25 @@ std::string TimingLog::stats_path_beside(const std::string& path) {
 
 void TimingLog::write(const protocol::Stats& stats, double received_s) {
   const double time_step = stats.tick > 0 ? stats.time / static_cast<double>(stats.tick) : 0;
-  stats_ << received_s << ',' << stats.period << ',' << time_step << ',' << stats.ticks << ',' << stats.late << ','
+  std::ofstream& out = stats_.out();
+  out << std::setprecision(kDigits) << received_s << ',' << stats.period << ',' << time_step << ',' << stats.ticks << ',' << stats.late << ','
          << stats.overruns;
   for (const double seconds : {stats.tick_p50, stats.tick_p99, stats.tick_max, stats.wake_p50, stats.wake_p99,
                                stats.wake_max, stats.end_p50, stats.end_p99, stats.end_max}) {
-    stats_ << ',' << seconds;
+    out << ',' << seconds;
   }
-  stats_ << ',' << stats.flags << '\n';
+  out << ',' << stats.flags << '\n';
 }
 
 void TimingLog::write(const std::vector<RoundTrip>& trips) {
-  for (const RoundTrip& trip : trips) trips_ << trip.seq << ',' << trip.sent << ',' << trip.seconds << '\n';
+  std::ofstream& out = trips_.out();
+  out << std::setprecision(kDigits);
+  for (const RoundTrip& trip : trips) out << trip.seq << ',' << trip.sent << ',' << trip.seconds << '\n';
 }
 
 void TimingLog::close() {
-  close_log(trips_, path_);
-  close_log(stats_, stats_path_);
+  trips_.close();
+  stats_.close();
 }
 
 }  // namespace acus::client

@@ -15,7 +15,7 @@ namespace acus::client {
 
 class TimingLog {
  public:
-  // Creates both files with their headers. Throws LogError.
+  // Of two files. Throws LogError if one cannot be written.
   explicit TimingLog(const std::string& path);
 
   void write(const protocol::Stats& stats, double received_s);
@@ -27,14 +27,12 @@ class TimingLog {
   // Where the statistics of a timing go that is written to `path`.
   static std::string stats_path_beside(const std::string& path);
 
-  const std::string& path() const { return path_; }
-  const std::string& stats_path() const { return stats_path_; }
+  const std::string& path() const { return trips_.path(); }
+  const std::string& stats_path() const { return stats_.path(); }
 
  private:
-  std::string path_;
-  std::string stats_path_;
-  std::ofstream trips_;
-  std::ofstream stats_;
+  LogFile trips_;
+  LogFile stats_;
 };
 
 }  // namespace acus::client

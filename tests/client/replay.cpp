@@ -277,6 +277,20 @@ TEST_CASE("a trajectory for another scene is refused with the names of the needl
   CHECK(contains(outcome.output, "moves needle 'needle', but scene 'mock scene' has 'left', 'right'"));
 }
 
+TEST_CASE("a run that is refused leaves the recording of the one before, and no empty file") {
+  const Workplace here;
+  here.write("run.csv", "of the run before");
+  MockScript script;
+  script.needles = {"left", "right"};
+  MockServer server(script);
+  const auto outcome = here.replay(server, "--out '" + here.path("run.csv") + "' --timing '" + here.path("t.csv") + "'");
+  CHECK(outcome.status == 1);
+  CHECK_FALSE(contains(outcome.output, "written"));
+  CHECK(here.read("run.csv") == "of the run before");
+  CHECK_FALSE(std::filesystem::exists(here.path("run.events.csv")));
+  CHECK_FALSE(std::filesystem::exists(here.path("t.csv")));
+}
+
 TEST_CASE("the clock modes of both sides must agree") {
   const Workplace here;
   MockServer real_time;
