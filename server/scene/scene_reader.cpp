@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // From YAML to Scene: structure and types. Ranges are validate()'s.
+#include <fcntl.h>
+#include <unistd.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <numeric>
 #include <regex>
 #include <sstream>
@@ -19,7 +22,7 @@ namespace acus {
 namespace {
 
 // A scene of 64 needles and 1,000 regions stays below; what is above is no scene.
-constexpr std::uintmax_t kMaxFileSize = 4 << 20;  // bytes
+constexpr std::size_t kMaxFileSize = 4 << 20;  // bytes
 
 // Number of single-character edits from a to b.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
@@ -336,6 +339,25 @@ YAML::Node parse_yaml(const std::string& text, const std::string& name) {
   }
 }
 
+// Never waits: a file that has nothing to give for now, as some of /proc do, is an error.
+std::string read_text(const std::string& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0) throw SceneError(path + ": expected a scene file, found: " + std::strerror(errno));
+  std::string text(kMaxFileSize + 1, '\0');
+  std::size_t size = 0;
+  ssize_t count = 0;
+  while (size < text.size() && (count = read(file, &text[size], text.size() - size)) > 0)
+    size += static_cast<std::size_t>(count);
+  const int error = errno;
+  close(file);
+  if (count < 0) throw SceneError(path + ": the scene file cannot be read: " + std::strerror(error));
+  if (size > kMaxFileSize) {
+    throw SceneError(path + ": expected a scene of at most " + std::to_string(kMaxFileSize) + " bytes, found more");
+  }
+  text.resize(size);
+  return text;
+}
+
 }  // namespace
 
 Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder) {
@@ -351,16 +373,10 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::s
 
 Scene read_scene(const std::string& path) {
   std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  const bool regular = std::filesystem::is_regular_file(path, error);
   if (error) throw SceneError(path + ": expected a scene file, found: " + error.message());
-  if (size > kMaxFileSize) {
-    throw SceneError(path + ": expected a scene of at most " + std::to_string(kMaxFileSize) + " bytes, found more");
-  }
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file) throw SceneError(path + ": the scene file cannot be read");
-  return parse_scene(text.str(), path, std::filesystem::path(path).parent_path().string());
+  if (!regular) throw SceneError(path + ": expected a scene file, found a folder or a device");
+  return parse_scene(read_text(path), path, std::filesystem::path(path).parent_path().string());
 }
 
 }  // namespace acus
