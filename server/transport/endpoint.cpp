@@ -7,6 +7,7 @@
 
 #include "server/runtime/convert.h"
 #include "server/transport/listening.h"
+#include "server/transport/readable_text.h"
 
 namespace acus {
 namespace {
@@ -17,6 +18,7 @@ using std::chrono::milliseconds;
 
 constexpr double kErrorsPerSecond = 10;            // to one client, about its streams
 constexpr int kMessagesPerTurn = 64;               // received before states have their turn
+constexpr std::size_t kMaxTypeTold = 100, kMaxSentence = 2000;  // bytes of an error's texts
 constexpr int kRecordsPerTurn = 1024;              // passed on before messages have theirs
 constexpr int kLinger = 1000;                      // ms to deliver the last answers
 constexpr std::int64_t kMaxFrameBytes = 16 << 20;  // beyond it the client is disconnected
@@ -122,7 +124,9 @@ void Endpoint::reject(const Sender& sender, const DecodeError& error) {
   ++rejected_;
   const bool request = error.type && is_request(*error.type);
   if (!request && !error_limit_.allow(sender.identity, Clock::now())) return;
-  send(sender, protocol::Error{error.seq, error.type, error.code(), error.what()});
+  std::optional<std::string> rejected;
+  if (error.type) rejected = readable(*error.type, kMaxTypeTold);
+  send(sender, protocol::Error{error.seq, std::move(rejected), error.code(), readable(error.what(), kMaxSentence)});
 }
 
 template <class Message>
