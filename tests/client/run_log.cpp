@@ -63,6 +63,7 @@ TEST_CASE("a row per force state with units in the header, events beside it") {
 TEST_CASE("without wall time the rows hold nothing but the simulation") {
   const TemporaryFolder folder;
   RunLog log(folder / "run.csv", false);
+  log.write(acus::protocol::Force{}, 0.25);
   log.close();
   CHECK(lines_of(log.path()).at(0).find("received_s") == std::string::npos);
 }
