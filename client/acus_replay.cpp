@@ -289,7 +289,7 @@ int replay_trajectory(Arguments& arguments) {
     std::printf("written     %s, %llu shapes, %llu lost\n", shapes->path().c_str(),
                 static_cast<unsigned long long>(shapes->shapes()), static_cast<unsigned long long>(shapes->lost()));
   }
-  if (timing && replay.statistics().states() > 0) {
+  if (timing && (timing->begun() || replay.statistics().states() > 0)) {
     timing->write(replay.round_trips());
     timing->close();
     std::printf("written     %s, %s\n", timing->path().c_str(), timing->stats_path().c_str());

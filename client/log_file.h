@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A file that a run is written into, with errors that name it. What the file held before is kept until there is something
-// to write: a run that is refused costs nothing.
+// A file that a run is written into, with errors that name it. What the file held before is kept until there is
+// something to write: a run that is refused costs nothing.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +21,7 @@ class LogFile {
   // Throws LogError if the file cannot be written. `header` comes before everything else.
   explicit LogFile(std::string path, std::string header = {}) : path_(std::move(path)), header_(std::move(header)) {
     std::error_code ignored;
-    made_here_ = !std::filesystem::exists(path_, ignored);
+    made_here_ = !std::filesystem::exists(std::filesystem::symlink_status(path_, ignored));
     open(std::ios::app);
     file_.close();
   }

@@ -133,6 +133,7 @@ void RunLog::write(const protocol::Event& event) {
   row_.clear();
   protocol::Event::fields(event, AppendValues{row_});
   row_ += '\n';
+  forces_.out();  // likewise
   events_.out() << row_;
 }
 

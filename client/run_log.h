@@ -15,8 +15,8 @@ namespace acus::client {
 
 class RunLog {
  public:
-  // Of two files; throws LogError if one cannot be written. With `wall_time`, force rows end with received_s: seconds of wall time from
-  // the start of the run to the arrival of the state. Throws LogError.
+  // Of two files; throws LogError if one cannot be written. With `wall_time`, force rows end with received_s: seconds
+  // of wall time from the start of the run to the arrival of the state.
   RunLog(const std::string& path, bool wall_time);
 
   void write(const protocol::Force& force, double received_s);

@@ -27,6 +27,7 @@ class TimingLog {
   // Where the statistics of a timing go that is written to `path`.
   static std::string stats_path_beside(const std::string& path);
 
+  bool begun() const { return trips_.begun() || stats_.begun(); }  // whether there was anything to write
   const std::string& path() const { return trips_.path(); }
   const std::string& stats_path() const { return stats_.path(); }
 

@@ -283,12 +283,34 @@ TEST_CASE("a run that is refused leaves the recording of the one before, and no 
   MockScript script;
   script.needles = {"left", "right"};
   MockServer server(script);
-  const auto outcome = here.replay(server, "--out '" + here.path("run.csv") + "' --timing '" + here.path("t.csv") + "'");
+  const auto outcome =
+      here.replay(server, "--out '" + here.path("run.csv") + "' --timing '" + here.path("t.csv") + "'");
   CHECK(outcome.status == 1);
   CHECK_FALSE(contains(outcome.output, "written"));
   CHECK(here.read("run.csv") == "of the run before");
   CHECK_FALSE(std::filesystem::exists(here.path("run.events.csv")));
   CHECK_FALSE(std::filesystem::exists(here.path("t.csv")));
+}
+
+TEST_CASE("a run that ends before any statistics leaves their header, one of no event that of the events") {
+  const Workplace here;
+  MockServer server;
+  const auto outcome =
+      here.replay(server, "--out '" + here.path("run.csv") + "' --timing '" + here.path("t.csv") + "'");
+  INFO(outcome.output);
+  CHECK(outcome.status == 0);
+  CHECK(contains(here.read("t.stats.csv"), "received_s,"));
+  CHECK(contains(here.read("run.events.csv"), "kind"));
+}
+
+TEST_CASE("a recording may go where a link points that leads nowhere yet, and the link stays") {
+  const Workplace here;
+  std::filesystem::create_symlink(here.path("nowhere.csv"), here.path("run.csv"));
+  MockScript script;
+  script.needles = {"left", "right"};
+  MockServer server(script);
+  CHECK(here.replay(server, "--out '" + here.path("run.csv") + "'").status == 1);
+  CHECK(std::filesystem::is_symlink(here.path("run.csv")));
 }
 
 TEST_CASE("the clock modes of both sides must agree") {
