@@ -98,7 +98,7 @@ enum Flag : std::uint32_t {
   kPathFull = 1u << 4,            // a path reached its capacity and stopped recording
   kNotFinite = 1u << 5,           // a number stopped being finite; the state was held at the last good tick
   kSolverFellBack = 1u << 6,      // the direct solver of the laws found no answer; Gauss-Seidel gave this one
-  kStepsCapped = 1u << 7,        // ticks came late: the laws' solver stopped at the scene's overrun.max_steps
+  kStepsCapped = 1u << 7,         // ticks came late: the laws' solver stopped at the scene's overrun.max_steps
   kIterationsCapped = 1u << 8,    // likewise, iterations or repeats at overrun.max_iterations
   kPublishingReduced = 1u << 9,   // likewise, only one of overrun.publish_every shapes goes out
   kStepLimited = 1u << 10,        // the tick's last step was cut, or still turned a needle far

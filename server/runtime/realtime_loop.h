@@ -2,9 +2,10 @@
 // The simulation thread: runs the world's ticks on absolute deadlines of CLOCK_MONOTONIC or, in lockstep, when a
 // `step` request asks for them, and passes on what somebody listens to.
 //
-// In real time it never waits for anything but its next deadline, and answers requests meanwhile where that is far; a state for which there is no room is dropped and
-// counted. When a tick's own work is too much, what the scene's `overrun` allows to give way gives way. In lockstep
-// time is the client's: it waits for requests, and for room, so that no state is lost.
+// In real time it never waits for anything but its next deadline, and answers requests meanwhile where that is far; a
+// state for which there is no room is dropped and counted. When a tick's own work is too much, what the scene's
+// `overrun` allows to give way gives way. In lockstep time is the client's: it waits for requests, and for room, so
+// that no state is lost.
 #pragma once
 
 #include <cstdint>

@@ -180,14 +180,14 @@ struct Newton {
 
 struct LawSettings {
   LawMethod solver = LawMethod::direct;
-  int max_steps = 1000;    // 1 to 100000
+  int max_steps = 1000;     // 1 to 100000
   double tolerance = 1e-6;  // N, > 0: largest violation of a law, as the force that would mend it
 };
 
 // What gives way from a tick on whose own work took longer than its period, until none has for a while. Physics goes on
 // at every tick.
 struct Overrun {
-  int max_steps = 16;          // 1 to 100000, where laws.max_steps is more
+  int max_steps = 16;           // 1 to 100000, where laws.max_steps is more
   int max_iterations = 1;       // 1 to 1000, where the limit is otherwise more
   int publish_every = 4;        // 1 to 1000: one of so many needle and tissue states goes out
   double recovery = 0.5;        // s, > 0, without such a tick, after which all is as before; relapses double it
@@ -230,7 +230,8 @@ Scene read_scene(const std::string& path);
 Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder);
 
 // The scene's mesh at its place in the world, with topology; throws SceneError (broken file, inverted or unconnected
-// tetrahedra, too many of them, nodes outside the workspace). A scene without tissue has a mesh without nodes, which has no regions and no fixed nodes either.
+// tetrahedra, too many of them, nodes outside the workspace). A scene without tissue has a mesh without nodes, which
+// has no regions and no fixed nodes either.
 TetrahedralMesh load_mesh(const Scene& scene);
 
 // Per tetrahedron, the index of its region in scene.tissue.regions; throws SceneError if a tetrahedron has none, a

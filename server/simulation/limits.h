@@ -4,12 +4,12 @@
 
 namespace acus {
 
-inline constexpr int kMaxPaths = 64;      // that a tissue remembers
-inline constexpr int kMaxTickSteps = 10; // of a tick in rungs that make one step, but where one goes too far
-inline constexpr int kLookEvery = 8;      // ticks between two looks ahead of a tip, while all that lies there is ready
-inline constexpr int kStepsAhead = 6;     // of a look for the tetrahedra that a tip will enter
-inline constexpr double kStepAhead = 0.3; // sizes of the tip's element
-inline constexpr int kOtherEvents = 8;    // of one needle in one tick, besides the borders that it crosses
+inline constexpr int kMaxPaths = 64;       // that a tissue remembers
+inline constexpr int kMaxTickSteps = 10;  // of a tick in rungs that make one step, but where one goes too far
+inline constexpr int kLookEvery = 8;       // ticks between two looks ahead of a tip, while all that lies there is ready
+inline constexpr int kStepsAhead = 6;      // of a look for the tetrahedra that a tip will enter
+inline constexpr double kStepAhead = 0.3;  // sizes of the tip's element
+inline constexpr int kOtherEvents = 8;     // of one needle in one tick, besides the borders that it crosses
 
 // The sum of all forces, of the largest of them, above which they are told as unbalanced, if that one is above the
 // second and the sum is more than rounding (Model::force_rounding).

@@ -23,7 +23,8 @@ MatrixX cholesky_factor(const MatrixX& a);
 // An orthogonal n x n matrix, Q of a = Q R.
 MatrixX orthogonal_factor(const MatrixX& a);
 
-// f = U S Vᵀ by singular values (s in descending order, not negative): the rotation U Vᵀ of a regular f with det f > 0, and s.
+// f = U S Vᵀ by singular values (s in descending order, not negative): the rotation U Vᵀ of a regular f with
+// det f > 0, and s.
 struct Polar {
   Matrix3 rotation;
   Vector3 stretches;
