@@ -53,6 +53,7 @@ std::vector<std::vector<int>> coupled_nodes(const TissueModel& model) {
 SparseMatrix make_pattern(const TissueModel& model) {
   const std::vector<std::vector<int>> coupled = coupled_nodes(model);
   SparseMatrix pattern(model.unknowns(), model.unknowns());
+  if (model.unknowns() == 0) return pattern;  // Eigen 3.4 reads beyond the end where it compresses an empty matrix
   Eigen::VectorXi entries(model.unknowns());
   for (int i = 0; i < model.unknowns(); ++i) entries[i] = 3 * static_cast<int>(coupled[i / 3].size());
   pattern.reserve(entries);
