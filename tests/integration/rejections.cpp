@@ -37,10 +37,11 @@ class RawClient {
   }
 
   // Messages that arrive within the timeout after each other.
-  int count_messages(int timeout_ms) {
-    socket_.set(zmq::sockopt::rcvtimeo, timeout_ms);
+  // Until none has come for `quiet_ms`; a machine that is busy may take its time with the first.
+  int count_messages(int quiet_ms) {
+    socket_.set(zmq::sockopt::rcvtimeo, 30'000);
     int count = 0;
-    for (zmq::message_t message; socket_.recv(message);) ++count;
+    for (zmq::message_t message; socket_.recv(message); ++count) socket_.set(zmq::sockopt::rcvtimeo, quiet_ms);
     return count;
   }
 
