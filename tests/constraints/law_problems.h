@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/constraints/solver/constraint_solver.h"
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 

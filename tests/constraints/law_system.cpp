@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/support/dense.h"
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <limits>
 
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 namespace {

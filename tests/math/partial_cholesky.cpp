@@ -4,7 +4,7 @@
 
 #include <doctest/doctest.h>
 
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "server/math/rotation.h"
 #include "tests/support/dense.h"
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -5,7 +5,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/support/dense.h"
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 namespace {

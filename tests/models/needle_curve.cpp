@@ -4,7 +4,7 @@
 
 #include "server/math/rotation.h"
 #include "tests/models/bench_needle.h"
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 namespace {

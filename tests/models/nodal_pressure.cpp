@@ -12,7 +12,7 @@
 #include "server/models/tissue_motion.h"
 #include "tests/models/bench_tissue.h"
 #include "tests/support/dense.h"
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 namespace {

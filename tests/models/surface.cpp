@@ -6,7 +6,7 @@
 
 #include "server/models/clusters.h"
 #include "server/models/triangle.h"
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 namespace {

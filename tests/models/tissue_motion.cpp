@@ -9,7 +9,7 @@
 #include "server/models/surface.h"
 #include "tests/models/bench_tissue.h"
 #include "tests/support/dense.h"
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 namespace {

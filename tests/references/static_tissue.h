@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "tests/models/bench_tissue.h"
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "server/math/rotation.h"
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -7,7 +7,7 @@
 #include "server/models/surface.h"
 #include "tests/simulation/bench.h"
 #include "tests/support/ghosts.h"
-#include "tests/support/random.h"
+#include "server/math/random.h"
 
 namespace acus::test {
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Random test data that is the same on every machine (the standard library's distributions are not).
+// Random numbers for tests and studies that are the same on every machine (the standard library's distributions are not).
 #pragma once
 
+#include <cmath>
 #include <numbers>
 #include <random>
 
