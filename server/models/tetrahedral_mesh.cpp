@@ -172,14 +172,15 @@ void check_connected(const TetrahedralMesh& mesh) {
 
 }  // namespace
 
-double rest_volume(const TetrahedralMesh& mesh, int t) {
-  const std::array<int, 4>& c = mesh.tetrahedra[t];
-  const Vector3 x0 = mesh.nodes.col(c[0]);
-  const Vector3 e1 = mesh.nodes.col(c[1]) - x0;
-  const Vector3 e2 = mesh.nodes.col(c[2]) - x0;
-  const Vector3 e3 = mesh.nodes.col(c[3]) - x0;
+double signed_volume(const Matrix3X& x, const std::array<int, 4>& nodes) {
+  const Vector3 x0 = x.col(nodes[0]);
+  const Vector3 e1 = x.col(nodes[1]) - x0;
+  const Vector3 e2 = x.col(nodes[2]) - x0;
+  const Vector3 e3 = x.col(nodes[3]) - x0;
   return e1.dot(e2.cross(e3)) / 6;
 }
+
+double rest_volume(const TetrahedralMesh& mesh, int t) { return signed_volume(mesh.nodes, mesh.tetrahedra[t]); }
 
 void build_topology(TetrahedralMesh& mesh) {
   if (mesh.tetrahedra.empty()) throw MeshError("the mesh has no tetrahedra");

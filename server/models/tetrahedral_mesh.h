@@ -34,6 +34,8 @@ struct TetrahedralMesh {
   int tetrahedron_count() const { return static_cast<int>(tetrahedra.size()); }
 };
 
+// Of a tetrahedron with its nodes at `x` (3 x n, m): m³, negative where it is inside out.
+double signed_volume(const Matrix3X& x, const std::array<int, 4>& nodes);
 // Volume of tetrahedron t at rest (m^3), signed.
 double rest_volume(const TetrahedralMesh& mesh, int t);
 

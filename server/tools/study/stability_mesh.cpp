@@ -79,11 +79,6 @@ Vector3 direction_of(int node) {
 
 }  // namespace
 
-double signed_volume(const Matrix3X& x, const Tetrahedron& nodes) {
-  const Vector3 origin = x.col(nodes[0]);
-  return (x.col(nodes[1]) - origin).cross(x.col(nodes[2]) - origin).dot(x.col(nodes[3]) - origin) / 6;
-}
-
 double smallest_dihedral_angle(const TetrahedralMesh& mesh) {
   double smallest = std::numbers::pi;
   for (const Tetrahedron& nodes : mesh.tetrahedra) smallest = std::min(smallest, smallest_angle(mesh.nodes, nodes));

@@ -8,9 +8,6 @@
 
 namespace acus {
 
-// Of a tetrahedron with its nodes at `x` (m^3), negative where it is inside out.
-double signed_volume(const Matrix3X& x, const std::array<int, 4>& nodes);
-
 // Of all tetrahedra, the smallest angle between two of their faces (rad).
 double smallest_dihedral_angle(const TetrahedralMesh& mesh);
 

@@ -5,6 +5,9 @@
 
 #include <functional>
 #include <string>
+#include <vector>
+
+#include "server/scene/scene.h"
 
 namespace acus {
 
@@ -13,6 +16,9 @@ struct StudyPlan {
   std::string out = ".";          // folder that the tables go to; must exist
   std::string scene;              // of the study of errors: this one only; empty: all
   bool quick = false;             // a short form that still goes through every kind of run
+  int entries = 0;                // of the study of entries: how many; 0: its own number
+  int first_entry = 0;            // and which one comes first
+  std::vector<GmshMesh> meshes;   // and into which meshes besides blocks
   // Told what has been done of what, in runs, and what comes next.
   std::function<void(int done, int of, const std::string& next)> progress = [](int, int, const std::string&) {};
 };
@@ -23,6 +29,9 @@ void study_errors(const StudyPlan& plan);
 
 // locking.csv, mesh_dependence.csv: what elements and meshes do to forces and shapes (locking.h, mesh_dependence.h).
 void study_refinement(const StudyPlan& plan);
+
+// entries.csv: needles that go in at random places, and whether any of them is a ghost (entries.h).
+void study_entries(const StudyPlan& plan);
 
 // stability.csv: extreme cases and pairs of them, with a verdict each (stability_cases.h, stability_criteria.h).
 void study_stability(const StudyPlan& plan);

@@ -34,8 +34,19 @@ struct StudyCommand {
 constexpr StudyCommand kStudies[] = {
     {"errors", "Errors against a converged reference and run time, over every knob of a scene", study_errors},
     {"refinement", "Locking and point forces: what depends on the mesh, and what mends it", study_refinement},
+    {"entries", "Needles that go in at random places, and whether the tissue notices them", study_entries},
     {"stability", "Extreme cases and their nastiest pairs, each with a verdict", study_stability},
 };
+
+// Of FILE=METRES_PER_UNIT.
+GmshMesh mesh_of(const std::string& text) {
+  const auto sign = text.rfind('=');
+  GmshMesh mesh{text.substr(0, sign), 0};
+  if (sign == std::string::npos || !CLI::detail::lexical_cast(text.substr(sign + 1), mesh.metres_per_unit) ||
+      !(mesh.metres_per_unit > 0))
+    throw CLI::ValidationError("--mesh", "expected FILE=METRES_PER_UNIT, found " + text);
+  return mesh;
+}
 
 // A line per run, with the time since the start.
 class ProgressLine {
@@ -76,6 +87,12 @@ int main(int argc, char** argv) {
   app.add_option("--scenes", plan.scenes, "Folder of the project's scenes")->capture_default_str();
   for (const StudyCommand& study : kStudies) app.add_subcommand(study.name, study.meaning);
   app.get_subcommand("errors")->add_option("--scene", plan.scene, "Only this one of its scenes")->default_str("all");
+  CLI::App& entries = *app.get_subcommand("entries");
+  entries.add_option("--count", plan.entries, "How many")->check(CLI::PositiveNumber)->default_str("2000");
+  entries.add_option("--first", plan.first_entry, "The number of the first one")->check(CLI::NonNegativeNumber);
+  entries.add_option_function<std::vector<std::string>>(
+      "--mesh", [&](const auto& texts) { for (const std::string& text : texts) plan.meshes.push_back(mesh_of(text)); },
+      "A mesh that needles go into besides blocks; may be given again")->type_name("FILE=METRES_PER_UNIT");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
