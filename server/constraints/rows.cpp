@@ -18,6 +18,7 @@ Vector12 needle_force(const NeedleShape& shape, const Row& row) {
 
 int add_to_tissue(TissueMotion& tissue, const Row& row) {
   if (row.role == RowRole::torsion) return tissue.add_couple(row.in_tissue.a.tetrahedron, -row.radius * row.n);
+  if (!row.patch.empty()) return tissue.add_row(row.patch, -row.n);
   return acts_on_tissue(row.role) ? tissue.add_row(row.in_tissue, -row.n) : tissue.add_empty_row();
 }
 

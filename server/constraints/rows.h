@@ -54,6 +54,7 @@ struct Row {
                                 // the law's own
   double radius = 0;            // r (m), torsion only
   double compliance = 0;        // e (m/N), >= 0, of the spring in series
+  std::span<const MaterialPoint> patch{};  // not empty: in place of in_tissue; all weights together sum to 1
 };
 
 class Rows {

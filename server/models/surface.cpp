@@ -177,6 +177,10 @@ SurfacePoint Surface::closest(const Matrix3X& x, const Vector3& p) const {
   return make_point(x, nearest.triangle, nearest.point.weights, p);
 }
 
+Vector3 Surface::face_normal(const Matrix3X& x, int triangle) const {
+  return Corners(triangles_[static_cast<std::size_t>(triangle)], x).area_normal().stableNormalized();
+}
+
 MaterialPoint Surface::material(const SurfacePoint& point) const {
   MaterialPoint m;
   m.tetrahedron = owners_[point.triangle];

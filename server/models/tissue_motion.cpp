@@ -149,7 +149,7 @@ bool TissueMotion::add_node(int node, const Vector3& force) {
 bool TissueMotion::add_part(const MaterialPoint& point, const Vector3& force) {
   const auto& nodes = model_.mesh->tetrahedra[point.tetrahedron];
   for (int k = 0; k < 4; ++k)
-    if (!add_node(nodes[k], point.weights[k] * force)) return false;
+    if (point.weights[k] != 0 && !add_node(nodes[k], point.weights[k] * force)) return false;
   return true;
 }
 
@@ -157,6 +157,13 @@ int TissueMotion::add_row(const TissuePoint& point, const Vector3& force) {
   begin_row();
   if (!add_part(point.a, (1 - point.u) * force)) return -1;
   if (point.u > 0 && !add_part(point.b, point.u * force)) return -1;
+  return rows_->end();
+}
+
+int TissueMotion::add_row(std::span<const MaterialPoint> points, const Vector3& force) {
+  begin_row();
+  for (const MaterialPoint& point : points)
+    if (!add_part(point, force)) return -1;
   return rows_->end();
 }
 

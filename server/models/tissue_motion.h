@@ -56,6 +56,8 @@ class TissueMotion {
   void clear_rows() { rows_->clear(); }
   // Adds a row whose unit force acts on the tissue as `force` at a point; -1 if the corridor is full.
   int add_row(const TissuePoint& point, const Vector3& force);
+  // Likewise, over several points whose weights sum to 1 all together.
+  int add_row(std::span<const MaterialPoint> points, const Vector3& force);
   // Adds a row whose unit force turns the material of a tetrahedron by a couple `torque` (m): the nodal forces
   // 1/2 torque x grad N_k, dual to material_rotation(). -1 if the corridor is full.
   int add_couple(int tetrahedron, const Vector3& torque);

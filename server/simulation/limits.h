@@ -9,6 +9,7 @@ inline constexpr int kMaxTickSteps = 10;  // of a tick in rungs that make one st
 inline constexpr int kLookEvery = 8;       // ticks between two looks ahead of a tip, while all that lies there is ready
 inline constexpr int kStepsAhead = 6;      // of a look for the tetrahedra that a tip will enter
 inline constexpr double kStepAhead = 0.3;  // sizes of the tip's element
+inline constexpr double kSurfaceAhead = 20e-3;  // m, of a look for the surface that a tip will touch
 inline constexpr int kOtherEvents = 8;     // of one needle in one tick, besides the borders that it crosses
 
 // The sum of all forces, of the largest of them, above which they are told as unbalanced, if that one is above the

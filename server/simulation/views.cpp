@@ -32,9 +32,13 @@ double TissueView::axial_compliance(const MaterialPoint& p, double d) const {
   return acus::axial_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d);
 }
 
-double TissueView::surface_compliance(const MaterialPoint& p, double d, double f) const {
-  if (local_compliance != LocalCompliance::all) return 0;
-  return acus::surface_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, f);
+double TissueView::contact_radius(const MaterialPoint& p, double d) const {
+  return acus::contact_radius(tissue_regions[region(p)].material, d, interaction(p).puncture_force);
+}
+
+double TissueView::surface_compliance(const MaterialPoint& p, double d) const {
+  return acus::surface_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d,
+                                  interaction(p).puncture_force);
 }
 
 double TissueView::tip_compliance(const MaterialPoint& p, double d, double f) const {

@@ -35,8 +35,11 @@ struct TissueView {
   double lateral_compliance(const MaterialPoint& p, double d) const;
   // Along the same shaft, m²/N, zero where the scene leaves it out; see local_compliance.h.
   double axial_compliance(const MaterialPoint& p, double d) const;
-  // Of the tissue under a tip on a surface, or ahead of one inside, that bears f (N) at most: m/N, likewise.
-  double surface_compliance(const MaterialPoint& p, double d, double f) const;
+  // Of the disc of surface over which a tip of diameter d (m) spreads its contact: its radius (m), and what it gives way
+  // beyond the mesh (m/N); see local_compliance.h.
+  double contact_radius(const MaterialPoint& p, double d) const;
+  double surface_compliance(const MaterialPoint& p, double d) const;
+  // Of the tissue ahead of a tip inside that bears f (N) at most: m/N, zero where the scene leaves it out.
   double tip_compliance(const MaterialPoint& p, double d, double f) const;
   Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
   Vector3 position(const TissuePoint& p) const { return tissue_position(mesh, x, p); }

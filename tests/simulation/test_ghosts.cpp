@@ -16,6 +16,7 @@ namespace {
 struct Outcome {
   int unnoticed = 0;       // ticks that ended with a ghost
   bool flagged = false;
+  bool punctured = false;  // by a force within 2 % of what the scene says
   double force_at_depth = 0;  // N, mean resistance once the tip is 10 mm deep
 };
 
@@ -31,15 +32,20 @@ Outcome push_into_liver(double x, double y, double speed) {
     outcome.flagged = outcome.flagged || bench.simulation().report().flags & kTipFoundInside;
   };
   bench.push(0, 0.03, speed);
+  const double f_p = scene.tissue.regions[0].interaction.puncture_force;
+  for (const Event& event : bench.events(EventKind::puncture))
+    outcome.punctured = outcome.punctured || std::abs(event.force - f_p) < 0.02 * f_p;
   outcome.force_at_depth = bench.resistance();
   return outcome;
 }
 
 }  // namespace
 
-TEST_CASE("a tip that loses its contact to crushed elements is found") {
+// On a point of this mesh the puncture force would turn elements inside out.
+TEST_CASE("a tip on elements that a point force would crush keeps its contact, and punctures") {
   const Outcome outcome = push_into_liver(0.29e-3, 8.17e-3, 0.04);
-  CHECK(outcome.flagged);
+  CHECK_FALSE(outcome.flagged);
+  CHECK(outcome.punctured);
   CHECK(outcome.unnoticed == 0);
   CHECK(outcome.force_at_depth > 0.1);
 }
@@ -53,6 +59,8 @@ TEST_CASE("no needle is a ghost, wherever it goes in") {
     CAPTURE(speed);
     const Outcome outcome = push_into_liver(x, y, speed);
     CHECK(outcome.unnoticed == 0);
+    CHECK_FALSE(outcome.flagged);
+    CHECK(outcome.punctured);
     CHECK(outcome.force_at_depth > 0.1);
   }
 }

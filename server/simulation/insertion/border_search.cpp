@@ -12,7 +12,7 @@ namespace {
 Obstacle closest_on(const TissueView& tissue, int region, const Vector3& p) {
   const Surface& surface = tissue.borders.surface(region);
   const SurfacePoint at = surface.closest(tissue.x, p);
-  return {region, at, surface.material(at)};
+  return {region, at, surface.material(at), {}};
 }
 
 }  // namespace

@@ -23,7 +23,9 @@ int max_insertion_rows(const Needle& parameters, double spacing) {
   return of_vertex * max_shaft_points(parameters, spacing) + kOfTip;
 }
 
-int max_material_points(const Needle& parameters, double spacing) { return max_shaft_points(parameters, spacing) + 4; }
+int max_material_points(const Needle& parameters, double spacing) {
+  return max_shaft_points(parameters, spacing) + 3 + kPatchPoints;
+}
 
 Vector3 InsertionView::cutting_direction() const {
   return needle.shape.frames.back() * parameters.cutting_direction.normalized();

@@ -13,6 +13,7 @@
 #include <span>
 
 #include "server/math/bounded.h"
+#include "server/simulation/insertion/contact_patch.h"
 #include "server/simulation/insertion/insertion_state.h"
 #include "server/simulation/path.h"
 #include "server/scene/scene.h"
@@ -32,7 +33,8 @@ double least_spacing(std::span<const Needle> needles);
 int max_shaft_points(const Needle& parameters, double spacing);
 // Rows of an insertion in one tick, at most.
 int max_insertion_rows(const Needle& parameters, double spacing);
-// Material points that they touch at once: the shaft's, the path's end, two that the tip is held between, one of a surface.
+// Material points that they touch at once: the shaft's, the path's end, two that the tip is held between, those of a
+// surface.
 int max_material_points(const Needle& parameters, double spacing);
 
 // The needle and the tissue of a tick, read only.
@@ -60,6 +62,7 @@ struct Obstacle {
   int region = 0;          // behind the surface
   SurfacePoint at;
   MaterialPoint material;  // the same point, of the tetrahedron on the tip's side
+  std::optional<ContactPatch> patch;  // of the tissue's own surface: what bears the contact
   bool under = true;       // the tip rests against it, or will get there in this tick
 };
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "server/math/types.h"
+#include "server/models/material_point.h"
 #include "server/simulation/enums.h"
 
 namespace acus {
@@ -51,6 +52,7 @@ struct Insertion {
   double depth = 0;                      // m of needle in the tissue
   int held = -1;                         // the region at whose border the tip rests, inside; -1: none
   TipMemory tip;
+  MaterialPoint touched;                 // of the surface, in contact
   double end_s = 0;                      // m, where the path's end stands along the needle, or ahead of it
   Vector3 end_force = Vector3::Zero();   // N, across the path on the tip when it last was at the end
   int first_alongside = 0;               // path vertices alongside the shaft in the last tick,
@@ -64,6 +66,7 @@ struct Insertion {
     visit("depth", self.depth);
     visit("held", self.held);
     visit("tip", self.tip);
+    visit("touched", self.touched);
     visit("end_s", self.end_s);
     visit("end_force", self.end_force);
     visit("first_alongside", self.first_alongside);

@@ -56,13 +56,14 @@ void pick_up(const InsertionView& at, const Mouth& mouth, std::span<const Path> 
   work.turned.turn_round();
 }
 
-// The surface point that the tip meets in this tick, if any.
-std::optional<SurfacePoint> find_surface(const InsertionView& at, Phase phase) {
+// The surface point that the tip meets in this tick, if any. In contact it is the one that the last tick left: what is
+// closest to a tip in a pit may be its wall.
+std::optional<SurfacePoint> find_surface(const InsertionView& at, const Insertion& memory) {
   const Surface& surface = at.tissue.surface;
+  if (memory.phase == Phase::contact) return surface.closest(at.tissue.x, at.tissue.position(memory.touched));
   const Vector3 before = at.needle.start_tip(), after = at.needle.tip().position;
   const double margin = kContactMargin + 2 * (after - before).norm();
   if (!surface.near(at.tissue.x, before, margin)) return std::nullopt;
-  if (phase == Phase::contact) return surface.closest(at.tissue.x, before);
   const auto entry = surface.entry(at.tissue.x, before, after);
   const SurfacePoint point = entry ? *entry : surface.closest(at.tissue.x, before);
   if (std::abs(point.distance) > margin) return std::nullopt;
@@ -71,7 +72,7 @@ std::optional<SurfacePoint> find_surface(const InsertionView& at, Phase phase) {
 
 void locate_outside(const InsertionView& at, std::span<const Path> paths, std::span<char> paths_taken,
                     InsertionWork& work) {
-  const auto point = find_surface(at, work.next.phase);
+  const auto point = find_surface(at, work.next);
   if (!point) return;
   // An open mouth under the tip: no surface to push against.
   const Mouth mouth = find_mouth(at, point->position, paths, paths_taken);
@@ -81,8 +82,13 @@ void locate_outside(const InsertionView& at, std::span<const Path> paths, std::s
     pick_up(at, mouth, paths, work);
     return;
   }
-  const MaterialPoint material = at.tissue.surface.material(*point);
-  work.located.obstacle = Obstacle{at.tissue.region(material), *point, material};
+  Obstacle& obstacle = work.located.obstacle.emplace();
+  obstacle.at = *point;
+  obstacle.material = at.tissue.surface.material(*point);
+  obstacle.region = at.tissue.region(obstacle.material);
+  const double radius = at.tissue.contact_radius(obstacle.material, at.parameters.outer_diameter);
+  obstacle.patch = make_contact_patch(at.tissue, obstacle.material, radius);
+  obstacle.at.normal = obstacle.patch->normal;
 }
 
 // Vertices that were not alongside in the last tick are as strained as the one before them.

@@ -4,8 +4,7 @@
 namespace acus {
 
 double surface_compliance(const InsertionView& at, const Obstacle& obstacle) {
-  const double puncture_force = at.tissue.interaction(obstacle.material).puncture_force;
-  return at.tissue.surface_compliance(obstacle.material, at.parameters.outer_diameter, puncture_force);
+  return at.tissue.surface_compliance(obstacle.material, at.parameters.outer_diameter);
 }
 
 double cutting_compliance(const InsertionView& at, const Path& path) {

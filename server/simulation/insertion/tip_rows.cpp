@@ -21,26 +21,55 @@ constexpr double kSettlingSpeed = 5e-3;  // m/s
 // What is left of an offset (m) that is made good by `step` (m).
 double shrunk(double offset, double step) { return std::copysign(std::max(0.0, std::abs(offset) - step), offset); }
 
+// What an obstacle's contact acts on, as it was at the start of the tick and is now: a point, or the mean of a patch.
+struct Footing {
+  Vector3 start, now;
+  double rise = 0;  // m, of the surface over it, along the obstacle's normal
+
+  Footing(const TissueView& tissue, const Obstacle& obstacle, const TipMemory& tip) {
+    start = tissue.start_position(obstacle.material);
+    if (!obstacle.patch) {
+      now = tissue.position(obstacle.material);
+      return;
+    }
+    const Vector3 surface = start;
+    start = obstacle.patch->middle;
+    now = mean_position(tissue.mesh, tissue.x, *obstacle.patch);
+    rise = tip.contact > 0 ? obstacle.patch->rise : obstacle.at.normal.dot(surface - start);
+  }
+};
+
 // Distance of the tip from the obstacle along its normal (m). What the tip was behind it at the start of the tick, torn
 // out of its path sideways or carried over a border by the tick before, and not by the give of what lies between, is
 // made good at `recovery` (m/s), not at once; a recovery of 0 leaves it where it is. Likewise what a tip that already
-// bears force stands off by, because the give has changed from one element to the next.
+// bears force stands off by, because the give or the patch under it has changed.
 double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double recovery,
                     double compliance) {
   const NeedleView& needle = at.needle;
   const Vector3& n = obstacle.at.normal;
+  const Footing footing(at.tissue, obstacle, tip);
   const double give = compliance * std::max(tip.contact, tip.cutting);
-  const double start = give + n.dot(needle.start_tip() - at.tissue.start_position(obstacle.material));
+  const double start = give + n.dot(needle.start_tip() - footing.start) - footing.rise;
   const double before_it = obstacle.under ? 0 : compliance * tip.cutting;  // what is cut gives way first
-  const double apart = before_it + n.dot(needle.tip().position - at.tissue.position(obstacle.material));
-  if (obstacle.under && give > 0) return apart - shrunk(start, kSettlingSpeed * needle.h);
+  const double apart = before_it + n.dot(needle.tip().position - footing.now) - footing.rise;
+  const bool bears = give > 0 || (obstacle.patch && tip.contact > 0);
+  if (obstacle.under && bears) return apart - shrunk(start, kSettlingSpeed * needle.h);
   return apart - std::min(0.0, start + recovery * needle.h);
+}
+
+// A row of the tip on the obstacle.
+Row obstacle_row(const InsertionView& at, const Obstacle& obstacle, RowRole role, const Vector3& n) {
+  Row row{.needle = at.needle_index, .role = role, .on_needle = at.needle.tip(), .in_tissue = {obstacle.material, {}, 0}};
+  if (obstacle.patch) row.patch = obstacle.patch->all();
+  row.n = n;
+  return row;
 }
 
 // The tip against the obstacle, along its normal.
 bool add_contact(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double puncture_force,
                  double gap, double compliance, Rows& rows) {
-  Row row{at.needle_index, RowRole::contact, -1, at.needle.tip(), {obstacle.material, {}, 0}, obstacle.at.normal, gap};
+  Row row = obstacle_row(at, obstacle, RowRole::contact, obstacle.at.normal);
+  row.gap = gap;
   row.compliance = compliance;
   return rows.add(row, {LawKind::unilateral, puncture_force}, tip.contact);
 }
@@ -49,15 +78,13 @@ bool add_contact(const InsertionView& at, const Obstacle& obstacle, const TipMem
 bool add_contact_friction(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double friction,
                           double cohesion, int normal_row, Rows& rows) {
   if (friction == 0 && cohesion == 0) return true;
-  Row row{at.needle_index, RowRole::contact_friction, -1, at.needle.tip(), {obstacle.material, {}, 0},
-          Vector3::Zero(), 0};
-  const Vector3 moved = (row.on_needle.position - at.tissue.position(obstacle.material)) -
-                        (at.needle.start_tip() - at.tissue.start_position(obstacle.material));
+  const Footing footing(at.tissue, obstacle, tip);
+  const Vector3 moved = (at.needle.tip().position - footing.now) - (at.needle.start_tip() - footing.start);
   Vector3 across[2];
   perpendicular_basis(obstacle.at.normal, across[0], across[1]);
   bool all = true;
   for (int k = 0; k < 2; ++k) {
-    row.n = across[k];
+    Row row = obstacle_row(at, obstacle, RowRole::contact_friction, across[k]);
     row.gap = row.n.dot(moved);
     const Law law{.kind = k == 0 ? LawKind::disk_first : LawKind::disk_second,
                   .limit = friction,
@@ -131,7 +158,7 @@ bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& 
   const Interaction& law = at.tissue.interaction(obstacle.material);
   const int normal_row = rows.count();
   const double compliance = surface_compliance(at, obstacle);
-  const double gap = obstacle_gap(at, obstacle, tip, 0, compliance);
+  const double gap = obstacle_gap(at, obstacle, tip, kSettlingSpeed, compliance);
   return add_contact(at, obstacle, tip, law.puncture_force, gap, compliance, rows) &&
          add_contact_friction(at, obstacle, tip, law.friction_contact, 0, normal_row, rows);
 }

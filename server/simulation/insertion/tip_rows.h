@@ -15,8 +15,8 @@
 // At the end of its path the tip is held where it is: its rows there are on displacements of the tick. What it bore when it
 // left the end is the offset to which it is held on the way back, so that neither way makes a jump.
 //
-// With tissue.local_compliance `all` springs stand in series (rows.h, local_compliance.h): e in the contact and the
-// cutting row. The tip stands e lambda beyond the mesh's surface, or beyond the path's end: tissue which is really at
+// Springs stand in series (rows.h, local_compliance.h): e in the contact row of a surface and, with
+// tissue.local_compliance `all`, in the cutting row. The tip stands e lambda beyond the mesh's surface, or beyond the path's end: tissue which is really at
 // the tip stands behind it in the mesh. A tip that cuts leaves its path's end e f_c behind along the cutting direction,
 // so that the force stays at f_c as the end moves on. At a border the spring is that of the cut, but gives no more than
 // it gave at f_c. Across its way the tip at the end has the give that it has behind it, on what it bore at the start of

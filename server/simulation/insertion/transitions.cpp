@@ -13,6 +13,9 @@ namespace acus {
 
 namespace {
 
+// A tip that sticks to a surface slides by rounding.
+constexpr double kLeastSlip = 1e-9;  // m
+
 // Which of two paths a new one may take the place of: empty ones first, then the one left longest ago.
 bool forgotten_before(const Path& a, const Path& b) {
   const auto rank = [](const Path& p) { return p.empty() ? 0 : p.needle < 0 ? 1 : 2; };
@@ -41,6 +44,25 @@ MaterialPoint new_mouth(const Transition& now, const Obstacle& obstacle, double 
   return crossing ? tissue.surface.material(*crossing) : obstacle.material;
 }
 
+// The point of the surface under a tip that slid in the tick.
+MaterialPoint slid_point(const Transition& now, const Obstacle& obstacle) {
+  const TissueView& tissue = now.at.tissue;
+  const NeedleView& needle = now.at.needle;
+  const Vector3 moved = needle.tip().position - needle.start_tip() -
+                        mean_position(tissue.mesh, tissue.x, *obstacle.patch) + obstacle.patch->middle;
+  const Vector3& n = obstacle.at.normal;
+  const Vector3 slid = moved - n.dot(moved) * n;
+  if (slid.norm() < kLeastSlip) return obstacle.material;
+  return tissue.surface.material(tissue.surface.closest(tissue.x, tissue.position(obstacle.material) + slid));
+}
+
+// Whether the tip has pressed an element under it flat. The tissue bears no more than that, whatever f_p is.
+bool has_crushed(const TissueView& tissue, const ContactPatch& patch) {
+  return std::ranges::any_of(patch.points, [&](const MaterialPoint& point) {
+    return signed_volume(tissue.x, tissue.mesh.tetrahedra[static_cast<std::size_t>(point.tetrahedron)]) <= 0;
+  });
+}
+
 void leave_contact_or_puncture(const Transition& now) {
   Insertion& memory = now.memory;
   const auto& obstacle = now.work.located.obstacle;
@@ -50,7 +72,9 @@ void leave_contact_or_puncture(const Transition& now) {
   if (pressed && memory.phase == Phase::free) now.report(EventKind::contact, region, contact);
   if (!pressed && memory.phase == Phase::contact) now.report(EventKind::release, region, 0);
   memory.phase = pressed ? Phase::contact : Phase::free;
-  if (!obstacle || !now.work.puncturing) return;
+  memory.touched = pressed ? slid_point(now, *obstacle) : MaterialPoint{};
+  const bool punctured = obstacle && (now.work.puncturing || (pressed && has_crushed(now.at.tissue, *obstacle->patch)));
+  if (!punctured) return;
 
   Path* const path = find_vacant(now.paths);
   if (!path) return;  // the surface keeps its cap
@@ -87,9 +111,11 @@ std::uint32_t open_where_found(const Transition& now) {
   return flags | kTipFoundInside;
 }
 
-// Whether the tip is before the mouth of its path.
-bool is_withdrawn(const InsertionView& at, const Path& path) {
+// Whether the tip is before the mouth of its path. One that has just made the mouth may stand before it, until the
+// surface that it had pressed in comes back; it is withdrawn if it goes back itself.
+bool is_withdrawn(const InsertionView& at, const Path& path, const Insertion& memory) {
   const CurvePoint tip = at.needle.tip();
+  if (memory.depth == 0 && tip.tangent.dot(tip.position - at.needle.start_tip()) >= 0) return false;
   const Vector3 mouth_tangent = path_tangent(at.tissue, path, 0, tip.tangent);
   const Vector3 past = tip.position - at.tissue.position(path.vertices[0]);
   return mouth_tangent.dot(past) < 0 && tip.tangent.dot(past) < 0;
@@ -179,7 +205,7 @@ std::uint32_t go_on(const Transition& now) {
     path.needle = now.at.needle_index;
     now.report(EventKind::reentry, now.at.tissue.region(path.vertices[0]), 0);
   }
-  if (!is_withdrawn(now.at, path)) return advance_end(now, path);
+  if (!is_withdrawn(now.at, path, now.memory)) return advance_end(now, path);
   now.report(EventKind::withdrawal, now.at.tissue.region(path.vertices[0]), 0);
   path.needle = -1;
   path.left = now.tick;
@@ -198,6 +224,17 @@ std::uint32_t insertion_transitions(const Transition& now) {
   const std::uint32_t flags = go_on(now);
   measure_depth(now);
   return flags;
+}
+
+std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion& memory, double distance) {
+  if (memory.phase != Phase::free) return std::nullopt;
+  const TissueView& tissue = at.tissue;
+  const CurvePoint tip = at.needle.tip();
+  if (!tissue.surface.near(tissue.x, tip.position, distance)) return std::nullopt;
+  const auto entry = tissue.surface.entry(tissue.x, tip.position, tip.position + distance * tip.tangent);
+  if (!entry) return std::nullopt;
+  const MaterialPoint centre = tissue.surface.material(*entry);
+  return make_contact_patch(tissue, centre, tissue.contact_radius(centre, at.parameters.outer_diameter));
 }
 
 int tetrahedron_ahead(const InsertionView& at, const InsertionWork& work, const Insertion& memory,

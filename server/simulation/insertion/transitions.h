@@ -29,6 +29,8 @@ struct Transition {
 // Returns flags.
 std::uint32_t insertion_transitions(const Transition& now);
 
+// What a tip outside will touch first if it goes on along its axis for `distance` (m).
+std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion& memory, double distance);
 // The tetrahedron that a pushed tip gets to in `distance` (m) along its cutting direction, -1 if it lies in an old path
 // or touches nothing.
 int tetrahedron_ahead(const InsertionView& at, const InsertionWork& work, const Insertion& memory,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/insertion/transitions.h"
 
+#include <algorithm>
+
 #include "server/simulation/limits.h"
 #include "server/simulation/stages/stages.h"
 
@@ -25,6 +27,8 @@ void look_ahead(const Model& model, const State& state, Scratch& scratch) {
     };
     const int here = ahead(0);
     bool made = false;
+    if (const auto patch = patch_ahead(at, state.insertions[i], kSurfaceAhead))
+      made = std::ranges::any_of(patch->points, [&](const auto& p) { return scratch.tissue.prepare(p.tetrahedron); });
     for (int step = 0; here >= 0 && step <= kStepsAhead && !made; ++step)
       made = scratch.tissue.prepare(ahead(step * kStepAhead * model.element_sizes[here]));
     if (!made) scratch.next_look[i] = state.tick + kLookEvery;

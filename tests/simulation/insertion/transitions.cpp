@@ -15,6 +15,7 @@ std::uint32_t transitions_of(InsertionBench& bench) {
 // As stages 4 to 8 leave it: the tip 0.5 mm through the surface after it pressed with f_p.
 void press_through(InsertionBench& bench) {
   bench.memory.phase = Phase::contact;
+  bench.memory.touched = bench.point(on_line(kTop));
   bench.put_needle(on_line(kTop));
   bench.move_needle(on_line(kTop - 5e-4));
   bench.locate();
@@ -55,6 +56,50 @@ TEST_CASE("a puncture opens a path where the needle goes through the surface") {
   CHECK((bench.position(path.end) - on_line(kTop - 5e-4)).norm() < kRounding);
   CHECK(path.tail == doctest::Approx(5e-4).epsilon(1e-9));
   CHECK(bench.memory.depth == doctest::Approx(5e-4).epsilon(1e-9));
+}
+
+TEST_CASE("a tip that presses an element flat punctures, whatever force it takes") {
+  InsertionBench bench;
+  bench.put_needle(on_line(kTop));
+  bench.locate();
+  bench.memory.tip.contact = 0.1;
+  for (const int node : bench.mesh.tetrahedra[static_cast<std::size_t>(bench.point(on_line(kTop)).tetrahedron)])
+    if (bench.mesh.nodes(2, node) > kTop - 1e-6) bench.x(2, node) -= 0.015;  // through the node below
+  transitions_of(bench);
+  CHECK(bench.event_kinds() == std::vector{EventKind::contact, EventKind::puncture});
+  CHECK(bench.events[1].force == 0.1);
+  CHECK(bench.memory.phase == Phase::inside);
+}
+
+TEST_CASE("a tip that is found in the tissue without path or contact gets a path along its way") {
+  InsertionBench bench;
+  const double depth = 5e-3;
+  bench.put_needle(on_line(kTop - depth));
+  bench.locate();
+  CHECK(transitions_of(bench) == kTipFoundInside);
+  CHECK(bench.event_kinds() == std::vector{EventKind::intrusion});
+  CHECK(bench.memory.phase == Phase::inside);
+  CHECK(bench.memory.depth == doctest::Approx(depth).epsilon(1e-9));
+  REQUIRE(bench.memory.path == 0);
+  CHECK((bench.position(bench.paths[0].vertices[0]) - on_line(kTop)).norm() < kRounding);
+  CHECK((bench.position(bench.paths[0].end) - on_line(kTop - depth)).norm() < kRounding);
+}
+
+TEST_CASE("a tip that has just punctured may stand before the mouth; one that goes back is withdrawn") {
+  InsertionBench bench;
+  bench.add_straight_path(kTop - 5e-3);
+  bench.be_in_path(0);
+  bench.memory.depth = 0;
+  bench.put_needle(on_line(kTop + 2e-4));
+  bench.move_needle(on_line(kTop + 1e-4));
+  bench.locate();
+  transitions_of(bench);
+  CHECK(bench.memory.phase == Phase::inside);
+  bench.put_needle(on_line(kTop + 1e-4));
+  bench.move_needle(on_line(kTop + 2e-4));
+  bench.locate();
+  transitions_of(bench);
+  CHECK(bench.event_kinds() == std::vector{EventKind::withdrawal});
 }
 
 TEST_CASE("a puncture takes the place of the path that was left longest ago, and none where all are in use") {
@@ -110,6 +155,7 @@ TEST_CASE("withdrawal frees the path and keeps it") {
   InsertionBench bench;
   bench.add_straight_path(0.010);
   bench.be_in_path(0);
+  bench.memory.depth = 1e-3;
   bench.put_needle(on_line(kTop + 1e-3));
   bench.locate();
   transitions_of(bench);

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/simulation/insertion/contact_patch.h"
+
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "server/math/rotation.h"
+
+namespace acus {
+
+namespace {
+
+// Of a disc of radius 1: x, y of the middles of kPatchPoints shares of equal area, in rings.
+std::array<Eigen::Vector2d, kPatchPoints> make_unit_disc() {
+  constexpr std::array kInRing{1, 6, 12};
+  std::array<Eigen::Vector2d, kPatchPoints> disc;
+  std::size_t next = 0;
+  for (const int count : kInRing) {
+    const double inside = static_cast<double>(next);  // shares within the ring
+    const double radius = count == 1 ? 0 : std::sqrt((inside + count / 2.0) / kPatchPoints);
+    for (int k = 0; k < count; ++k) {
+      const double angle = 2 * std::numbers::pi * k / count;
+      disc[next++] = radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    }
+  }
+  return disc;
+}
+
+// Of the first tetrahedron's corner.
+Quaternion frame_of(const TetrahedralMesh& mesh) {
+  const auto& nodes = mesh.tetrahedra[0];
+  const Vector3 origin = mesh.nodes.col(nodes[0]);
+  const Vector3 x = (mesh.nodes.col(nodes[1]) - origin).normalized();
+  const Vector3 z = x.cross(mesh.nodes.col(nodes[2]) - origin).normalized();
+  Matrix3 axes;
+  axes << x, z.cross(x), z;
+  return Quaternion(axes);
+}
+
+}  // namespace
+
+ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& centre, double radius) {
+  assert(radius > 0 && radius < kInfinity);
+  static const std::array<Eigen::Vector2d, kPatchPoints> kDisc = make_unit_disc();
+  const Matrix3X& rest = tissue.mesh.nodes;
+  const Vector3 at = material_position(tissue.mesh, rest, centre);
+  const Vector3 normal = tissue.surface.closest(rest, at).normal;
+  Vector3 across[2];
+  // In a frame of the mesh, so that a scene that is turned gives the answer turned.
+  const Quaternion frame = frame_of(tissue.mesh);
+  perpendicular_basis(frame.conjugate() * normal, across[0], across[1]);
+  for (Vector3& axis : across) axis = frame * axis;
+  ContactPatch patch;
+  double sum = 0;
+  Vector3 mean_normal = Vector3::Zero();
+  for (std::size_t i = 0; i < kDisc.size(); ++i) {
+    const Vector3 on_disc = at + radius * (kDisc[i].x() * across[0] + kDisc[i].y() * across[1]);
+    const SurfacePoint point = tissue.surface.closest(rest, on_disc);
+    const double way = 4 * (point.position - on_disc).norm() / radius;
+    const double share = 1 / ((1 + way * way) * (1 + way * way));
+    patch.points[i] = i == 0 ? centre : tissue.surface.material(point);
+    patch.points[i].weights *= share;
+    mean_normal += share * tissue.surface.face_normal(tissue.x_start, point.triangle);
+    sum += share;
+  }
+  for (MaterialPoint& point : patch.points) point.weights /= sum;
+  patch.normal = mean_normal.stableNormalized();
+  patch.middle = mean_position(tissue.mesh, tissue.x_start, patch);
+  patch.rise = normal.dot(at - mean_position(tissue.mesh, rest, patch));
+  return patch;
+}
+
+Vector3 mean_position(const TetrahedralMesh& mesh, const Matrix3X& x, const ContactPatch& patch) {
+  Vector3 sum = Vector3::Zero();
+  for (const MaterialPoint& point : patch.points) sum += material_position(mesh, x, point);
+  return sum;
+}
+
+}  // namespace acus
