@@ -13,6 +13,8 @@ namespace acus {
 
 namespace {
 
+// A path that has grown by less was stopped where it began.
+constexpr double kBlocked = 1e-6;  // m
 // A tip that sticks to a surface slides by rounding.
 constexpr double kLeastSlip = 1e-9;  // m
 
@@ -148,9 +150,16 @@ std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obs
     memory.held = obstacle.region;
     return slide(now, path, surface.material(under));
   }
-  if (beside || now.at.cutting_direction().dot(tip - from) > 0) return grow(now, path, start, -1);
-  leave_border(now);
-  return 0;
+  if (!beside && now.at.cutting_direction().dot(tip - from) <= 0) {
+    leave_border(now);
+    return 0;
+  }
+  const std::uint32_t flags = grow(now, path, start, -1);
+  if (memory.held != obstacle.region || (tissue.position(path.end) - from).norm() > kBlocked) return flags;
+  // The straight way cuts a corner of the region that bears nothing: the end follows the tip along the surface.
+  const SurfacePoint foot = surface.closest(tissue.x, tip);
+  const std::uint32_t slid = slide(now, path, surface.material(foot));
+  return foot.distance > kContactMargin ? flags | slid | grow(now, path, path.end.tetrahedron, -1) : flags | slid;
 }
 
 // The path's end after a tick inside: the border that holds it, growth, exit.
