@@ -202,7 +202,7 @@ struct FieldsOf<Tissue> {
             "nodes, which does not lock; a larger factor)"},
       Field{"local_compliance", &Tissue::local_compliance, "", any(),
             "which give of the tissue around a needle, that elements larger than it cannot resolve, is added: lateral "
-            "(across the shaft, see foundation_stiffness), shaft (also along it), all (also ahead of the tip)"},
+            "(across the shaft, see foundation_stiffness), shaft (also along it), all (also ahead of the tip inside)"},
       choice("mesh", "the tetrahedra, from one of two sources",
              Field{"box", &Tissue::box, "", any(), "a box that is cut into tetrahedra"},
              Field{"gmsh", &Tissue::gmsh, "", any(), "a mesh file"}),

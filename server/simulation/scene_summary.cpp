@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/scene_summary.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
 #include <numbers>
 
+#include "server/constraints/compliance/local_compliance.h"
 #include "server/models/needle.h"
 #include "server/simulation/borders.h"
 #include "server/scene/scene_fields.h"
@@ -153,8 +155,11 @@ std::string guides(const Scene& scene) {
 
 // ---------------------------------------------------------------------------------------------- what may go wrong
 
-// A point force on a mesh turns elements of size a inside out from about E a² on; some have at 1.2 of it, none at 0.8.
-constexpr double kBearable = 0.7;  // -, of E a²
+// A contact acts on 19 points (contact_patch.h). Where they are further apart than nodes, each is a point force, and
+// turns elements of size a inside out from about E a² on.
+constexpr double kBearable = 10;  // -, of E a²
+// A contact that is wider than this share of the tissue's least extent presses all of it.
+constexpr double kWidest = 0.5;
 
 // Per region, the edge of a cube of six tetrahedra of its mean volume (m).
 std::vector<double> mean_element_sizes(const Simulation& simulation) {
@@ -170,22 +175,40 @@ std::vector<double> mean_element_sizes(const Simulation& simulation) {
   return sizes;
 }
 
+double least_extent(const TetrahedralMesh& mesh) {
+  return (mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff()).minCoeff();
+}
+
 // Regions whose elements a tip crushes before it has punctured them.
 std::string warnings(const Simulation& simulation) {
   const std::vector<Region>& regions = simulation.scene().tissue.regions;
   const std::vector<double> sizes = mean_element_sizes(simulation);
+  const double extent = regions.empty() || simulation.mesh().node_count() == 0 ? 0 : least_extent(simulation.mesh());
+  double diameter = 0;
+  for (const Needle& needle : simulation.scene().needles) diameter = std::max(diameter, needle.outer_diameter);
   TextTable table;
   table.add({"warnings"});
   bool any = false;
-  for (std::size_t i = 0; i < regions.size(); ++i) {
-    const double f = regions[i].interaction.puncture_force, E = regions[i].material.young_modulus;
-    const double bearable = kBearable * E * sizes[i] * sizes[i];
-    if (!std::isfinite(f) || f <= bearable) continue;
+  const auto warn = [&](const Region& region, const std::string& text) {
     any = true;
-    table.add({"  " + regions[i].name, "f_p of " + number(f) + " N is above 0.7 E a^2 = " + number(bearable) +
-                                           " N for elements of a = " + number(1e3 * sizes[i]) +
-                                           " mm: the tip may crush them before it punctures; take elements of at least " +
-                                           number(1e3 * std::sqrt(f / (kBearable * E))) + " mm, or a smaller f_p"});
+    table.add({"  " + region.name, text});
+  };
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const Material& material = regions[i].material;
+    const double f = regions[i].interaction.puncture_force, E = material.young_modulus;
+    if (!std::isfinite(f)) continue;
+    const double bearable = kBearable * E * sizes[i] * sizes[i];
+    if (f > bearable)
+      warn(regions[i], "f_p of " + number(f) + " N is above 10 E a^2 = " + number(bearable) + " N for elements of a = " +
+                           number(1e3 * sizes[i]) +
+                           " mm: the tip may press them flat and puncture earlier; take elements of at least " +
+                           number(1e3 * std::sqrt(f / (kBearable * E))) + " mm, or a smaller f_p");
+    const double width = 2 * contact_radius(material, diameter, f);
+    if (width > kWidest * extent)
+      warn(regions[i], "f_p of " + number(f) + " N presses a dimple of " + number(1e3 * width) +
+                           " mm across into tissue that is " + number(1e3 * extent) +
+                           " mm thick: it may be pressed flat before it is punctured; take a smaller f_p or stiffer "
+                           "tissue");
   }
   return any ? table.text() : "";
 }

@@ -64,18 +64,33 @@ guides:
 
 TEST_CASE("a puncture force that crushes the elements before it is reached is warned of") {
   Scene scene;
-  scene.tissue.box = {.size = {0.1, 0.1, 0.1}, .cells = {10, 10, 10}};  // elements of 10 mm
+  scene.tissue.box = {.size = {0.1, 0.1, 0.1}, .cells = {25, 25, 25}};  // elements of 4 mm
   Region& region = scene.tissue.regions[0];
-  region.material.young_modulus = 10e3;  // E a² = 1 N
+  region.material.young_modulus = 10e3;  // E a² = 0.16 N
   scene.needles[0].base.position = {0, 0, 1};
-  region.interaction.puncture_force = 0.69;
+  region.interaction.puncture_force = 1.59;
   CHECK(summarise(Simulation(scene)).find("warnings") == std::string::npos);
-  region.interaction.puncture_force = 0.71;
+  region.interaction.puncture_force = 1.61;
   const std::string text = summarise(Simulation(scene));
-  CHECK(text.find("f_p of 0.71 N is above 0.7 E a^2 = 0.7 N for elements of a = 10 mm") != std::string::npos);
-  CHECK(text.find("at least 10.071 mm") != std::string::npos);
+  CHECK(text.find("f_p of 1.61 N is above 10 E a^2 = 1.6 N for elements of a = 4 mm") != std::string::npos);
+  CHECK(text.find("at least 4.0125 mm") != std::string::npos);
   region.interaction.puncture_force = kInfinity;  // bone is never punctured
   CHECK(summarise(Simulation(scene)).find("warnings") == std::string::npos);
+}
+
+TEST_CASE("a puncture force whose dimple is as wide as the tissue is thick is warned of") {
+  Scene scene;
+  scene.tissue.box = {.size = {0.1, 0.1, 0.02}, .cells = {5, 5, 2}};
+  Region& region = scene.tissue.regions[0];
+  region.material.young_modulus = 10e3;
+  region.material.poisson_ratio = 0.45;
+  scene.needles[0].base.position = {0, 0, 1};
+  region.interaction.puncture_force = 0.27;  // the contact is 9.8 mm across
+  CHECK(summarise(Simulation(scene)).find("warnings") == std::string::npos);
+  region.interaction.puncture_force = 0.29;
+  const std::string text = summarise(Simulation(scene));
+  CHECK(text.find("presses a dimple of 10.2") != std::string::npos);
+  CHECK(text.find("mm across into tissue that is 20 mm thick") != std::string::npos);
 }
 
 TEST_CASE("the check says what a scene contains") {

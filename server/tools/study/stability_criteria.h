@@ -56,6 +56,7 @@ struct StabilitySeries {
   bool unseen_inversion = false;  // an element was inverted and the next tick did not say so
   std::size_t rest = 0;           // first tick of the rest
   double deepest = 0;             // m, most of a needle that was inside
+  std::ptrdiff_t intrusions = 0;  // tips found inside without path or contact
   bool touched = false;           // a needle did, in some tick
   bool withdrawn = false;         // no needle touches the tissue at the end
   std::size_t last_inside = 0;    // last tick in which one did

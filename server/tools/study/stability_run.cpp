@@ -64,6 +64,7 @@ class Recorder {
     series_.stored.push_back(energy.total());
     series_.kinetic.push_back(energy.kinetic);
     note_volumes(report);
+    series_.intrusions += std::ranges::count(report.events, EventKind::intrusion, &Event::kind);
     note_work(report);
     note_contact(report);
     for (std::size_t i = 0; i < bases_.size(); ++i) {

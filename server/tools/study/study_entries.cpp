@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -19,10 +20,16 @@ struct Result {
   const Interaction& laws() const { return entry.scene.tissue.regions[0].interaction; }
 };
 
-const char* verdict(const EntryOutcome& outcome) {
+constexpr double kNear = 0.02;  // of f_p: a puncture there is one at f_p
+
+// ghost; punctured at f_p; early, below it; pressed: never, as a tip that slides off an edge.
+const char* verdict(const Result& result) {
+  const EntryOutcome& outcome = result.outcome;
   if (outcome.ghost()) return "ghost";
-  if (outcome.punctured) return "punctured";
-  return outcome.touched ? "pressed" : "missed";
+  if (!outcome.punctured) return "pressed";
+  return std::abs(outcome.puncture_force - result.laws().puncture_force) <= kNear * result.laws().puncture_force
+             ? "punctured"
+             : "early";
 }
 
 constexpr double kDegree = 180 / std::numbers::pi;
@@ -39,7 +46,7 @@ constexpr Column<Result> kColumns[] = {
     {"tilt_deg", [](const Result& r) -> Cell { return kDegree * r.entry.tilt; }},
     {"speed_mm_s", [](const Result& r) -> Cell { return 1e3 * r.entry.speed; }},
     {"friction_contact", [](const Result& r) -> Cell { return r.laws().friction_contact; }},
-    {"verdict", [](const Result& r) -> Cell { return verdict(r.outcome); }},
+    {"verdict", [](const Result& r) -> Cell { return verdict(r); }},
     {"puncture_force_N", [](const Result& r) -> Cell { return r.laws().puncture_force; }},
     {"published_N",
      [](const Result& r) -> Cell {

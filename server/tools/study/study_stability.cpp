@@ -57,6 +57,7 @@ constexpr Column<Result> kColumns[] = {
     {"untold_alternation", [](const Result& r) { return r.figure(r.figures.untold_alternation); }},
     {"smallest_volume", [](const Result& r) { return r.figure(r.series.smallest_volume); }},
     {"deepest_mm", [](const Result& r) { return r.figure(1e3 * r.series.deepest); }},
+    {"intrusions", [](const Result& r) -> Cell { return r.series.intrusions; }},
     {"touched", [](const Result& r) -> Cell { return r.series.touched; }},
     {"withdrawn", [](const Result& r) -> Cell { return r.series.withdrawn; }},
     {"return", [](const Result& r) { return r.figure(r.figures.left); }},
