@@ -53,7 +53,7 @@ ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& c
   for (Vector3& axis : across) axis = frame * axis;
   ContactPatch patch;
   double sum = 0;
-  Vector3 mean_normal = Vector3::Zero();
+  Vector3 normal_now = Vector3::Zero(), normal_at_rest = Vector3::Zero();
   for (std::size_t i = 0; i < kDisc.size(); ++i) {
     const Vector3 on_disc = at + radius * (kDisc[i].x() * across[0] + kDisc[i].y() * across[1]);
     const SurfacePoint point = tissue.surface.closest(rest, on_disc);
@@ -61,13 +61,14 @@ ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& c
     const double share = 1 / ((1 + way * way) * (1 + way * way));
     patch.points[i] = i == 0 ? centre : tissue.surface.material(point);
     patch.points[i].weights *= share;
-    mean_normal += share * tissue.surface.face_normal(tissue.x_start, point.triangle);
+    normal_now += share * tissue.surface.face_normal(tissue.x_start, point.triangle);
+    normal_at_rest += share * tissue.surface.face_normal(rest, point.triangle);
     sum += share;
   }
   for (MaterialPoint& point : patch.points) point.weights /= sum;
-  patch.normal = mean_normal.stableNormalized();
+  patch.normal = normal_now.stableNormalized();
   patch.middle = mean_position(tissue.mesh, tissue.x_start, patch);
-  patch.rise = normal.dot(at - mean_position(tissue.mesh, rest, patch));
+  patch.rise = normal_at_rest.stableNormalized().dot(at - mean_position(tissue.mesh, rest, patch));
   return patch;
 }
 

@@ -6,7 +6,7 @@
 // Those that come from far, beyond an edge, bear less: 1/(1 + (4 way/radius)²)² of a share.
 //
 // The patch moves by the mean u of its points, dual to its force. Where the surface at the point of contact C stands
-// over that mean X at rest is its rise, N·(C - X) with N the normal there: 0 on a flat surface, less on a hollow one.
+// over that mean X at rest is its rise, N·(C - X) with N the patch's normal at rest: 0 on a flat surface.
 // The contact's normal is the mean of the surface's under the points: the pit that a tip presses into a few elements has
 // walls, which the tissue has not, and a tip would slide along them.
 #pragma once
