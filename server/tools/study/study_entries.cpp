@@ -62,7 +62,7 @@ constexpr Column<Result> kColumns[] = {
     {"ms_per_tick", [](const Result& r) -> Cell { return 1e3 * r.outcome.seconds / r.outcome.ticks; }},
 };
 
-constexpr int kEntries = 2000, kQuickEntries = 40;
+constexpr int kEntries = 2000, kQuickEntries = 24;
 
 }  // namespace
 
