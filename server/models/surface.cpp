@@ -177,8 +177,8 @@ SurfacePoint Surface::closest(const Matrix3X& x, const Vector3& p) const {
   return make_point(x, nearest.triangle, nearest.point.weights, p);
 }
 
-Vector3 Surface::face_normal(const Matrix3X& x, int triangle) const {
-  return Corners(triangles_[static_cast<std::size_t>(triangle)], x).area_normal().stableNormalized();
+Vector3 Surface::normal(const Matrix3X& x, const SurfacePoint& point) const {
+  return make_point(x, point.triangle, point.weights, point.position).normal;
 }
 
 MaterialPoint Surface::material(const SurfacePoint& point) const {

@@ -46,8 +46,8 @@ class Surface {
   // corner of triangle 0 if no distance is a number.
   SurfacePoint closest(const Matrix3X& x, const Vector3& p) const;
 
-  // Outward, unit; not smoothed.
-  Vector3 face_normal(const Matrix3X& x, int triangle) const;
+  // Outward, unit, at a point of the surface in the configuration x: as SurfacePoint::normal.
+  Vector3 normal(const Matrix3X& x, const SurfacePoint& point) const;
 
   // The same point as one of the tetrahedron that owns it: on the boundary the one there is, inside the one outside of
   // the region.

@@ -155,7 +155,7 @@ std::string guides(const Scene& scene) {
 
 // ---------------------------------------------------------------------------------------------- what may go wrong
 
-// A contact acts on 19 points (contact_patch.h). Where they are further apart than nodes, each is a point force, and
+// A contact acts on 21 points (contact_patch.h). Where they are further apart than nodes, each is a point force, and
 // turns elements of size a inside out from about E a² on.
 constexpr double kBearable = 10;  // -, of E a²
 // A contact that is wider than this share of the tissue's least extent presses all of it.

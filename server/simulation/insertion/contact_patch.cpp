@@ -13,7 +13,7 @@ namespace {
 
 // Of a disc of radius 1: x, y of the middles of kPatchPoints shares of equal area, in rings.
 std::array<Eigen::Vector2d, kPatchPoints> make_unit_disc() {
-  constexpr std::array kInRing{1, 6, 12};
+  constexpr std::array kInRing{1, 8, 12};  // a mirrored mesh gives the mirrored patch
   std::array<Eigen::Vector2d, kPatchPoints> disc;
   std::size_t next = 0;
   for (const int count : kInRing) {
@@ -61,8 +61,8 @@ ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& c
     const double share = 1 / ((1 + way * way) * (1 + way * way));
     patch.points[i] = i == 0 ? centre : tissue.surface.material(point);
     patch.points[i].weights *= share;
-    normal_now += share * tissue.surface.face_normal(tissue.x_start, point.triangle);
-    normal_at_rest += share * tissue.surface.face_normal(rest, point.triangle);
+    normal_now += share * tissue.surface.normal(tissue.x_start, point);
+    normal_at_rest += share * point.normal;
     sum += share;
   }
   for (MaterialPoint& point : patch.points) point.weights /= sum;

@@ -18,7 +18,7 @@
 
 namespace acus {
 
-inline constexpr int kPatchPoints = 19;  // one, six and twelve around it
+inline constexpr int kPatchPoints = 21;  // one, eight and twelve around it
 
 struct ContactPatch {
   std::array<MaterialPoint, kPatchPoints> points;  // their weights are shares, which sum to 1
