@@ -29,7 +29,7 @@ TEST_CASE("the estimated pressure is what rubs on a shaft") {
   bench.push(0, 0.04, 0.02);
   const double per_metre = std::numbers::pi * 1e-3 * region.interaction.friction_dynamic * shaft_pressure(region);
   const double expected = region.interaction.cutting_force + per_metre * bench.needle().inserted_depth;
-  CHECK(bench.resistance() == doctest::Approx(expected).epsilon(2e-6).scale(0));
+  CHECK(bench.resistance() == doctest::Approx(expected).epsilon(2e-5).scale(0));
 }
 
 TEST_CASE("the foundation gives way more, the thinner the shaft against the mesh, and not at all in a fine mesh") {
