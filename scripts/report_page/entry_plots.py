@@ -19,7 +19,7 @@ def verdict_figure(rows):
     axes.set_xscale("log")
     axes.set_xlabel("puncture force over E a² (-)")
     axes.set_ylabel("tilt against the surface's normal (degrees)")
-    axes.legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, 1.18), ncols=2)
+    axes.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), fontsize=9)
     return figure
 
 
