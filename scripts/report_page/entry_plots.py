@@ -7,7 +7,7 @@ from tables import values, where
 
 COLOURS = {"punctured": "#009e73", "early": "#f0e442", "pressed": "#56b4e9", "ghost": "#d55e00"}
 MEANINGS = {"punctured": "punctured at f_p", "early": "punctured below 0.98 f_p, where elements were pressed flat",
-            "pressed": "never punctured: slid off an edge, or along the surface", "ghost": "ghost"}
+            "pressed": "never punctured: slid off, or pushed the tissue ahead", "ghost": "ghost"}
 
 
 def verdict_figure(rows):

@@ -2,6 +2,8 @@
 #include "server/models/tetrahedral_mesh.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <sstream>
 
 namespace acus {
@@ -181,6 +183,10 @@ double signed_volume(const Matrix3X& x, const std::array<int, 4>& nodes) {
 }
 
 double rest_volume(const TetrahedralMesh& mesh, int t) { return signed_volume(mesh.nodes, mesh.tetrahedra[t]); }
+
+double element_size(const TetrahedralMesh& mesh, int t) {
+  return std::cbrt(6 * std::numbers::sqrt2 * rest_volume(mesh, t));
+}
 
 void build_topology(TetrahedralMesh& mesh) {
   if (mesh.tetrahedra.empty()) throw MeshError("the mesh has no tetrahedra");

@@ -38,6 +38,8 @@ struct TetrahedralMesh {
 double signed_volume(const Matrix3X& x, const std::array<int, 4>& nodes);
 // Volume of tetrahedron t at rest (m^3), signed.
 double rest_volume(const TetrahedralMesh& mesh, int t);
+// The edge of a regular tetrahedron as large as tetrahedron t at rest (m).
+double element_size(const TetrahedralMesh& mesh, int t);
 
 // Fills neighbours, surface, surface_tetrahedron and clusters. Throws MeshError for an empty mesh, an index out of range, a
 // non-finite node, an inverted or flat tetrahedron, a face shared by more than two tetrahedra or by two that overlap,

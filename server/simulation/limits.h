@@ -5,7 +5,7 @@
 namespace acus {
 
 inline constexpr int kMaxPaths = 64;       // that a tissue remembers
-inline constexpr int kMaxTickSteps = 10;  // of a tick in rungs that make one step, but where one goes too far
+inline constexpr int kMaxTickSteps = 10;   // of a tick in rungs that make one step, but where one goes too far
 inline constexpr int kLookEvery = 8;       // ticks between two looks ahead of a tip, while all that lies there is ready
 inline constexpr int kStepsAhead = 6;      // of a look for the tetrahedra that a tip will enter
 inline constexpr double kStepAhead = 0.3;  // sizes of the tip's element

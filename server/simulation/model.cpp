@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "server/scene/scene_error.h"
 #include "server/simulation/guides.h"
@@ -37,8 +36,7 @@ std::vector<Material> materials_of(const Scene& scene) {
 
 std::vector<double> element_sizes_of(const TetrahedralMesh& mesh) {
   std::vector<double> sizes;
-  for (int t = 0; t < mesh.tetrahedron_count(); ++t)
-    sizes.push_back(std::cbrt(6 * std::numbers::sqrt2 * rest_volume(mesh, t)));
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) sizes.push_back(element_size(mesh, t));
   return sizes;
 }
 

@@ -4,10 +4,10 @@
 
 #include <string>
 
-#include "server/models/surface.h"
-#include "tests/simulation/bench.h"
-#include "tests/support/ghosts.h"
 #include "server/math/random.h"
+#include "server/models/surface.h"
+#include "server/tools/study/ghosts.h"
+#include "tests/simulation/bench.h"
 
 namespace acus::test {
 
@@ -26,9 +26,10 @@ Outcome push_into_liver(double x, double y, double speed) {
   scene.needles[0].base.position.x() = x;
   scene.needles[0].base.position.y() = y;
   Bench bench(scene);
+  const Surface surface(bench.simulation().mesh());
   Outcome outcome;
   bench.each_tick = [&] {
-    outcome.unnoticed += is_ghost(bench.simulation(), 0) ? 1 : 0;
+    outcome.unnoticed += is_ghost(bench.simulation(), surface, 0) ? 1 : 0;
     outcome.flagged = outcome.flagged || bench.simulation().report().flags & kTipFoundInside;
   };
   bench.push(0, 0.03, speed);

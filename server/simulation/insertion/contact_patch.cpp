@@ -45,18 +45,18 @@ ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& c
   static const std::array<Eigen::Vector2d, kPatchPoints> kDisc = make_unit_disc();
   const Matrix3X& rest = tissue.mesh.nodes;
   const Vector3 at = material_position(tissue.mesh, rest, centre);
-  const Vector3 normal = tissue.surface.closest(rest, at).normal;
+  const SurfacePoint in_the_middle = tissue.surface.closest(rest, at);
   Vector3 across[2];
   // In a frame of the mesh, so that a scene that is turned gives the answer turned.
   const Quaternion frame = frame_of(tissue.mesh);
-  perpendicular_basis(frame.conjugate() * normal, across[0], across[1]);
+  perpendicular_basis(frame.conjugate() * in_the_middle.normal, across[0], across[1]);
   for (Vector3& axis : across) axis = frame * axis;
   ContactPatch patch;
   double sum = 0;
   Vector3 normal_now = Vector3::Zero(), normal_at_rest = Vector3::Zero();
   for (std::size_t i = 0; i < kDisc.size(); ++i) {
     const Vector3 on_disc = at + radius * (kDisc[i].x() * across[0] + kDisc[i].y() * across[1]);
-    const SurfacePoint point = tissue.surface.closest(rest, on_disc);
+    const SurfacePoint point = i == 0 ? in_the_middle : tissue.surface.closest(rest, on_disc);
     const double way = 4 * (point.position - on_disc).norm() / radius;
     const double share = 1 / ((1 + way * way) * (1 + way * way));
     patch.points[i] = i == 0 ? centre : tissue.surface.material(point);

@@ -41,8 +41,8 @@ struct Footing {
 
 // Distance of the tip from the obstacle along its normal (m). What the tip was behind it at the start of the tick, torn
 // out of its path sideways or carried over a border by the tick before, and not by the give of what lies between, is
-// made good at `recovery` (m/s), not at once; a recovery of 0 leaves it where it is. Likewise what a tip that already
-// bears force stands off by, because the give or the patch under it has changed.
+// made good at `recovery` (m/s), not at once. Likewise what a tip that already bears force stands off by, because the
+// give or the patch under it has changed.
 double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double recovery,
                     double compliance) {
   const NeedleView& needle = at.needle;

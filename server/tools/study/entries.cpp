@@ -11,9 +11,9 @@
 #include "server/math/random.h"
 #include "server/math/rotation.h"
 #include "server/models/surface.h"
-#include "server/simulation/insertion/transitions.h"
 #include "server/simulation/simulation.h"
 #include "server/tools/study/experiment.h"
+#include "server/tools/study/ghosts.h"
 
 namespace acus {
 
@@ -68,7 +68,7 @@ Spot pick_spot(const TetrahedralMesh& mesh, const Vector3& up, Random& random) {
   return {mesh.nodes.col(mesh.surface[i][0]) + u * e + v * f, e.cross(f).normalized(), mesh.surface_tetrahedron[i]};
 }
 
-// The fifth of the tissue that is furthest behind the entry.
+// What lies furthest behind the entry: a fiftieth of the tissue's extent along `up`.
 Volume far_side(const TetrahedralMesh& mesh, const Vector3& up) {
   const Eigen::RowVectorXd heights = up.transpose() * mesh.nodes;
   const double low = heights.minCoeff(), high = heights.maxCoeff();
@@ -100,13 +100,14 @@ void place(Entry& entry, const TetrahedralMesh& mesh, const Vector3& up, Random&
     entry.along = -(rotation_exp(entry.tilt * about) * spot.normal);
     entry.at = spot.at;
     entry.normal = spot.normal;
-    entry.element = std::cbrt(6 * std::numbers::sqrt2 * rest_volume(mesh, spot.tetrahedron));
+    entry.element = element_size(mesh, spot.tetrahedron);
     const Vector3 tip = spot.at - entry.gap * entry.along, base = tip - kNeedleLength * entry.along;
     const bool blocked = surface.entry(mesh.nodes, base, tip) || find_tetrahedron(mesh, mesh.nodes, tip) >= 0;
     if (!blocked) return;
   }
 }
 
+// Entry::support.
 double support_of(const TetrahedralMesh& mesh, const Entry& entry, double radius) {
   constexpr int kPoints = 24;
   const Surface surface(mesh);
@@ -190,7 +191,7 @@ class EntryRun {
     for (const Event& event : report.events) note(event);
     const NeedleReport& needle = report.needles[0];
     outcome_.deepest = std::max(outcome_.deepest, needle.inserted_depth);
-    outcome_.ghost_ticks += is_ghost(needle);
+    outcome_.ghost_ticks += is_ghost(simulation_, surface_, 0);
   }
 
   void note(const Event& event) {
@@ -204,12 +205,6 @@ class EntryRun {
     }
     outcome_.released += event.kind == EventKind::release;
     outcome_.ghost_ticks += event.kind == EventKind::intrusion;
-  }
-
-  bool is_ghost(const NeedleReport& needle) const {
-    const Matrix3X x = simulation_.tissue_positions();
-    if (needle.phase != Phase::free || find_tetrahedron(simulation_.mesh(), x, needle.tip_position) < 0) return false;
-    return (surface_.closest(x, needle.tip_position).position - needle.tip_position).norm() > kUnnoticed;
   }
 
   const Entry& entry_;

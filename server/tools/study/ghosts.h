@@ -6,16 +6,16 @@
 #include "server/simulation/insertion/transitions.h"
 #include "server/simulation/simulation.h"
 
-namespace acus::test {
+namespace acus {
 
 // Whether a needle's tip stands deeper in the tissue than goes unnoticed, and neither a path nor a contact knows of it.
-inline bool is_ghost(const Simulation& simulation, int needle) {
+// `surface`: of the simulation's mesh.
+inline bool is_ghost(const Simulation& simulation, const Surface& surface, int needle) {
   const NeedleReport& report = simulation.report().needles[static_cast<std::size_t>(needle)];
   if (report.phase != Phase::free) return false;
   const Matrix3X x = simulation.tissue_positions();
   if (x.cols() == 0 || find_tetrahedron(simulation.mesh(), x, report.tip_position) < 0) return false;
-  const Surface surface(simulation.mesh());
   return (surface.closest(x, report.tip_position).position - report.tip_position).norm() > kUnnoticed;
 }
 
-}  // namespace acus::test
+}  // namespace acus
