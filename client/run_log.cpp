@@ -19,6 +19,7 @@ constexpr std::array kUnits{
     std::pair{"time"sv, "_s"sv},
     std::pair{"age"sv, "_s"sv},
     std::pair{"depth"sv, "_m"sv},
+    std::pair{"unheld"sv, "_m"sv},
     std::pair{"base_position"sv, "_m"sv},
     std::pair{"tip_position"sv, "_m"sv},
     std::pair{"position"sv, "_m"sv},

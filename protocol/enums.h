@@ -104,12 +104,13 @@ enum Flag : std::uint32_t {
   kStepLimited = 1u << 10,        // the tick's last step was cut, or still turned a needle far
   kElementsInverted = 1u << 11,   // the tissue is crushed: a tetrahedron is turned inside out
   kTipFoundInside = 1u << 12,     // a tip stood in the tissue without a path; one was opened along its way
-  kForcesUnbalanced = 1u << 13    // the forces of the tick before miss their balance by more than kMaxImbalance
+  kForcesUnbalanced = 1u << 13,   // the forces of the tick before miss their balance by more than kMaxImbalance
+  kShaftUnheld = 1u << 14         // a shaft crosses tissue beside its path, which does not hold it
 };
-inline constexpr std::array<const char*, 14> kFlagNames{
+inline constexpr std::array<const char*, 15> kFlagNames{
     "laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",
     "path_full",          "not_finite",           "solver_fell_back",  "steps_capped",
     "iterations_capped",  "publishing_reduced",   "step_limited",      "elements_inverted",
-    "tip_found_inside",   "forces_unbalanced"};
+    "tip_found_inside",   "forces_unbalanced",    "shaft_unheld"};
 
 }  // namespace acus::protocol

@@ -300,6 +300,7 @@ struct Force {
   double age = 0;         // s of simulation time since the tick that took the command in
   Phase phase = Phase::free;
   double depth = 0;               // m of needle inside the tissue
+  double unheld = 0;              // m of needle that crosses tissue beside its path and feels nothing
   Vector3 base_position{};        // m, world
   Quaternion base_orientation;    // world from base, spin included
   double spin = 0;                // rad
@@ -326,6 +327,7 @@ struct Force {
     visit("age", self.age);
     visit("phase", self.phase);
     visit("depth", self.depth);
+    visit("unheld", self.unheld);
     visit("base_position", self.base_position);
     visit("base_orientation", self.base_orientation);
     visit("spin", self.spin);

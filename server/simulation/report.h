@@ -17,6 +17,7 @@ struct NeedleReport {
   std::uint64_t command_tick = 0;         // tick that took it in
   Phase phase = Phase::free;
   double inserted_depth = 0;              // m of needle inside the tissue
+  double unheld = 0;                      // m of needle that crosses tissue beside its path and feels nothing
   Pose base;                              // world, spin included
   double spin = 0;                        // rad
   Vector3 tip_position = Vector3::Zero(); // m, world

@@ -85,6 +85,7 @@ void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
   force.age = record.age;
   force.phase = needle.phase;
   force.depth = needle.inserted_depth;
+  force.unheld = needle.unheld;
   force.base_position = to_wire(needle.base.position);
   force.base_orientation = to_wire(needle.base.orientation);
   force.spin = needle.spin;

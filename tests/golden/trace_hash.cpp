@@ -27,6 +27,7 @@ void add_needle(XXH3_state_t* state, const NeedleReport& n) {
   add_number(state, n.command_tick);
   add_number(state, n.phase);
   add_number(state, n.inserted_depth);
+  add_number(state, n.unheld);
   add_number(state, n.spin);
   add_matrix(state, n.base.orientation.coeffs());
   for (const Vector3* v : {&n.base.position, &n.tip_position, &n.tip_force, &n.base_force, &n.base_torque,

@@ -75,6 +75,20 @@ struct Insertion {
   }
 };
 
+// What is known of a shaft beside its path, see shaft_watch.h.
+struct ShaftWatch {
+  int next = 0;       // sample to look at
+  int found = 0;      // samples since the first that stand in tissue that does not hold them
+  double unheld = 0;  // m, of the last time that the whole needle was looked at
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("next", self.next);
+    visit("found", self.found);
+    visit("unheld", self.unheld);
+  }
+};
+
 // A needle outside, with room to remember the vertices of any path.
 inline Insertion make_insertion(int path_capacity) {
   Insertion insertion;

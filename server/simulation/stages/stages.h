@@ -46,7 +46,7 @@ bool is_finite(const Model& model, const Scratch& scratch);
 // The new positions, and what the laws remember, become the state.
 void commit(const Model& model, Scratch& scratch, State& state);
 
-// 9. Contact, puncture, borders, growth of paths, exit, withdrawal.
+// 9. Contact, puncture, borders, growth of paths, exit, withdrawal; what of the shafts stands beside them.
 void transitions(const Model& model, Scratch& scratch, State& state);
 
 // Part of 9. Compliance of the tetrahedra that the tips come to next, a node a tick, so that entering one costs no more
@@ -56,7 +56,7 @@ void look_ahead(const Model& model, const State& state, Scratch& scratch);
 // 10. What the outside is told.
 void write_report(const Model& model, const State& state, Scratch& scratch, TickReport& report);
 
-// The part of it that is the state's alone: tick, time, and of every needle its command, base, tip, phase and depth.
+// The part of it that is the state's alone: tick, time, and of every needle its command, base, tip, phase and lengths.
 void report_state(const Model& model, const State& state, TickReport& report);
 
 }  // namespace acus

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "server/simulation/insertion/shaft_watch.h"
 #include "server/simulation/limits.h"
 #include "server/simulation/stages/stages.h"
 
@@ -14,6 +15,7 @@ void transitions(const Model& model, Scratch& scratch, State& state) {
     const InsertionView at = insertion_view(model, state, scratch, i);
     scratch.outcome.transitions |= insertion_transitions(
         {at, scratch.insertions[i], state.tick, state.insertions[i], state.paths, scratch.events});
+    watch_shaft(at, scratch.insertions[i], state.insertions[i], state.watches[i]);
   }
 }
 

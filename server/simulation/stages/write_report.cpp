@@ -26,6 +26,7 @@ std::uint32_t flags_of(const Model& model, const State& state, const Scratch& sc
   raise(unfinished && o.limit < uncapped, kIterationsCapped);
   raise(o.laws.capped && steps_lowered, kStepsCapped);
   raise(!o.finite, kNotFinite);
+  raise(std::ranges::any_of(state.watches, [](const ShaftWatch& w) { return w.unheld > 0; }), kShaftUnheld);
   return flags;
 }
 
@@ -65,6 +66,7 @@ void report_state(const Model& model, const State& state, TickReport& report) {
     of_needle.command_tick = base.command_tick;
     of_needle.phase = state.insertions[i].phase;
     of_needle.inserted_depth = state.insertions[i].depth;
+    of_needle.unheld = state.watches[i].unheld;
     of_needle.base = {needle.x.col(0), needle.q[0]};
     of_needle.spin = base.spin;
     of_needle.tip_position = needle.x.rightCols<1>();
