@@ -42,7 +42,7 @@ void Rows::clear() {
 }
 
 bool Rows::add(const Row& row, const Law& law, double warm_start) {
-  assert(row.needle >= 0 && row.compliance >= 0 && row.softness >= 0 && law.limit >= 0);
+  assert(row.needle >= 0 && row.compliance >= 0 && law.limit >= 0);
   assert(!(std::abs(row.n.squaredNorm() - 1) > 1e-6));
   if (full()) return false;
   lambda_[rows_.size()] = warm_start;
@@ -69,20 +69,7 @@ void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
   tissue.add_compliance(W, delta_free_);
   W.diagonal() = W.diagonal().cwiseMax(kLeastCompliance);
   W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
-  soften();
   for (int i = 0; i < n; ++i) W(i, i) += rows_[i].compliance;
-}
-
-// The two lateral rows of a point follow each other and are equally soft, whichever way their directions stand.
-void Rows::soften() {
-  const auto W = this->W();
-  for (int i = 0; i + 1 < count(); ++i) {
-    if (rows_[i].softness == 0) continue;
-    const double soft = rows_[i].softness * (W(i, i) + W(i + 1, i + 1)) / 2;
-    laws_[i].compliance += soft;
-    laws_[i + 1].compliance += soft;
-    ++i;
-  }
 }
 
 SolverResult Rows::solve(LawMethod method, int max_steps, double tolerance) {
@@ -108,8 +95,7 @@ std::span<const double> Rows::needle_forces(int needle) {
 double Rows::elastic_energy() const {
   double energy = 0;
   for (int i = 0; i < count(); ++i)
-    if (rows_[i].role != RowRole::tip_lateral && rows_[i].softness == 0)
-      energy += (laws_[i].compliance + rows_[i].compliance) * lambda_[i] * lambda_[i] / 2;
+    energy += (laws_[i].compliance + rows_[i].compliance) * lambda_[i] * lambda_[i] / 2;
   return energy;
 }
 

@@ -50,8 +50,6 @@ struct Row {
   TissuePoint in_tissue;
   Vector3 n = Vector3::Zero();  // unit, world
   double gap = 0;               // m, delta at q_k, before this iteration's correction
-  double softness = 0;          // -, tip_lateral, lateral: compliance over the mean W of the pair, on top of
-                                // the law's own
   double radius = 0;            // r (m), torsion only
   double compliance = 0;        // e (m/N), >= 0, of the spring in series
   std::span<const MaterialPoint> patch{};  // not empty: in place of in_tissue; all weights together sum to 1
@@ -79,14 +77,12 @@ class Rows {
   const Law& law(int i) const { return laws_[i]; }
   std::span<const double> lambda() const { return {lambda_.data(), rows_.size()}; }  // N
   std::span<const double> delta() const { return {delta_.data(), rows_.size()}; }    // m
-  // Of the rows that give way by themselves (J), at the forces of the last solve; without those that fade in and out,
-  // and without the tip's, whose spring gets its offset where it leaves the end of its path.
+  // Of the rows that give way by themselves (J), at the forces of the last solve.
   double elastic_energy() const;
   Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }                     // on the needle, N
 
  private:
   std::span<const int> places_of(int needle);
-  void soften();
   // Packed, so that few rows of many take little room in the caches.
   Eigen::Map<MatrixX> W() { return {storage_.data(), count(), count()}; }
 

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <sstream>
 
+#include "server/math/rotation.h"
+
 namespace acus {
 namespace {
 
@@ -183,6 +185,19 @@ double signed_volume(const Matrix3X& x, const std::array<int, 4>& nodes) {
 }
 
 double rest_volume(const TetrahedralMesh& mesh, int t) { return signed_volume(mesh.nodes, mesh.tetrahedra[t]); }
+
+void perpendicular_basis(const TetrahedralMesh& mesh, const Vector3& n, Vector3& a, Vector3& b) {
+  const auto& nodes = mesh.tetrahedra[0];
+  const Vector3 origin = mesh.nodes.col(nodes[0]);
+  const Vector3 x = (mesh.nodes.col(nodes[1]) - origin).normalized();
+  const Vector3 z = x.cross(mesh.nodes.col(nodes[2]) - origin).normalized();
+  Matrix3 axes;
+  axes << x, z.cross(x), z;
+  const Quaternion frame(axes);
+  perpendicular_basis(frame.conjugate() * n, a, b);
+  a = frame * a;
+  b = frame * b;
+}
 
 double element_size(const TetrahedralMesh& mesh, int t) {
   return std::cbrt(6 * std::numbers::sqrt2 * rest_volume(mesh, t));

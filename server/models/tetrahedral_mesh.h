@@ -38,6 +38,8 @@ struct TetrahedralMesh {
 double signed_volume(const Matrix3X& x, const std::array<int, 4>& nodes);
 // Volume of tetrahedron t at rest (m^3), signed.
 double rest_volume(const TetrahedralMesh& mesh, int t);
+// Unit vectors a and b such that (a, b, n) is orthonormal and right-handed, for a unit n: turned with the mesh at rest.
+void perpendicular_basis(const TetrahedralMesh& mesh, const Vector3& n, Vector3& a, Vector3& b);
 // The edge of a regular tetrahedron as large as tetrahedron t at rest (m).
 double element_size(const TetrahedralMesh& mesh, int t);
 

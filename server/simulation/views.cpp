@@ -10,6 +10,15 @@
 
 namespace acus {
 
+namespace {
+
+// Times 1/E (m²/N): next to what a mesh gives way it is nothing, and two points of a path at one place can be held.
+constexpr double kLeastGive = 1e-4;
+// What the end of a needle bears across its way beyond what its length does, as a length (in diameters).
+constexpr double kEndBearing = 1.5;
+
+}  // namespace
+
 std::optional<Vector3> TissueView::border_normal(const MaterialPoint& p) const {
   constexpr double kOnFace = 1e-6;
   if (!borders.any()) return std::nullopt;
@@ -23,8 +32,18 @@ std::optional<Vector3> TissueView::border_normal(const MaterialPoint& p) const {
 
 double TissueView::lateral_compliance(const MaterialPoint& p, double d) const {
   const Region& r = tissue_regions[region(p)];
-  if (r.interaction.foundation_stiffness) return 1 / *r.interaction.foundation_stiffness;
-  return foundation_compliance(r.material, element_sizes[p.tetrahedron], d);
+  const std::optional<double>& given = r.interaction.foundation_stiffness;
+  const double compliance =
+      given ? 1 / *given : foundation_compliance(r.material, element_sizes[p.tetrahedron], d);
+  return std::max(compliance, kLeastGive / r.material.young_modulus);
+}
+
+double TissueView::end_compliance(const MaterialPoint& p, double d) const {
+  const Region& r = tissue_regions[region(p)];
+  const std::optional<double>& given = r.interaction.foundation_stiffness;
+  const double compliance = given ? 1 / (*given * kEndBearing * d)
+                                  : acus::end_compliance(r.material, element_sizes[p.tetrahedron], d);
+  return std::max(compliance, kLeastGive / (r.material.young_modulus * kEndBearing * d));
 }
 
 double TissueView::axial_compliance(const MaterialPoint& p, double d) const {

@@ -33,6 +33,8 @@ struct TissueView {
   std::optional<Vector3> border_normal(const MaterialPoint& p) const;
   // Of the tissue beside a shaft of diameter d (m): m²/N, see foundation_compliance().
   double lateral_compliance(const MaterialPoint& p, double d) const;
+  // Of the tissue around its end, across it: m/N, see end_compliance().
+  double end_compliance(const MaterialPoint& p, double d) const;
   // Along the same shaft, m²/N, zero where the scene leaves it out; see local_compliance.h.
   double axial_compliance(const MaterialPoint& p, double d) const;
   // Of the disc of surface over which a tip of diameter d (m) spreads its contact: its radius (m), and what it gives way

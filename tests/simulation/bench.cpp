@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/simulation/bench.h"
 
+#include <doctest/doctest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "server/math/rotation.h"
+#include "server/tools/study/ghosts.h"
 
 namespace acus::test {
 
@@ -40,7 +43,7 @@ Scene block_scene(double height) {
   return scene;
 }
 
-Bench::Bench(const Scene& scene) : simulation_(scene) {
+Bench::Bench(const Scene& scene) : simulation_(scene), surface_(simulation_.mesh()) {
   for (const Needle& needle : scene.needles) commands_.push_back({.seq = 0, .pose = needle.base, .spin = 0});
   for (const Guide& guide : scene.guides) commands_.push_back({.seq = 0, .pose = guide.pose, .spin = {}});
 }
@@ -56,7 +59,15 @@ void Bench::tick() {
   events_.insert(events_.end(), report.events.begin(), report.events.end());
   for (const NeedleReport& n : report.needles)
     finite_ = finite_ && n.base_force.allFinite() && n.base_torque.allFinite() && n.tip_position.allFinite();
+  check_invariants();
   if (each_tick) each_tick();
+}
+
+void Bench::check_invariants() {
+  const TickReport& report = simulation_.report();
+  CAPTURE(report.tick);
+  for (int i = 0; i < static_cast<int>(report.needles.size()); ++i) CHECK_FALSE(is_ghost(simulation_, surface_, i));
+  for (const Event& event : report.events) CHECK((may_intrude || event.kind != EventKind::intrusion));
 }
 
 void Bench::move(int body, const Vector3& by, double speed) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "server/models/surface.h"
 #include "server/simulation/simulation.h"
 
 namespace acus::test {
@@ -40,11 +41,16 @@ class Bench {
   bool finite() const { return finite_; }         // so were all reports
 
   std::function<void()> each_tick;  // called after every tick, may be empty
+  bool may_intrude = false;         // a tip may be found inside: the test throws it there
 
  private:
   void tick();
 
+  // What holds in every tick of every test.
+  void check_invariants();
+
   Simulation simulation_;
+  Surface surface_;
   std::vector<Command> commands_;
   std::vector<Event> events_;
   std::uint32_t flags_ = 0;

@@ -104,7 +104,9 @@ TEST_CASE("tissue that cuts without force has no cutting row, and the path grows
   Matrix3X points(3, simulation.path_capacity());
   const int count = simulation.path_positions(0, points);
   REQUIRE(count > 4);
-  CHECK((points.col(count - 1) - cutting.without.bench.needle().tip_position).norm() < 1e-9);
+  const Vector3 apart = points.col(count - 1) - cutting.without.bench.needle().tip_position;
+  CHECK(std::abs(apart.dot(cutting.without.bench.axis())) < 1e-9);
+  CHECK(apart.norm() < 5e-5);  // the tissue gives way beside it
 }
 
 TEST_CASE("a smooth surface has no rows of contact friction") {

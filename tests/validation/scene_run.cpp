@@ -8,6 +8,7 @@
 
 #include "server/runtime/convert.h"
 #include "server/models/surface.h"
+#include "server/tools/study/ghosts.h"
 #include "server/tools/study/parabola.h"
 
 namespace acus::test {
@@ -33,7 +34,9 @@ SceneRun::SceneRun(const std::string& scene, const std::string& trajectory, cons
     : SceneRun(read_experiment(scene, trajectory, change)) {}
 
 SceneRun::SceneRun(Experiment experiment)
-    : simulation_(experiment.scene), driver_(simulation_, std::move(experiment.trajectory)) {}
+    : simulation_(experiment.scene),
+      driver_(simulation_, std::move(experiment.trajectory)),
+      surface_(simulation_.mesh()) {}
 
 SceneRun::Experiment SceneRun::read_experiment(const std::string& scene, const std::string& trajectory,
                                                const Change& change) {
@@ -51,6 +54,8 @@ void SceneRun::run_ticks(std::size_t ticks) {
     driver_.command();
     simulation_.step();
     ticks_.push_back(simulation_.report());
+    for (int i = 0; i < static_cast<int>(ticks_.back().needles.size()); ++i)
+      ghosts_ += is_ghost(simulation_, surface_, i) ? 1 : 0;
   }
 }
 
@@ -130,6 +135,7 @@ void check_sound(const SceneRun& run) {
     if ((tick.flags & kForcesUnbalanced) != 0) ++unbalanced;
     if (!std::all_of(tick.needles.begin(), tick.needles.end(), finite)) ++broken;
   }
+  CHECK(run.ghosts() == 0);
   CHECK(others == 0);
   CHECK(broken == 0);
   CHECK(projected * 100 < run.ticks().size());   // measured: 0.34 % in inclusion_supported

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/trajectory.h"
+#include "server/models/surface.h"
 #include "server/tools/bench/trajectory_driver.h"
 #include "server/simulation/simulation.h"
 
@@ -31,6 +32,8 @@ class SceneRun {
   const std::vector<TickReport>& ticks() const { return ticks_; }  // one per tick that was run
   const NeedleReport& needle(std::size_t tick, std::size_t needle = 0) const { return ticks_[tick].needles[needle]; }
 
+  std::size_t ghosts() const { return ghosts_; }  // ticks and needles
+
   // Force against insertion (N): of the needle on its holder, against the base's +x axis.
   double resistance(std::size_t tick, std::size_t needle = 0) const;
 
@@ -51,7 +54,9 @@ class SceneRun {
 
   Simulation simulation_;
   TrajectoryDriver driver_;
+  Surface surface_;
   std::vector<TickReport> ticks_;
+  std::size_t ghosts_ = 0;
 };
 
 // "contact skin, puncture skin, ...": the order of events is easy to compare and to read.
@@ -68,7 +73,7 @@ Matrix3X path_at_rest(const Simulation& simulation, int path);
 double curvature(const std::vector<double>& depth, const std::vector<double>& offset, double from, double to,
                  std::size_t least);
 
-// What every run must keep to: finite numbers in every report, and no flag but two, each in fewer than 1 % of the
+// What every run must keep to: finite numbers in every report, no ghost and no tip found inside, and no flag but two, each in fewer than 1 % of the
 // ticks: tangent_projected of a needle near buckling, forces_unbalanced where rung warped is far from its balance for a
 // moment.
 void check_sound(const SceneRun& run);

@@ -103,8 +103,8 @@ TEST_CASE("steering: a symmetric tip stays on its axis") {
   for (const TickReport& tick : run.ticks()) world = std::max(world, tick.needles[0].tip_position.head<2>().norm());
   const double rest = path_at_rest(run.simulation(), 0).topRows<2>().colwise().norm().maxCoeff();
   MESSAGE("off the axis by " << 1e3 * world << " mm in the world, " << 1e3 * rest << " mm at rest");
-  CHECK(world < 0.02e-3);
-  CHECK(rest < 0.02e-3);
+  CHECK(world < 0.05e-3);
+  CHECK(rest < 0.05e-3);
 }
 
 TEST_CASE("steering: nothing stirs while the base rests") {

@@ -67,6 +67,8 @@ double surface_compliance(const Material& material, double edge, double d, doubl
   return punch_compliance(material) * (1 / r - 1 / std::hypot(kSpread * r, kOnSurface * edge));
 }
 
+double end_compliance(const Material& material, double edge, double d) { return tip_compliance(material, edge, d, 0); }
+
 double tip_compliance(const Material& material, double edge, double d, double f) {
   const double nu = material.poisson_ratio;
   const double A = (5 - 6 * nu) / (24 * std::numbers::pi * shear_modulus(material) * (1 - nu));

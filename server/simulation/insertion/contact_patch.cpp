@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/math/rotation.h"
 
 namespace acus {
 
@@ -27,17 +26,6 @@ std::array<Eigen::Vector2d, kPatchPoints> make_unit_disc() {
   return disc;
 }
 
-// Of the first tetrahedron's corner.
-Quaternion frame_of(const TetrahedralMesh& mesh) {
-  const auto& nodes = mesh.tetrahedra[0];
-  const Vector3 origin = mesh.nodes.col(nodes[0]);
-  const Vector3 x = (mesh.nodes.col(nodes[1]) - origin).normalized();
-  const Vector3 z = x.cross(mesh.nodes.col(nodes[2]) - origin).normalized();
-  Matrix3 axes;
-  axes << x, z.cross(x), z;
-  return Quaternion(axes);
-}
-
 }  // namespace
 
 ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& centre, double radius) {
@@ -47,10 +35,7 @@ ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& c
   const Vector3 at = material_position(tissue.mesh, rest, centre);
   const SurfacePoint in_the_middle = tissue.surface.closest(rest, at);
   Vector3 across[2];
-  // In a frame of the mesh, so that a scene that is turned gives the answer turned.
-  const Quaternion frame = frame_of(tissue.mesh);
-  perpendicular_basis(frame.conjugate() * in_the_middle.normal, across[0], across[1]);
-  for (Vector3& axis : across) axis = frame * axis;
+  perpendicular_basis(tissue.mesh, in_the_middle.normal, across[0], across[1]);
   ContactPatch patch;
   double sum = 0;
   Vector3 normal_now = Vector3::Zero(), normal_at_rest = Vector3::Zero();

@@ -72,8 +72,6 @@ InsertionForces read_forces(const Rows& rows, int needle, InsertionWork& work) {
     VertexMemory& memory = next.vertices[p.vertex];
     memory.traction = p.owned > 0 ? memory.friction / p.owned : 0;
   }
-  const auto& obstacle = work.located.obstacle;
-  if (work.located.tip.at_end && !(obstacle && obstacle->under)) next.end_force = next.tip.lateral;
   return forces;
 }
 

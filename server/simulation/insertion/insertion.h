@@ -53,8 +53,8 @@ struct ShaftPoint {
   int vertex = 0;
   double s = 0;                          // m, along the needle
   double owned = 0;                      // m, length of needle that it stands for
+  double held = 0;                       // m, of that across the path; the tip has the rest
   Vector3 tangent = Vector3::UnitX();    // of the path, unit, towards the end
-  double softness = 0;                   // -, of its lateral rows
 };
 
 // A surface that the tip meets, or may meet in this tick.
@@ -71,8 +71,7 @@ struct TipPlace {
   bool in_tail = false;  // between the last vertex and the end of a path that has one
   bool at_end = false;   // at the end of its path, not back inside it
   TissuePoint point;     // of the path, that the tip is held to
-  double softness = 0;   // -, of its lateral rows
-  double offset = 0;     // -, share of the end's offset that the point has
+  double held = 0;       // m, length of needle that it stands for across the path
   Vector3 tangent = Vector3::UnitX();  // of the path there, unit
   Vector3 cutting = Vector3::UnitX();  // along which the tip cuts, at the start of the tick, unit
 };

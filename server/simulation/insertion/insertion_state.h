@@ -54,7 +54,6 @@ struct Insertion {
   TipMemory tip;
   MaterialPoint touched;                 // of the surface, in contact
   double end_s = 0;                      // m, where the path's end stands along the needle, or ahead of it
-  Vector3 end_force = Vector3::Zero();   // N, across the path on the tip when it last was at the end
   int first_alongside = 0;               // path vertices alongside the shaft in the last tick,
   int last_alongside = -1;               // none where last < first
   std::vector<VertexMemory> vertices;    // as many as a path can have
@@ -68,7 +67,6 @@ struct Insertion {
     visit("tip", self.tip);
     visit("touched", self.touched);
     visit("end_s", self.end_s);
-    visit("end_force", self.end_force);
     visit("first_alongside", self.first_alongside);
     visit("last_alongside", self.last_alongside);
     visit("vertices", self.vertices);

@@ -105,7 +105,7 @@ void take_over_traction(Insertion& next, std::span<const ShaftPoint> shaft) {
 void find_shaft_points(const InsertionView& at, const Path& path, InsertionWork& work) {
   const double length = at.needle.model.length;
   const Vector3 tip_tangent = at.needle.tip().tangent;
-  for (int i = 0; i < holding_vertices(path); ++i) {
+  for (int i = 0; i < static_cast<int>(path.vertices.size()); ++i) {
     double& s = work.next.vertices[i].s;
     const Vector3 needle_tangent = curve_point(at.needle.model, at.needle.shape, s).tangent;
     const Vector3 tangent = along_needle(path_tangent(at.tissue, path, i, tip_tangent), needle_tangent);
@@ -114,7 +114,7 @@ void find_shaft_points(const InsertionView& at, const Path& path, InsertionWork&
     if (work.located.shaft.full()) {
       work.located.left_out = true;
     } else {
-      work.located.shaft.push_back({i, s, 0, tangent, 0});
+      work.located.shaft.push_back({i, s, 0, 0, tangent});
     }
   }
 }
@@ -127,20 +127,22 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionWork& wor
   end_s = project_on_curve(at.needle, at.tissue.position(path.end), tangent, end_s);
   place_tip(at, path, work);
   find_border(at, path, work);
-  const double end = work.next.phase == Phase::through ? std::min(length, end_s) : length;
-  share_length({work.located.shaft.begin(), work.located.shaft.end()}, end);
+  const bool through = work.next.phase == Phase::through;
+  share_length({work.located.shaft.begin(), work.located.shaft.end()}, through ? std::min(length, end_s) : length,
+               !through);
 }
 
 }  // namespace
 
-void share_length(std::span<ShaftPoint> shaft, double end) {
+void share_length(std::span<ShaftPoint> shaft, double end, bool tip_holds) {
   assert(std::ranges::is_sorted(shaft, {}, &ShaftPoint::vertex));
   const auto count = static_cast<int>(shaft.size());
   for (int i = 0; i < count; ++i) {
     const double from = i > 0 ? 0.5 * (shaft[i - 1].s + shaft[i].s) : (shaft[0].vertex == 0 ? shaft[0].s : 0);
     const double to = i + 1 < count ? 0.5 * (shaft[i].s + shaft[i + 1].s) : end;
-    shaft[i].owned = std::max(0.0, to - from);
+    shaft[i].owned = shaft[i].held = std::max(0.0, to - from);
   }
+  if (tip_holds && count > 0) shaft.back().held = std::max(0.0, shaft.back().held - (end - shaft.back().s) / 2);
 }
 
 void locate_insertion(const InsertionView& at, const Insertion& before, std::span<const Path> paths,

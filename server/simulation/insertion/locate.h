@@ -6,19 +6,20 @@
 // to the tip. The lengths sum to the inserted length at every moment, so that the friction of the whole shaft depends
 // neither on the spacing of vertices nor on the moment when one comes or goes.
 //
-// A tip that is back inside its path lies between the last vertex alongside the shaft, A, and the next one ahead, B (or
-// the path's end). It is held to (1 - u) A + u B, u the fraction of the way, with softness (1 - u)²: at u = 1 these are
-// the rows that B will have once it is passed, at u = 0, where they would repeat the rows of A with an ever shorter
-// lever, they have faded out. Held to the closest point of the polyline instead, it would bear newtons of spikes, there
-// and where it passes B, whose offset would close within a tick. tests/validation/insertion_force.cpp holds that
-// friction and lateral force are smooth past vertices, both ways.
+// Held length. Across the path each point of the needle is held by what its length of tissue bears, and its end like a
+// sphere (local_compliance.h). Vertices have the lengths that they own, but the way between the last one and the tip is
+// shared out in halves: a vertex that the cut lays at the tip takes over the tip's half at the tip's place, and gives it
+// back as the needle is pulled out past it. So nothing jumps, and nothing depends on the spacing in the limit.
 //
-// A tip that cuts is held to the path's end across its cutting direction, which is fixed in the tip's frame: that is
-// what steers a bevel. The vertex behind it fades in with its distance d from the end, in spacings, with softness
-// ((1 - d)/d)²: two rigid pairs at nearly one place would pull against each other, with tens of kilonewtons at a hand's
-// 70 mm/s, and turn the tip by whatever it slid. The vertex is soft and not the tip: the tip's rows are on
-// displacements, so a compliance there would let it slip sideways in every tick and steer a bevel less, the shorter the
-// tick.
+// A tip that is back inside its path lies between the last vertex alongside the shaft, A, and the next one ahead, B (or
+// the path's end). It is held to (1 - u) A + u B, u the fraction of the way. Held to the closest point of the polyline
+// instead, it would bear spikes where it passes B, whose offset would close within a tick. tests/validation/
+// insertion_force.cpp holds that friction and lateral force are smooth past vertices, both ways.
+//
+// A tip that cuts is held to the path's end across its cutting direction, which is fixed in the tip's frame, and the end
+// goes along this direction through the material (path_growth.h): that is what steers a bevel. The tip stands beside the
+// end by what the tissue gives way under the force that bends the needle. If the end went to the tip instead, that force
+// would have to build up anew from every step, over a way that grows with the give: a bevel would hardly steer.
 #pragma once
 
 #include <span>
@@ -32,7 +33,7 @@ namespace acus {
 void locate_insertion(const InsertionView& at, const Insertion& before, std::span<const Path> paths,
                       std::span<char> paths_taken, InsertionWork& work);
 
-// Lets the vertices alongside share the needle up to `end` (m).
-void share_length(std::span<ShaftPoint> shaft, double end);
+// Lets the vertices alongside share the needle up to `end` (m), where a tip that is held has its half of the last way.
+void share_length(std::span<ShaftPoint> shaft, double end, bool tip_holds = true);
 
 }  // namespace acus

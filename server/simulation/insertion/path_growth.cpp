@@ -6,20 +6,20 @@
 #include <cmath>
 
 #include "server/simulation/enums.h"
+#include "server/simulation/insertion/material_direction.h"
 #include "server/simulation/insertion/tip_give.h"
 
 namespace acus {
 
 namespace {
 
-// Up to where a tip has cut that bears f_c: behind it by what gives way there, but never back.
+// Up to where a tip has cut that bears f_c: behind it by what gives way there, but never back. The end goes along the
+// cutting direction through the material: what the tip stands beside it is give of the tissue, which goes along.
 Vector3 cut_place(const InsertionView& at, const Path& path) {
-  const TissueView& tissue = at.tissue;
-  const Vector3 from = tissue.position(path.end), tip = at.needle.tip().position;
-  const double give = cutting_compliance(at, path) * tissue.interaction(path.end).cutting_force;
-  if (give == 0) return tip;
-  const Vector3 direction = at.cutting_direction();
-  return direction.dot(tip - from) > give ? Vector3(tip - give * direction) : from;
+  const Vector3 from = at.tissue.position(path.end), direction = at.cutting_direction();
+  const double give = cutting_compliance(at, path) * at.tissue.interaction(path.end).cutting_force;
+  const double way = direction.dot(at.needle.tip().position - from) - give;
+  return way > 0 ? Vector3(from + way_through_material(at.tissue, path.end, direction, way)) : from;
 }
 
 // The t in [0, 1] at which |a + t b| grows to `distance` (m); |a + b| is at least that.

@@ -12,10 +12,10 @@ namespace acus {
 
 namespace {
 
-// A point holds as if it stood for at least this length of shaft (in spacings).
+// Friction of a point gives way as if it stood for at least this length of shaft (in spacings).
 constexpr double kLeastOwned = 0.1;
-
-double holding_length(double owned, double spacing) { return std::max(owned, kLeastOwned * spacing); }
+// A point that stands for less holds nothing across the path.
+constexpr double kLeastHeld = 1e-6;  // m
 
 // `row` stands at the vertex along the path's tangent.
 bool add_friction(const InsertionView& at, const VertexMemory& memory, const ShaftPoint& point, Row& row, Rows& rows) {
@@ -54,10 +54,9 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionWo
   const MaterialPoint& material = path.vertices[point.vertex];
   const CurvePoint on_needle = curve_point(at.needle.model, at.needle.shape, point.s);
   const Vector3 apart = on_needle.position - tissue.position(material);
-  Row row{at.needle_index, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0,
-          point.softness};
-  const double holding = holding_length(point.owned, path.spacing);
-  const double compliance = tissue.lateral_compliance(material, at.needle.model.diameter) / holding;
+  Row row{at.needle_index, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0};
+  const double compliance =
+      tissue.lateral_compliance(material, at.needle.model.diameter) / std::max(point.held, kLeastHeld);
   Vector3 across[2];
   perpendicular_basis(point.tangent, across[0], across[1]);
   bool all = true;
@@ -66,13 +65,13 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionWo
     row.gap = n.dot(apart);
     all = rows.add(row, {.compliance = compliance}, memory.lateral.dot(n)) && all;
   }
-  row.softness = 0;
   // A tip this close to the vertex behind it has that one's support itself.
   const TipPlace& tip = work.located.tip;
   const bool at_tip = !tip.at_end && &point == &work.located.shaft.back() && tip.point.u < 0.5;
   if (!at_tip) all = add_support(at, point.s, row, rows) && all;
   row.n = point.tangent;
-  row.compliance = tissue.axial_compliance(material, at.needle.model.diameter) / holding;
+  row.compliance = tissue.axial_compliance(material, at.needle.model.diameter) /
+                   std::max(point.owned, kLeastOwned * path.spacing);
   return add_friction(at, memory, point, row, rows) && all;
 }
 

@@ -12,6 +12,12 @@ double cutting_compliance(const InsertionView& at, const Path& path) {
                                   at.tissue.interaction(path.end).cutting_force);
 }
 
+double hold_compliance(const InsertionView& at, const TipPlace& place) {
+  const double d = at.needle.model.diameter;
+  const double end = 1 / at.tissue.end_compliance(place.point.a, d);
+  return 1 / (end + place.held / at.tissue.lateral_compliance(place.point.a, d));
+}
+
 double border_compliance(const InsertionView& at, const Path& path, double contact) {
   const double flat = at.tissue.interaction(path.end).cutting_force;
   return cutting_compliance(at, path) * (contact > flat ? flat / contact : 1);

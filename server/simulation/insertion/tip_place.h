@@ -9,8 +9,7 @@ namespace acus {
 // The needle is in a path from now on, and remembers nothing of it yet.
 void enter(Insertion& insertion, int path, double needle_length);
 
-// Fills in located.tip, and the softness of the last vertex behind a tip that cuts. Needs the places along the needle of
-// the path's vertices and end.
+// Fills in located.tip. Needs the places along the needle of the path's vertices and end, and those alongside.
 void place_tip(const InsertionView& at, const Path& path, InsertionWork& work);
 
 }  // namespace acus

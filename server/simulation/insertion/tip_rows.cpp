@@ -118,26 +118,17 @@ bool add_cutting(const InsertionView& at, const Path& path, const InsertionWork&
 }
 
 // The tip across its way.
-bool add_hold(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
-  const TissueView& tissue = at.tissue;
-  const Insertion& memory = work.next;
+bool add_hold(const InsertionView& at, const InsertionWork& work, Rows& rows) {
   const TipPlace& place = work.located.tip;
   const CurvePoint tip = at.needle.tip();
+  const double compliance = hold_compliance(at, place);
+  const Vector3 apart = tip.position - at.tissue.position(place.point);
   Vector3 across[2];
   perpendicular_basis(place.tangent, across[0], across[1]);
-  Vector3 apart = tip.position - tissue.position(place.point);
-  const bool gives_way = !place.at_end || tissue.local_compliance == LocalCompliance::all;
-  const double compliance =
-      gives_way ? tissue.lateral_compliance(place.point.a, at.needle.model.diameter) / path.spacing : 0;
-  if (place.at_end) {
-    apart -= at.needle.start_tip() - tissue.start_position(place.point.a) + compliance * memory.tip.lateral;
-  } else {
-    apart -= place.offset * compliance * memory.end_force;
-  }
   bool all = true;
   for (const Vector3& n : across) {
-    const Row row{at.needle_index, RowRole::tip_lateral, -1, tip, place.point, n, n.dot(apart), place.softness};
-    all = rows.add(row, {.compliance = compliance}, memory.tip.lateral.dot(n)) && all;
+    const Row row{at.needle_index, RowRole::tip_lateral, -1, tip, place.point, n, n.dot(apart)};
+    all = rows.add(row, {.compliance = compliance}, work.next.tip.lateral.dot(n)) && all;
   }
   return all;
 }
@@ -179,7 +170,7 @@ bool add_path_rows(const InsertionView& at, const Path& path, const InsertionWor
   assert(work.next.path >= 0 && !path.empty());
   bool all = add_cutting(at, path, work, rows);
   if (work.located.obstacle) all = add_border_contact(at, path, work, rows) && all;
-  all = add_hold(at, path, work, rows) && all;
+  all = add_hold(at, work, rows) && all;
   const TipPlace& place = work.located.tip;
   if (place.at_end) return all;
   const MaterialPoint& nearest = place.point.u < 0.5 ? place.point.a : place.point.b;

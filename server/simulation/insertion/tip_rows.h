@@ -12,15 +12,14 @@
 // as it slides, once the force along the border is more than f_c + mu times the contact force. Kept to its cutting
 // direction, a tip that grazes the border would be wedged in.
 //
-// At the end of its path the tip is held where it is: its rows there are on displacements of the tick. What it bore when it
-// left the end is the offset to which it is held on the way back, so that neither way makes a jump.
+// Across its way the tip is held by the tissue around its end and beside its last stretch (locate.h, tip_give.h), on its
+// position in the path: at the end as behind it, so that neither way makes a jump.
 //
 // Springs stand in series (rows.h, local_compliance.h): e in the contact row of a surface and, with
-// tissue.local_compliance `all`, in the cutting row. The tip stands e lambda beyond the mesh's surface, or beyond the path's end: tissue which is really at
-// the tip stands behind it in the mesh. A tip that cuts leaves its path's end e f_c behind along the cutting direction,
-// so that the force stays at f_c as the end moves on. At a border the spring is that of the cut, but gives no more than
-// it gave at f_c. Across its way the tip at the end has the give that it has behind it, on what it bore at the start of
-// the tick.
+// tissue.local_compliance `all`, in the cutting row. The tip stands e lambda beyond the mesh's surface, or beyond the
+// path's end: tissue which is really at the tip stands behind it in the mesh. A tip that cuts leaves its path's end e f_c
+// behind along the cutting direction, so that the force stays at f_c as the end moves on. At a border the spring is that
+// of the cut, but gives no more than it gave at f_c.
 //
 // A law that cannot bear any force has no row. All functions return false if a row did not fit.
 #pragma once

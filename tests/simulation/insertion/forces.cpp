@@ -38,7 +38,6 @@ TEST_CASE("forces are summed by law and remembered by vertex") {
   CHECK(next.vertices[1].sliding);
   CHECK_FALSE(next.vertices[2].sliding);
   CHECK(next.vertices[1].traction == doctest::Approx(-0.01 / bench.work.located.shaft[1].owned));
-  CHECK(next.end_force == Vector3(0.03, 0, 0));  // it stands at the end of its path
 }
 
 }  // namespace acus::test

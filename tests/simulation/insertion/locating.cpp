@@ -33,6 +33,10 @@ TEST_CASE("a vertex owns the needle halfway to its neighbours, from the surface 
   CHECK(shaft[1].owned == doctest::Approx(0.0035).epsilon(1e-12));
   CHECK(shaft[2].owned == doctest::Approx(0.0045).epsilon(1e-12));
   CHECK(sum_of_owned(shaft) == doctest::Approx(0.010).epsilon(1e-12));
+  CHECK(shaft[1].held == shaft[1].owned);
+  CHECK(shaft[2].held == doctest::Approx(0.0030).epsilon(1e-12));
+  share_length(shaft, 0.100, false);
+  CHECK(shaft[2].held == shaft[2].owned);
 }
 
 TEST_CASE("where the mouth has passed the base, the first vertex owns the needle from its base") {
