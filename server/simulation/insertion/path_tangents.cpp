@@ -8,7 +8,7 @@ namespace acus {
 
 namespace {
 
-// A last vertex this close to the end of its path (in spacings) holds nothing yet: two points at one place.
+// A last vertex this close to the end of its path (in spacings) is one place with it.
 constexpr double kEndClearance = 0.1;
 // Cosine of the largest angle between a path and the needle in it.
 constexpr double kLeastAlong = 0.5;

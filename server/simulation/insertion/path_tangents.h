@@ -7,7 +7,7 @@
 
 namespace acus {
 
-// Vertices that are far enough from the path's end to hold the shaft.
+// Vertices that are far enough from the path's end to tell whether the tip is behind or before them.
 int holding_vertices(const Path& path);
 
 // Unit, towards the end, by central differences. A path much shorter than its spacing has no direction of its own: what the

@@ -37,7 +37,7 @@ void place_tip(const InsertionView& at, const Path& path, InsertionWork& work) {
   TipPlace& tip = work.located.tip;
   const Vector3 needle_tangent = at.needle.tip().tangent;
   const double length = at.needle.model.length;
-  const auto count = static_cast<int>(path.vertices.size());
+  const int count = holding_vertices(path);
   const bool held = memory.held >= 0;
   assert(count > 0 && count <= static_cast<int>(memory.vertices.size()));
   int next = 0;

@@ -29,8 +29,8 @@ TEST_CASE("tissue that is turned turns the direction with it") {
     const MaterialPoint place = bench.point(on_line(z));
     bench.x = turn * bench.mesh.nodes;
     const TissueView tissue = bench.view().tissue;
-    CHECK((direction_at_rest(tissue, place, turn * kDown) - kDown).norm() < 1e-3);  // by 35 degrees
-    CHECK((way_through_material(tissue, place, turn * kDown, kWay) - kWay * turn * kDown).norm() < 1e-3 * kWay);
+    CHECK((direction_at_rest(tissue, place, turn * kDown) - kDown).norm() < 4e-3);  // by 35 degrees
+    CHECK((way_through_material(tissue, place, turn * kDown, kWay) - kWay * turn * kDown).norm() < 4e-3 * kWay);
   }
 }
 
