@@ -112,7 +112,7 @@ TEST_CASE("steering_arc: the offset in gelatin is the measured one") {
   for (std::size_t k = 0; k < 4; ++k) {
     const double found = track.at(kGelatinDepths[k]) - start;
     MESSAGE("at ", 1e3 * kGelatinDepths[k], " mm: ", 1e3 * found, " mm, measured ", 1e3 * kGelatinOffsets[k]);
-    CHECK(std::abs(found - kGelatinOffsets[k]) < 0.1e-3);
+    CHECK(std::abs(found - kGelatinOffsets[k]) < 0.3e-3);
   }
 }
 
