@@ -14,11 +14,20 @@ namespace {
 constexpr double kAtEnd = 1e-6;  // m
 // A tip pulled back by more than this (in spacings) from a border does not rest against it any more.
 constexpr double kBorderClearance = 0.1;
+// Cosine of the largest angle to the last stretch of its path at which a tip cuts.
+constexpr double kLeastAlong = 0.5;
 
 // Where the base takes the tip is not yet where it goes: a needle bent against a border follows it a long way.
 double end_clearance(const InsertionView& at, const Path& path, bool held) {
   if (!held) return kAtEnd;
   return kBorderClearance * path.spacing + (at.needle.tip().position - at.needle.start_tip()).norm();
+}
+
+// Whether the tip points along the last stretch of its path, and not across it, as a needle does that has buckled.
+bool points_along(const InsertionView& at, const Path& path, const Vector3& cutting) {
+  const int last = holding_vertices(path) - 1;
+  const Vector3 stretch = at.tissue.position(path.end) - at.tissue.position(path.vertices[last]);
+  return cutting.dot(stretch) >= kLeastAlong * stretch.norm();
 }
 
 }  // namespace
@@ -48,7 +57,8 @@ void place_tip(const InsertionView& at, const Path& path, InsertionWork& work) {
   tip.cutting = at.cutting_direction();
   tip.in_tail = tail && !path.exited;
   const double past_end = tip.cutting.dot(at.needle.tip().position - at.tissue.position(path.end));
-  tip.at_end = tip.in_tail && past_end >= -end_clearance(at, path, held);
+  tip.at_end = tip.in_tail && past_end >= -end_clearance(at, path, held) &&
+               (held || points_along(at, path, tip.cutting));
   tip.held = work.located.shaft.empty() ? 0 : (length - work.located.shaft.back().s) / 2;
   if (tip.at_end || next == 0) {
     tip.point = {tip.at_end ? path.end : path.vertices[0], {}, 0};
