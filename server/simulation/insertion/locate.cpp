@@ -128,13 +128,13 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionWork& wor
   place_tip(at, path, work);
   find_border(at, path, work);
   const bool through = work.next.phase == Phase::through;
-  share_length({work.located.shaft.begin(), work.located.shaft.end()}, through ? std::min(length, end_s) : length,
-               !through);
+  const std::span<ShaftPoint> shaft{work.located.shaft.begin(), work.located.shaft.end()};
+  work.located.tip.held = share_length(shaft, through ? std::min(length, end_s) : length, !through);
 }
 
 }  // namespace
 
-void share_length(std::span<ShaftPoint> shaft, double end, bool tip_holds) {
+double share_length(std::span<ShaftPoint> shaft, double end, bool tip_holds) {
   assert(std::ranges::is_sorted(shaft, {}, &ShaftPoint::vertex));
   const auto count = static_cast<int>(shaft.size());
   for (int i = 0; i < count; ++i) {
@@ -142,7 +142,11 @@ void share_length(std::span<ShaftPoint> shaft, double end, bool tip_holds) {
     const double to = i + 1 < count ? 0.5 * (shaft[i].s + shaft[i + 1].s) : end;
     shaft[i].owned = shaft[i].held = std::max(0.0, to - from);
   }
-  if (tip_holds && count > 0) shaft.back().held = std::max(0.0, shaft.back().held - (end - shaft.back().s) / 2);
+  if (!tip_holds || shaft.empty()) return 0;
+  ShaftPoint& last = shaft.back();
+  const double left = (end - last.s) / 2;
+  last.held = std::max(0.0, last.held - left);
+  return left;
 }
 
 void locate_insertion(const InsertionView& at, const Insertion& before, std::span<const Path> paths,

@@ -33,7 +33,7 @@ namespace acus {
 void locate_insertion(const InsertionView& at, const Insertion& before, std::span<const Path> paths,
                       std::span<char> paths_taken, InsertionWork& work);
 
-// Lets the vertices alongside share the needle up to `end` (m), where a tip that is held has its half of the last way.
-void share_length(std::span<ShaftPoint> shaft, double end, bool tip_holds = true);
+// Lets the vertices alongside share the needle up to `end` (m). Returns what a tip that is held has of it (m).
+double share_length(std::span<ShaftPoint> shaft, double end, bool tip_holds = true);
 
 }  // namespace acus

@@ -59,7 +59,6 @@ void place_tip(const InsertionView& at, const Path& path, InsertionWork& work) {
   const double past_end = tip.cutting.dot(at.needle.tip().position - at.tissue.position(path.end));
   tip.at_end = tip.in_tail && past_end >= -end_clearance(at, path, held) &&
                (held || points_along(at, path, tip.cutting));
-  tip.held = work.located.shaft.empty() ? 0 : (length - work.located.shaft.back().s) / 2;
   if (tip.at_end || next == 0) {
     tip.point = {tip.at_end ? path.end : path.vertices[0], {}, 0};
     tip.tangent = tip.at_end ? tip.cutting : needle_tangent;

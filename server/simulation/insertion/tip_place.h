@@ -9,7 +9,8 @@ namespace acus {
 // The needle is in a path from now on, and remembers nothing of it yet.
 void enter(Insertion& insertion, int path, double needle_length);
 
-// Fills in located.tip. Needs the places along the needle of the path's vertices and end, and those alongside.
+// Fills in located.tip but for the length that holds it (share_length). Needs the places along the needle of the path's
+// vertices and end.
 void place_tip(const InsertionView& at, const Path& path, InsertionWork& work);
 
 }  // namespace acus
