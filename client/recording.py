@@ -104,12 +104,17 @@ def axis_of(quaternions):
 
 def read_events(run_path, run):
     """The events of all needles that stand beside a run, less repetitions; none if there is no such file."""
+    events = [Event(row, run.start) for row in read_event_rows(run_path)]
+    return without_repetitions(events, REPETITION * (run.time[-1] - run.time[0]))
+
+
+def read_event_rows(run_path):
+    """All events that stand beside a run, as they were written; none if there is no such file."""
     path = os.path.splitext(run_path)[0] + ".events.csv"
     if not os.path.exists(path):
         return []
     with open(path, newline="", encoding="utf-8") as file:
-        events = [Event(row, run.start) for row in csv.DictReader(file)]
-    return without_repetitions(events, REPETITION * (run.time[-1] - run.time[0]))
+        return list(csv.DictReader(file))
 
 
 def without_repetitions(events, gap):

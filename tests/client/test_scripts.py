@@ -185,6 +185,49 @@ class Plot(RecordedRun):
         self.assertIn("No such file", run("client/plot", self.path("missing.csv")).stderr)
 
 
+class Jumps(InTemporaryFolder):
+    COLUMNS = ("tick", "time_s", "needle", "phase", "depth_m", "base_force_in_base_x_N", "base_force_in_base_y_N",
+               "base_force_in_base_z_N", "flags")
+
+    def write_forces(self, ticks, forces, flags=0):
+        with open(self.path("run.csv"), "w", encoding="utf-8") as file:
+            rows = [(tick, 1e-3 * tick, "needle", "inside", 0.01, force, 0, 0, flags)
+                    for tick, force in zip(ticks, forces)]
+            file.writelines(",".join(map(str, row)) + "\n" for row in [self.COLUMNS, *rows])
+
+    def write_events(self, *events):
+        with open(self.path("run.events.csv"), "w", encoding="utf-8") as file:
+            file.writelines(",".join(map(str, row)) + "\n" for row in [("tick", "time_s", "needle", "kind"), *events])
+
+    def jumps(self, *arguments):
+        return run("client/jumps", self.path("run.csv"), *arguments)
+
+    def test_a_step_is_found_with_its_time_and_a_ramp_is_none(self):
+        self.write_forces(range(100), [-1e-1 * max(0, i - 50) - (0.3 if i >= 20 else 0) for i in range(100)])
+        lines = self.jumps("--worst", "2").stdout.splitlines()
+        self.assertEqual(lines[1].split()[:3], ["0.0200", "needle", "0.3000"])
+        self.assertEqual(lines[1].split()[-1], "none")
+        self.assertEqual(lines[2].split()[2], "0.0000")
+
+    def test_an_event_explains_a_jump_and_flags_are_named(self):
+        self.write_forces(range(100), [-0.3 if i >= 20 else 0 for i in range(100)], flags=8)
+        self.assertIn("flags 8", self.jumps("--worst", "1").stdout)
+        self.assertEqual(self.jumps("--above", "0.05").returncode, 1)
+        self.write_events((19, 0.019, "needle", "puncture"), (20, 0.02, "other", "contact"))
+        result = self.jumps("--above", "0.05")
+        self.assert_success(result)
+        self.assertTrue(result.stdout.splitlines()[1].endswith("puncture"))
+
+    def test_what_lies_between_lost_ticks_is_no_jump(self):
+        self.write_forces([*range(20), *range(40, 60)], [0] * 20 + [1] * 20)
+        self.assert_success(self.jumps("--above", "0.05"))
+
+    def test_what_is_no_run_is_told(self):
+        self.write_forces(range(3), [0, 0, "x"])
+        self.assertIn("not a whole run", self.jumps().stderr)
+        self.assertIn("no needle 'other'", self.jumps("--needle", "other").stderr)
+
+
 class PlotTiming(InTemporaryFolder):
     def write(self, name, text):
         with open(self.path(name), "w", encoding="utf-8") as file:
