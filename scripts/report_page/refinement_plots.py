@@ -129,8 +129,7 @@ def verdicts(rows):
 def mesh_section(folder, rows):
     section = Section("Point forces and the mesh", (
         "A needle acts on points, and the larger the elements are, the stiffer they answer. "
-        "<code>tissue.local_compliance</code> adds what they cannot give way: <i>lateral</i> across the shaft (the "
-        "default), <i>shaft</i> along it as well, <i>all</i> at the tip, too."))
+        "<code>tissue.local_compliance</code> adds what they cannot give way (<i>all</i>; <i>none</i> is the mesh alone)."))
     for nu in values(rows, "poisson_ratio"):
         section.plot(folder, mesh_figure(where(rows, poisson_ratio=nu)), f"mesh_dependence_{nu:g}.png",
                      f"What a needle feels, over meshes; nu = {nu:g}.")

@@ -126,14 +126,13 @@ struct GmshMesh {
 // How the tissue is solved; see section "rungs" of MODEL.md.
 enum class TissueRung { none, linear, warped, refined, exact };
 
-// Which of the give around a needle that larger elements cannot resolve is added to its rows: that across the shaft
-// (where a region has no foundation_stiffness of its own), also along it, also ahead of the tip.
-enum class LocalCompliance { lateral, shaft, all };
+// Whether the give around a needle inside tissue that elements larger than it cannot resolve is added to its rows.
+enum class LocalCompliance { none, all };
 
 struct Tissue {
   TissueRung rung = TissueRung::warped;
   TissueElement element = TissueElement::linear;
-  LocalCompliance local_compliance = LocalCompliance::lateral;
+  LocalCompliance local_compliance = LocalCompliance::all;
   BoxMesh box;
   std::optional<GmshMesh> gmsh;  // instead of the box
   Pose pose;                     // mesh frame in the world

@@ -187,7 +187,7 @@ struct NamesOf<TissueElement> {
 
 template <>
 struct NamesOf<LocalCompliance> {
-  static constexpr std::array names{"lateral", "shaft", "all"};
+  static constexpr std::array names{"none", "all"};
 };
 
 template <>
@@ -201,8 +201,9 @@ struct FieldsOf<Tissue> {
             "linear (tetrahedra that lock as poisson_ratio nears 0.5) or nodal_pressure (volume changes averaged at the "
             "nodes, which does not lock; a larger factor)"},
       Field{"local_compliance", &Tissue::local_compliance, "", any(),
-            "which give of the tissue around a needle, that elements larger than it cannot resolve, is added: lateral "
-            "(across the shaft, see foundation_stiffness), shaft (also along it), all (also ahead of the tip inside)"},
+            "which give of the tissue around a needle inside it, that elements larger than the needle cannot resolve, is "
+            "added: all (across the shaft, see foundation_stiffness, along it and around the tip) or none (forces act on "
+            "points of the mesh, and depend on it)"},
       choice("mesh", "the tetrahedra, from one of two sources",
              Field{"box", &Tissue::box, "", any(), "a box that is cut into tetrahedra"},
              Field{"gmsh", &Tissue::gmsh, "", any(), "a mesh file"}),

@@ -45,7 +45,7 @@ InsertionView insertion_view(const Model& model, const State& state, const Scrat
   return {needle, model.scene.needles[needle], needle_view(model, scratch, needle),
           TissueView{model.mesh, model.surface, model.borders, model.scene.tissue.regions, model.interactions,
                      model.element_sizes, model.regions, state.tissue.x, scratch.tissue.x(),
-                     model.scene.tissue.local_compliance}};
+                     model.scene.tissue.local_compliance == LocalCompliance::all}};
 }
 
 }  // namespace acus

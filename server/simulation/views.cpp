@@ -19,13 +19,13 @@ constexpr double kEndBearing = 1.5;
 
 }  // namespace
 
-std::optional<Vector3> TissueView::border_normal(const MaterialPoint& p) const {
+std::optional<BorderFace> TissueView::border_face(const MaterialPoint& p) const {
   constexpr double kOnFace = 1e-6;
   if (!borders.any()) return std::nullopt;
   for (int k = 0; k < 4; ++k) {
     const int beyond = p.weights[k] < kOnFace ? mesh.neighbours[p.tetrahedron][k] : -1;
     if (beyond < 0 || regions[beyond] == region(p) || !border(p, regions[beyond]).holds) continue;
-    return shape_gradients(mesh, x, p.tetrahedron).col(k).stableNormalized();
+    return BorderFace{shape_gradients(mesh, x, p.tetrahedron).col(k).stableNormalized(), beyond};
   }
   return std::nullopt;
 }
@@ -33,21 +33,23 @@ std::optional<Vector3> TissueView::border_normal(const MaterialPoint& p) const {
 double TissueView::lateral_compliance(const MaterialPoint& p, double d) const {
   const Region& r = tissue_regions[region(p)];
   const std::optional<double>& given = r.interaction.foundation_stiffness;
-  const double compliance =
-      given ? 1 / *given : foundation_compliance(r.material, element_sizes[p.tetrahedron], d);
+  double compliance = 0;
+  if (given) compliance = 1 / *given;
+  else if (local_compliance) compliance = foundation_compliance(r.material, element_sizes[p.tetrahedron], d);
   return std::max(compliance, kLeastGive / r.material.young_modulus);
 }
 
 double TissueView::end_compliance(const MaterialPoint& p, double d) const {
   const Region& r = tissue_regions[region(p)];
   const std::optional<double>& given = r.interaction.foundation_stiffness;
-  const double compliance = given ? 1 / (*given * kEndBearing * d)
-                                  : acus::end_compliance(r.material, element_sizes[p.tetrahedron], d);
+  double compliance = 0;
+  if (given) compliance = 1 / (*given * kEndBearing * d);
+  else if (local_compliance) compliance = acus::end_compliance(r.material, element_sizes[p.tetrahedron], d);
   return std::max(compliance, kLeastGive / (r.material.young_modulus * kEndBearing * d));
 }
 
 double TissueView::axial_compliance(const MaterialPoint& p, double d) const {
-  if (local_compliance == LocalCompliance::lateral) return 0;
+  if (!local_compliance) return 0;
   return acus::axial_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d);
 }
 
@@ -61,8 +63,15 @@ double TissueView::surface_compliance(const MaterialPoint& p, double d) const {
 }
 
 double TissueView::tip_compliance(const MaterialPoint& p, double d, double f) const {
-  if (local_compliance != LocalCompliance::all) return 0;
+  if (!local_compliance) return 0;
   return acus::tip_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, f);
+}
+
+double TissueView::border_compliance(const MaterialPoint& p, int into, double d) const {
+  if (!local_compliance) return 0;
+  const Material &here = tissue_regions[region(p)].material, &there = tissue_regions[into].material;
+  return acus::tip_compliance(here.young_modulus > there.young_modulus ? here : there, element_sizes[p.tetrahedron], d,
+                              border(p, into).puncture_force);
 }
 
 Vector3 NeedleView::turned(const CurvePoint& point) const {

@@ -12,6 +12,11 @@
 
 namespace acus {
 
+struct BorderFace {
+  Vector3 normal;  // unit, world, towards the side that was asked from
+  int beyond;      // the tetrahedron on the other side
+};
+
 struct TissueView {
   const TetrahedralMesh& mesh;
   const Surface& surface;
@@ -22,27 +27,28 @@ struct TissueView {
   std::span<const int> regions;               // per tetrahedron
   const Matrix3X& x_start;                    // at the start of the tick (m)
   const Matrix3X& x;                          // x_k
-  LocalCompliance local_compliance = LocalCompliance::lateral;
+  bool local_compliance = true;               // tissue.local_compliance: all
 
   int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
   const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
   // What a tip at a point meets at the border into another region.
   const Border& border(const MaterialPoint& from, int into) const { return borders.at(region(from), into); }
-  // The normal, towards the point's own region, of a face that the point lies on and behind which a region begins that
-  // holds tips.
-  std::optional<Vector3> border_normal(const MaterialPoint& p) const;
+  // A face that the point lies on and behind which a region begins that holds tips.
+  std::optional<BorderFace> border_face(const MaterialPoint& p) const;
   // Of the tissue beside a shaft of diameter d (m): m²/N, see foundation_compliance().
   double lateral_compliance(const MaterialPoint& p, double d) const;
   // Of the tissue around its end, across it: m/N, see end_compliance().
   double end_compliance(const MaterialPoint& p, double d) const;
-  // Along the same shaft, m²/N, zero where the scene leaves it out; see local_compliance.h.
+  // Along the same shaft, m²/N; see local_compliance.h. It and what follows are zero if the scene leaves them out.
   double axial_compliance(const MaterialPoint& p, double d) const;
   // Of the disc of surface over which a tip of diameter d (m) spreads its contact: its radius (m), and what it gives way
   // beyond the mesh (m/N); see local_compliance.h.
   double contact_radius(const MaterialPoint& p, double d) const;
   double surface_compliance(const MaterialPoint& p, double d) const;
-  // Of the tissue ahead of a tip inside that bears f (N) at most: m/N, zero where the scene leaves it out.
+  // Of the tissue ahead of a tip inside that bears f (N) at most: m/N.
   double tip_compliance(const MaterialPoint& p, double d, double f) const;
+  // Of a border into another region that a tip at p presses on: m/N, that of the stiffer side.
+  double border_compliance(const MaterialPoint& p, int into, double d) const;
   Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
   Vector3 position(const TissuePoint& p) const { return tissue_position(mesh, x, p); }
   Vector3 start_position(const MaterialPoint& p) const { return material_position(mesh, x_start, p); }

@@ -105,7 +105,7 @@ TEST_CASE("tissue that cuts without force has no cutting row, and the path grows
   const int count = simulation.path_positions(0, points);
   REQUIRE(count > 4);
   const Vector3 apart = points.col(count - 1) - cutting.without.bench.needle().tip_position;
-  CHECK(std::abs(apart.dot(cutting.without.bench.axis())) < 1e-9);
+  CHECK(std::abs(apart.dot(cutting.without.bench.axis())) < 5e-9);
   CHECK(apart.norm() < 5e-5);  // the tissue gives way beside it
 }
 

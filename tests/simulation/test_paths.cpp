@@ -59,7 +59,7 @@ TEST_CASE("a mouth where a needle came out lets another in, without puncture and
   CHECK(bench.events(EventKind::reentry, 1).size() == 1);
   CHECK(bench.needle(1).inserted_depth == doctest::Approx(0.025).epsilon(0.05).scale(0));
   CHECK(largest < 1e-9);
-  CHECK(bench.resistance(1) == doctest::Approx(steady_force(bench, 1, 0)).epsilon(2e-5).scale(0));
+  CHECK(bench.resistance(1) == doctest::Approx(steady_force(bench, 1, 0)).epsilon(5e-5).scale(0));
 
   bench.push(1, 0.015, kSpeed);  // out at the mouth that the first one cut
   CHECK(bench.events(EventKind::exit, 1).size() == 1);
@@ -114,7 +114,7 @@ TEST_CASE("needles of different spacing go on in each other's paths") {
     bench.push(1, 0.085, kSpeed);  // 5 mm short of the old end
     CHECK(bench.events(EventKind::puncture, 1).empty());
     CHECK(bench.needle(1).cutting_force.norm() < 1e-9);
-    CHECK(bench.resistance(1) == doctest::Approx(steady_force(bench, 1, 0)).epsilon(2e-5).scale(0));
+    CHECK(bench.resistance(1) == doctest::Approx(steady_force(bench, 1, 0)).epsilon(5e-5).scale(0));
     bench.push(1, 0.025, kSpeed);  // and past it
     CHECK(bench.resistance(1) == doctest::Approx(steady_force(bench, 1, f_c)).epsilon(7e-6).scale(0));
     bench.push(1, -0.12, kSpeed);

@@ -20,7 +20,7 @@ struct WatchedScene {
   bool rigid = false;          // all needles
   bool second_needle = false;  // 15 mm beside the first
   TissueElement element = TissueElement::linear;
-  LocalCompliance give = LocalCompliance::lateral;
+  LocalCompliance give = LocalCompliance::all;
 };
 
 inline constexpr std::array kWatchedScenes{
@@ -31,7 +31,7 @@ inline constexpr std::array kWatchedScenes{
     WatchedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true},
     WatchedScene{.name = "insertion_pullback", .depth = 0.02, .second_needle = true},
     WatchedScene{.name = "inclusion_soft_needle", .depth = 0.012, .element = TissueElement::nodal_pressure},
-    WatchedScene{.name = "inclusion_soft_needle", .depth = 0.06, .give = LocalCompliance::all},
+    WatchedScene{.name = "inclusion_soft_needle", .depth = 0.06, .give = LocalCompliance::none},
 };
 
 // Ways to solve a scene. Rung `exact` factorises in every tick, where CHOLMOD asks for memory.

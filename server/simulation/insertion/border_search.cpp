@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/insertion/border_search.h"
 
+#include <algorithm>
 #include <cassert>
 
 #include "server/simulation/insertion/tip_give.h"
@@ -9,10 +10,11 @@ namespace acus {
 
 namespace {
 
-Obstacle closest_on(const TissueView& tissue, int region, const Vector3& p) {
-  const Surface& surface = tissue.borders.surface(region);
-  const SurfacePoint at = surface.closest(tissue.x, p);
-  return {region, at, surface.material(at), {}};
+Obstacle closest_on(const InsertionView& at, int region, const Vector3& p) {
+  const Surface& surface = at.tissue.borders.surface(region);
+  const SurfacePoint closest = surface.closest(at.tissue.x, p);
+  const MaterialPoint material = surface.material(closest);
+  return {region, closest, material, {}, at.tissue.border_compliance(material, region, at.parameters.outer_diameter)};
 }
 
 }  // namespace
@@ -20,17 +22,17 @@ Obstacle closest_on(const TissueView& tissue, int region, const Vector3& p) {
 void find_border(const InsertionView& at, const Path& path, InsertionWork& work) {
   assert(!path.empty());
   const TissueView& tissue = at.tissue;
-  const TipPlace& tip = work.located.tip;
+  TipPlace& tip = work.located.tip;
   if (!tip.in_tail || !tissue.borders.any()) return;
   if (work.next.held >= 0 && tip.at_end) {
-    work.located.obstacle = closest_on(tissue, work.next.held, tissue.position(path.end));
+    work.located.obstacle = closest_on(at, work.next.held, tissue.position(path.end));
     return;
   }
   const Vector3 position = at.needle.tip().position, direction = at.cutting_direction();
-  const double reach = kContactMargin + 2 * (position - at.needle.start_tip()).norm();
   Vector3 from = tissue.position(path.end);
+  const double lead = std::max(0.0, direction.dot(position - from));
+  const double reach = kContactMargin + 2 * (position - at.needle.start_tip()).norm() + lead;
   const Vector3 to = from + reach * direction;
-  const Vector3 unloaded = position - cutting_compliance(at, path) * work.next.tip.cutting * direction;
   int start = path.end.tetrahedron, came_from = -1;
   for (int i = 0; i < kMaxCrossings; ++i) {
     const Trace trace = trace_segment(tissue.mesh, tissue.x, start, from, to, tissue.regions, came_from);
@@ -38,8 +40,9 @@ void find_border(const InsertionView& at, const Path& path, InsertionWork& work)
     from = tissue.position(trace.end);
     const int region = tissue.regions[trace.next];
     if (tissue.border(trace.end, region).holds) {
-      Obstacle& obstacle = work.located.obstacle.emplace(closest_on(tissue, region, from));
-      obstacle.under = tip.at_end && obstacle.at.normal.dot(unloaded - obstacle.at.position) < 0;
+      Obstacle& obstacle = work.located.obstacle.emplace(closest_on(at, region, from));
+      obstacle.under = tip.at_end && obstacle.at.normal.dot(position - obstacle.at.position) < 0;
+      tip.ahead = distance_ahead(at, obstacle, at.needle.start_tip(), tissue.start_position(obstacle.material));
       return;
     }
     came_from = trace.end.tetrahedron;

@@ -63,6 +63,7 @@ struct Obstacle {
   SurfacePoint at;
   MaterialPoint material;  // the same point, of the tetrahedron on the tip's side
   std::optional<ContactPatch> patch;  // of the tissue's own surface: what bears the contact
+  double compliance = 0;   // m/N, of what gives way under the tip beyond the mesh
   bool under = true;       // the tip rests against it, or will get there in this tick
 };
 
@@ -74,6 +75,7 @@ struct TipPlace {
   double held = 0;       // m, length of needle that it stands for across the path
   Vector3 tangent = Vector3::UnitX();  // of the path there, unit
   Vector3 cutting = Vector3::UnitX();  // along which the tip cuts, at the start of the tick, unit
+  double ahead = kInfinity;            // m, from the tip to a border along it, at the start of the tick
 };
 
 // What stage 4 finds out about a needle.

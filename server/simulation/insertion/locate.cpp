@@ -88,6 +88,7 @@ void locate_outside(const InsertionView& at, std::span<const Path> paths, std::s
   obstacle.region = at.tissue.region(obstacle.material);
   const double radius = at.tissue.contact_radius(obstacle.material, at.parameters.outer_diameter);
   obstacle.patch = make_contact_patch(at.tissue, obstacle.material, radius);
+  obstacle.compliance = at.tissue.surface_compliance(obstacle.material, at.parameters.outer_diameter);
   obstacle.at.normal = obstacle.patch->normal;
 }
 
@@ -95,9 +96,12 @@ void locate_outside(const InsertionView& at, std::span<const Path> paths, std::s
 void take_over_traction(Insertion& next, std::span<const ShaftPoint> shaft) {
   double before = 0;
   for (const ShaftPoint& point : shaft) {
-    double& traction = next.vertices[point.vertex].traction;
-    if (point.vertex < next.first_alongside || point.vertex > next.last_alongside) traction = before;
-    before = traction;
+    VertexMemory& memory = next.vertices[point.vertex];
+    if (point.vertex < next.first_alongside || point.vertex > next.last_alongside) {
+      memory.traction = before;
+      memory.friction = before * point.owned;
+    }
+    before = memory.traction;
   }
 }
 

@@ -15,9 +15,9 @@ namespace {
 
 // Up to where a tip has cut that bears f_c: behind it by what gives way there, but never back. The end goes along the
 // cutting direction through the material: what the tip stands beside it is give of the tissue, which goes along.
-Vector3 cut_place(const InsertionView& at, const Path& path) {
+Vector3 cut_place(const InsertionView& at, const Path& path, double ahead) {
   const Vector3 from = at.tissue.position(path.end), direction = at.cutting_direction();
-  const double give = cutting_compliance(at, path) * at.tissue.interaction(path.end).cutting_force;
+  const double give = cutting_compliance(at, path, ahead) * at.tissue.interaction(path.end).cutting_force;
   const double way = direction.dot(at.needle.tip().position - from) - give;
   return way > 0 ? Vector3(from + way_through_material(at.tissue, path.end, direction, way)) : from;
 }
@@ -31,10 +31,10 @@ double way_to_distance(const Vector3& a, const Vector3& b, double distance) {
 
 }  // namespace
 
-std::uint32_t grow(const Transition& now, Path& path, int start, int came_from) {
+std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, double ahead) {
   const TissueView& tissue = now.at.tissue;
   Insertion& memory = now.memory;
-  const Vector3 to = cut_place(now.at, path);
+  const Vector3 to = cut_place(now.at, path, ahead);
   std::uint32_t flags = 0;
   for (int i = 0; i < kMaxCrossings && start >= 0; ++i) {
     const Vector3 from = tissue.position(path.end);
@@ -66,7 +66,7 @@ std::uint32_t slide(const Transition& now, Path& path, const MaterialPoint& end)
   const Vector3 to = tissue.position(end);
   path.end = end;
   while (path.vertices.size() > 1 && (to - last(1)).dot(last(1) - last(2)) < 0 &&
-         tissue.border_normal(path.vertices.back())) {
+         tissue.border_face(path.vertices.back())) {
     path.vertices.pop_back();
     from = last(1);
   }
@@ -106,8 +106,13 @@ std::uint32_t lay_vertices(const Transition& now, Path& path, int start, const V
 }
 
 void leave_border(const Transition& now) {
-  if (now.memory.held >= 0) now.report(EventKind::release, now.memory.held, 0);
-  now.memory.held = -1;
+  Insertion& memory = now.memory;
+  if (memory.held < 0) return;
+  now.report(EventKind::release, memory.held, 0);
+  memory.held = -1;
+  // The cut goes on with the force that it had along the border.
+  if (memory.tip.cutting == 0)
+    memory.tip.cutting = std::max(0.0, -memory.tip.lateral.dot(now.at.cutting_direction()));
 }
 
 }  // namespace acus

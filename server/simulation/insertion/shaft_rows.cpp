@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <numbers>
 
 #include "server/math/rotation.h"
@@ -14,11 +15,21 @@ namespace {
 
 // Friction of a point gives way as if it stood for at least this length of shaft (in spacings).
 constexpr double kLeastOwned = 0.1;
+// A spring that is drawn out by more than this share of its length of shaft.
+constexpr double kFarStrained = 0.25;
 // A point that stands for less holds nothing across the path.
 constexpr double kLeastHeld = 1e-6;  // m
 
+// lambda_n (N): what the strain beside the vertex bears before the tick, of a spring of so much give per length (m²/N).
+double strained_force(const VertexMemory& memory, double owned, double axial) {
+  const double force = memory.traction * owned, most = std::abs(memory.friction);
+  const bool far = axial * std::abs(memory.traction) > kFarStrained * owned;
+  return far && !memory.sliding ? std::clamp(force, -most, most) : force;
+}
+
 // `row` stands at the vertex along the path's tangent.
-bool add_friction(const InsertionView& at, const VertexMemory& memory, const ShaftPoint& point, Row& row, Rows& rows) {
+bool add_friction(const InsertionView& at, const Path& path, const VertexMemory& memory, const ShaftPoint& point,
+                  Row& row, Rows& rows) {
   const TissueView& tissue = at.tissue;
   const NeedleView& needle = at.needle;
   const MaterialPoint& material = row.in_tissue.a;
@@ -29,9 +40,11 @@ bool add_friction(const InsertionView& at, const VertexMemory& memory, const Sha
   bool all = true;
   if (threshold(false) > 0 || viscosity > 0) {
     const Vector3 before = needle.start_position(point.s) - tissue.start_position(material);
+    const double axial = tissue.axial_compliance(material, needle.model.diameter);
     row.role = RowRole::friction;
+    row.compliance = axial / std::max(point.owned, kLeastOwned * path.spacing);
     row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before) -
-              row.compliance * memory.traction * point.owned;
+              row.compliance * strained_force(memory, point.owned, axial);
     all = rows.add(row, {LawKind::friction, threshold(memory.sliding), viscosity}, memory.friction);
   }
   const double share = at.parameters.torsional_friction;
@@ -55,24 +68,23 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionWo
   const CurvePoint on_needle = curve_point(at.needle.model, at.needle.shape, point.s);
   const Vector3 apart = on_needle.position - tissue.position(material);
   Row row{at.needle_index, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0};
-  const double compliance =
-      tissue.lateral_compliance(material, at.needle.model.diameter) / std::max(point.held, kLeastHeld);
+  const auto beside = [&](const MaterialPoint& p) {
+    return tissue.lateral_compliance(p, at.needle.model.diameter) / std::max(point.held, kLeastHeld);
+  };
   Vector3 across[2];
   perpendicular_basis(point.tangent, across[0], across[1]);
   bool all = true;
   for (const Vector3& n : across) {
     row.n = n;
     row.gap = n.dot(apart);
-    all = rows.add(row, {.compliance = compliance}, memory.lateral.dot(n)) && all;
+    all = rows.add(row, {.compliance = beside(material)}, memory.lateral.dot(n)) && all;
   }
   // A tip this close to the vertex behind it has that one's support itself.
   const TipPlace& tip = work.located.tip;
   const bool at_tip = !tip.at_end && &point == &work.located.shaft.back() && tip.point.u < 0.5;
-  if (!at_tip) all = add_support(at, point.s, row, rows) && all;
+  if (!at_tip) all = add_support(at, row, beside, rows) && all;
   row.n = point.tangent;
-  row.compliance = tissue.axial_compliance(material, at.needle.model.diameter) /
-                   std::max(point.owned, kLeastOwned * path.spacing);
-  return add_friction(at, memory, point, row, rows) && all;
+  return add_friction(at, path, memory, point, row, rows) && all;
 }
 
 }  // namespace acus

@@ -12,8 +12,10 @@
 //
 // t_n the friction per length that the vertex bore at the end of the last tick. It is this, and so the strain of the
 // tissue beside it, that stays when l changes; a vertex that comes alongside takes over that of the one before it. So
-// force is continuous as vertices come and go. Within the threshold the spring gives back all that it took; what a
-// shaft that slips enters with comes along with its share of energy, axial t²/2 per metre.
+// force is continuous as vertices come and go. What a shaft that slips enters with comes along with its share of energy,
+// axial t²/2 per metre. A shaft that sticks goes in and out as far as the spring gives way, which gives back what it took.
+// Where that is much of l itself, lambda_n is no more than the vertex bore: l t_n would grow with the motion that the
+// spring is to hold.
 //
 // Torsional friction, if the needle has it, is one more row (rows.h) with the threshold of the friction row times the
 // needle's share. Friction with neither threshold nor viscosity has no row.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/simulation/insertion/tip_give.h"
 #include "server/simulation/insertion/transitions.h"
 
 namespace acus {
@@ -23,7 +22,7 @@ Stretch held_stretch(const InsertionView& at, const InsertionWork& work, const I
     return {end - memory.depth, end};
   }
   if (memory.phase != Phase::contact || !work.located.obstacle) return {length, length};
-  const double beyond = kContactMargin + surface_compliance(at, *work.located.obstacle) * memory.tip.contact;
+  const double beyond = kContactMargin + work.located.obstacle->compliance * memory.tip.contact;
   return {length - 2 * beyond, length};
 }
 

@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/insertion/tip_give.h"
 
+#include <algorithm>
+
 namespace acus {
 
-double surface_compliance(const InsertionView& at, const Obstacle& obstacle) {
-  return at.tissue.surface_compliance(obstacle.material, at.parameters.outer_diameter);
+double cutting_compliance(const InsertionView& at, const Path& path, double ahead) {
+  const double cutting_force = at.tissue.interaction(path.end).cutting_force;
+  const double free = at.tissue.tip_compliance(path.end, at.parameters.outer_diameter, cutting_force);
+  return cutting_force > 0 ? std::min(free, std::max(0.0, ahead) / cutting_force) : free;
 }
 
-double cutting_compliance(const InsertionView& at, const Path& path) {
-  return at.tissue.tip_compliance(path.end, at.parameters.outer_diameter,
-                                  at.tissue.interaction(path.end).cutting_force);
-}
-
-double hold_compliance(const InsertionView& at, const TipPlace& place) {
+double hold_compliance(const InsertionView& at, const MaterialPoint& material, double held) {
   const double d = at.needle.model.diameter;
-  const double end = 1 / at.tissue.end_compliance(place.point.a, d);
-  return 1 / (end + place.held / at.tissue.lateral_compliance(place.point.a, d));
+  const double end = 1 / at.tissue.end_compliance(material, d);
+  return 1 / (end + held / at.tissue.lateral_compliance(material, d));
 }
 
-double border_compliance(const InsertionView& at, const Path& path, double contact) {
-  const double flat = at.tissue.interaction(path.end).cutting_force;
-  return cutting_compliance(at, path) * (contact > flat ? flat / contact : 1);
+double distance_ahead(const InsertionView& at, const Obstacle& obstacle, const Vector3& tip, const Vector3& place) {
+  constexpr double kGrazing = 1e-3;  // sine of the angle below which the way does not lead there
+  const double towards = -obstacle.at.normal.dot(at.cutting_direction());
+  return towards > kGrazing ? obstacle.at.normal.dot(tip - place) / towards : kInfinity;
 }
 
 }  // namespace acus

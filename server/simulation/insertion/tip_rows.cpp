@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/math/rotation.h"
+#include "server/simulation/insertion/path_tangents.h"
 #include "server/simulation/insertion/tip_give.h"
 
 namespace acus {
@@ -43,18 +44,16 @@ struct Footing {
 // out of its path sideways or carried over a border by the tick before, and not by the give of what lies between, is
 // made good at `recovery` (m/s), not at once. Likewise what a tip that already bears force stands off by, because the
 // give or the patch under it has changed.
-double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double recovery,
-                    double compliance) {
+double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double recovery) {
   const NeedleView& needle = at.needle;
   const Vector3& n = obstacle.at.normal;
   const Footing footing(at.tissue, obstacle, tip);
-  const double give = compliance * std::max(tip.contact, tip.cutting);
+  const double give = obstacle.compliance * std::max(tip.contact, tip.cutting);
   const double start = give + n.dot(needle.start_tip() - footing.start) - footing.rise;
-  const double before_it = obstacle.under ? 0 : compliance * tip.cutting;  // what is cut gives way first
-  const double apart = before_it + n.dot(needle.tip().position - footing.now) - footing.rise;
+  const double apart = n.dot(needle.tip().position - footing.now) - footing.rise;
   const bool bears = give > 0 || (obstacle.patch && tip.contact > 0);
   // A tip that slides comes to other places, and to a hollow or a bulge no later than to these.
-  const double travelled = obstacle.patch ? (needle.tip().position - needle.start_tip()).norm() : 0;
+  const double travelled = (needle.tip().position - needle.start_tip()).norm();
   if (obstacle.under && bears) return apart - shrunk(start, kSettlingSpeed * needle.h + travelled);
   return apart - std::min(0.0, start + recovery * needle.h);
 }
@@ -69,10 +68,10 @@ Row obstacle_row(const InsertionView& at, const Obstacle& obstacle, RowRole role
 
 // The tip against the obstacle, along its normal.
 bool add_contact(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double puncture_force,
-                 double gap, double compliance, Rows& rows) {
+                 double gap, Rows& rows) {
   Row row = obstacle_row(at, obstacle, RowRole::contact, obstacle.at.normal);
   row.gap = gap;
-  row.compliance = compliance;
+  row.compliance = obstacle.compliance;
   return rows.add(row, {LawKind::unilateral, puncture_force}, tip.contact);
 }
 
@@ -97,12 +96,20 @@ bool add_contact_friction(const InsertionView& at, const Obstacle& obstacle, con
   return all;
 }
 
-bool add_border_contact(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
+bool add_border_contact(const InsertionView& at, const InsertionWork& work, Rows& rows) {
   const Obstacle& obstacle = *work.located.obstacle;
   const Border& border = at.tissue.border(obstacle.material, obstacle.region);
-  const double compliance = border_compliance(at, path, work.next.tip.contact);
-  const double gap = obstacle_gap(at, obstacle, work.next.tip, kRecoverySpeed, compliance);
-  return add_contact(at, obstacle, work.next.tip, border.puncture_force, gap, compliance, rows);
+  const double gap = obstacle_gap(at, obstacle, work.next.tip, kRecoverySpeed);
+  return add_contact(at, obstacle, work.next.tip, border.puncture_force, gap, rows);
+}
+
+// What a tip on a border has to cut as it slides: all of f_c ahead and aside, nothing within 60 degrees of its way back. By the force of the
+// last tick, which is against the slip.
+double border_cohesion(const InsertionView& at, const Path& path, const TipMemory& tip) {
+  const double cutting_force = at.tissue.interaction(path.end).cutting_force;
+  const Vector3 ahead = end_tangent(at.tissue, path, at.needle.tip().tangent);
+  const double back = ahead.dot(tip.lateral.stableNormalized());
+  return cutting_force * std::clamp(1 - 2 * back, 0.0, 1.0);
 }
 
 // Along the direction that stage 4 has found, to which the tip's hold is orthogonal: in later iterations the tip may have
@@ -112,7 +119,7 @@ bool add_cutting(const InsertionView& at, const Path& path, const InsertionWork&
   const double cutting_force = at.tissue.interaction(path.end).cutting_force;
   if (path.exited || cutting_force == 0) return true;
   Row row{at.needle_index, RowRole::cutting, -1, at.needle.tip(), {path.end, {}, 0}, -work.located.tip.cutting, 0};
-  row.compliance = cutting_compliance(at, path);
+  row.compliance = cutting_compliance(at, path, work.located.tip.ahead);
   row.gap = cutting_gap(at, path, tip, row.n, row.compliance);
   return rows.add(row, {LawKind::unilateral, cutting_force}, tip.cutting);
 }
@@ -121,7 +128,7 @@ bool add_cutting(const InsertionView& at, const Path& path, const InsertionWork&
 bool add_hold(const InsertionView& at, const InsertionWork& work, Rows& rows) {
   const TipPlace& place = work.located.tip;
   const CurvePoint tip = at.needle.tip();
-  const double compliance = hold_compliance(at, place);
+  const double compliance = hold_compliance(at, place.point.a, place.held);
   const Vector3 apart = tip.position - at.tissue.position(place.point);
   Vector3 across[2];
   perpendicular_basis(place.tangent, across[0], across[1]);
@@ -150,9 +157,8 @@ bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& 
   const TipMemory& tip = work.next.tip;
   const Interaction& law = at.tissue.interaction(obstacle.material);
   const int normal_row = rows.count();
-  const double compliance = surface_compliance(at, obstacle);
-  const double gap = obstacle_gap(at, obstacle, tip, kSettlingSpeed, compliance);
-  return add_contact(at, obstacle, tip, law.puncture_force, gap, compliance, rows) &&
+  const double gap = obstacle_gap(at, obstacle, tip, kSettlingSpeed);
+  return add_contact(at, obstacle, tip, law.puncture_force, gap, rows) &&
          add_contact_friction(at, obstacle, tip, law.friction_contact, 0, normal_row, rows);
 }
 
@@ -160,35 +166,22 @@ bool add_border_rows(const InsertionView& at, const Path& path, const InsertionW
   assert(work.located.obstacle);
   const Obstacle& obstacle = *work.located.obstacle;
   const double friction = at.tissue.border(obstacle.material, obstacle.region).friction_contact;
-  const double cohesion = at.tissue.interaction(path.end).cutting_force;
+  const double cohesion = border_cohesion(at, path, work.next.tip);
   const int normal_row = rows.count();
-  return add_border_contact(at, path, work, rows) &&
+  return add_border_contact(at, work, rows) &&
          add_contact_friction(at, obstacle, work.next.tip, friction, cohesion, normal_row, rows);
 }
 
 bool add_path_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
   assert(work.next.path >= 0 && !path.empty());
   bool all = add_cutting(at, path, work, rows);
-  if (work.located.obstacle) all = add_border_contact(at, path, work, rows) && all;
+  if (work.located.obstacle) all = add_border_contact(at, work, rows) && all;
   all = add_hold(at, work, rows) && all;
   const TipPlace& place = work.located.tip;
   if (place.at_end) return all;
   const MaterialPoint& nearest = place.point.u < 0.5 ? place.point.a : place.point.b;
   const Row support{at.needle_index, RowRole::tip_lateral, -1, at.needle.tip(), {nearest, {}, 0}, Vector3::Zero(), 0};
-  return add_support(at, at.needle.model.length, support, rows) && all;
-}
-
-bool add_support(const InsertionView& at, double s, Row row, Rows& rows) {
-  const TissueView& tissue = at.tissue;
-  const auto normal = tissue.border_normal(row.in_tissue.a);
-  if (!normal) return true;
-  row.n = *normal;
-  row.gap = row.n.dot(row.on_needle.position - tissue.position(row.in_tissue.a));
-  if (tissue.local_compliance == LocalCompliance::all) {
-    const double start = row.n.dot(at.needle.start_position(s) - tissue.start_position(row.in_tissue.a));
-    row.gap -= std::min(0.0, start + kSettlingSpeed * at.needle.h);
-  }
-  return rows.add(row, {LawKind::unilateral, kInfinity}, 0);
+  return add_support(at, support, [&](const MaterialPoint& p) { return hold_compliance(at, p, place.held); }, rows) && all;
 }
 
 }  // namespace acus

@@ -41,7 +41,7 @@ void open_path(const Transition& now, Path& path, const MaterialPoint& mouth) {
 MaterialPoint new_mouth(const Transition& now, const Obstacle& obstacle, double contact) {
   const TissueView& tissue = now.at.tissue;
   const CurvePoint tip = now.at.needle.tip();
-  const double depth = kContactMargin + surface_compliance(now.at, obstacle) * contact;
+  const double depth = kContactMargin + obstacle.compliance * contact;
   const auto crossing = tissue.surface.entry(tissue.x, tip.position - depth * tip.tangent, tip.position);
   return crossing ? tissue.surface.material(*crossing) : obstacle.material;
 }
@@ -123,6 +123,13 @@ bool is_withdrawn(const InsertionView& at, const Path& path, const Insertion& me
   return mouth_tangent.dot(past) < 0 && tip.tangent.dot(past) < 0;
 }
 
+// From the tip to the border that it has found ahead (m).
+double ahead_of(const Transition& now) {
+  const auto& border = now.work.located.obstacle;
+  if (!border) return kInfinity;
+  return distance_ahead(now.at, *border, now.at.needle.tip().position, now.at.tissue.position(border->material));
+}
+
 // The tip presses on a border, or has slid along it.
 std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obstacle) {
   const TissueView& tissue = now.at.tissue;
@@ -154,12 +161,12 @@ std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obs
     leave_border(now);
     return 0;
   }
-  const std::uint32_t flags = grow(now, path, start, -1);
+  const std::uint32_t flags = grow(now, path, start, -1, ahead_of(now));
   if (memory.held != obstacle.region || (tissue.position(path.end) - from).norm() > kBlocked) return flags;
   // The straight way cuts a corner of the region that bears nothing: the end follows the tip along the surface.
   const SurfacePoint foot = surface.closest(tissue.x, tip);
   const std::uint32_t slid = slide(now, path, surface.material(foot));
-  return foot.distance > kContactMargin ? flags | slid | grow(now, path, path.end.tetrahedron, -1) : flags | slid;
+  return foot.distance > kContactMargin ? flags | slid | grow(now, path, path.end.tetrahedron, -1, ahead_of(now)) : flags | slid;
 }
 
 // The path's end after a tick inside: the border that holds it, growth, exit.
@@ -175,7 +182,7 @@ std::uint32_t advance_end(const Transition& now, Path& path) {
   std::uint32_t flags = 0;
   if (!path.exited && beyond && gives_way) {
     const int region = now.at.tissue.region(path.end);
-    flags = grow(now, path, path.end.tetrahedron, -1);
+    flags = grow(now, path, path.end.tetrahedron, -1, ahead_of(now));
     if (path.exited) now.report(EventKind::exit, region, memory.tip.cutting);
   } else if (path.exited && beyond != (memory.phase == Phase::through)) {
     now.report(beyond ? EventKind::exit : EventKind::reentry, now.at.tissue.region(path.end), 0);

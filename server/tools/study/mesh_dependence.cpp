@@ -34,35 +34,20 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 struct Setting {
   TissueElement element;
-  AddedGive give;
+  LocalCompliance give;
   double poisson_ratio;
   int cells;
 };
 
-const char* name_of(AddedGive give) {
-  switch (give) {
-    case AddedGive::none:
-      return "none";
-    case AddedGive::lateral:
-      return "lateral";
-    case AddedGive::shaft:
-      return "shaft";
-    case AddedGive::all:
-      return "all";
-  }
-  return "";
-}
-
 std::vector<Setting> settings(bool quick) {
   std::vector<Setting> all;
-  const auto add = [&](TissueElement element, AddedGive give) {
+  const auto add = [&](TissueElement element, LocalCompliance give) {
     for (const double poisson_ratio : quick ? std::vector{0.45} : std::vector{0.45, 0.49})
       for (const int cells : quick ? std::vector{4, 8} : std::vector{5, 8, 12, 20})
         all.push_back({element, give, poisson_ratio, cells});
   };
-  for (const AddedGive give : {AddedGive::none, AddedGive::lateral, AddedGive::shaft, AddedGive::all})
-    add(TissueElement::linear, give);
-  for (const AddedGive give : {AddedGive::none, AddedGive::all}) add(TissueElement::nodal_pressure, give);
+  for (const TissueElement element : {TissueElement::linear, TissueElement::nodal_pressure})
+    for (const LocalCompliance give : {LocalCompliance::none, LocalCompliance::all}) add(element, give);
   return all;
 }
 
@@ -80,21 +65,8 @@ Region region_of(const Setting& setting) {
   region.material.poisson_ratio = setting.poisson_ratio;
   region.material.rayleigh_stiffness = 0;
   region.interaction = {.puncture_force = 0.3, .cutting_force = 0.15, .pressure = 3e3, .foundation_stiffness = {}};
-  if (setting.give == AddedGive::none) region.interaction.foundation_stiffness = kRigidFoundation;
+  if (setting.give == LocalCompliance::none) region.interaction.foundation_stiffness = kRigidFoundation;
   return region;
-}
-
-LocalCompliance local_compliance(AddedGive give) {
-  switch (give) {
-    case AddedGive::none:
-    case AddedGive::lateral:
-      break;
-    case AddedGive::shaft:
-      return LocalCompliance::shaft;
-    case AddedGive::all:
-      return LocalCompliance::all;
-  }
-  return LocalCompliance::lateral;
 }
 
 // Off the middle and off the nodes, pointing down.
@@ -113,7 +85,7 @@ Scene scene_of(const Setting& setting, const Needle& needle) {
   Scene scene;
   scene.rate = 1 / kTick;
   scene.tissue.element = setting.element;
-  scene.tissue.local_compliance = local_compliance(setting.give);
+  scene.tissue.local_compliance = setting.give;
   scene.tissue.box.size.setConstant(kEdge);
   scene.tissue.box.cells.fill(setting.cells);
   scene.tissue.regions = {region_of(setting)};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How much of what a hand feels is of the mesh: point forces meet elements, not tissue, and give way the less the larger
-// those are. The same needles in the same block on four meshes, with more and more of the give added that a mesh cannot
-// resolve (local_compliance.h).
+// those are. The same needles in the same block on four meshes, with and without the give that a mesh cannot resolve
+// (tissue.local_compliance, local_compliance.h).
 //
 // The block: 60 mm, 30 kPa, held at all faces but the top. A rigid needle of 1 mm is pressed on it, punctures, is pushed
 // 30 mm deep, pulled back a little and moved sideways; a flexible one of 0.4 mm with a tip that cuts at an angle is
@@ -19,13 +19,11 @@
 
 namespace acus {
 
-// What is added to the mesh: as good as nothing (a foundation of 10 MPa; with .inf a rigid needle and the points of its
-// path, closer than elements tell apart, pull at each other with newtons), or what tissue.local_compliance says.
-enum class AddedGive { none, lateral, shaft, all };
-
 struct MeshRow {
   TissueElement element = TissueElement::linear;
-  AddedGive give = AddedGive::none;
+  // With none there is a foundation of 10 MPa: on one of .inf a rigid needle and points of its path, closer than elements
+  // tell apart, pull at each other with newtons.
+  LocalCompliance give = LocalCompliance::none;
   double poisson_ratio = 0;
   int cells = 0;                 // across the block
   double indentation = 0;        // m, of the surface under 0.1 N
@@ -38,8 +36,7 @@ struct MeshRow {
   double steering_radius = 0;    // m, of the flexible needle's way from 20 to 45 mm of depth
 };
 
-// All rows. With nodal pressures the mesh alone and all that can be added to it; the quick form has two meshes, one of
-// Poisson's ratios and no steering, whose radius is then NaN.
+// All rows. The quick form has two meshes, one of Poisson's ratios and no steering, whose radius is then NaN.
 std::vector<MeshRow> mesh_table(bool quick,
                                 const std::function<void(int done, int of, const std::string& next)>& progress);
 

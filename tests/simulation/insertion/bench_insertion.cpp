@@ -116,7 +116,14 @@ Path& InsertionBench::add_straight_path(double z, double spacing) {
 InsertionView InsertionBench::view() const {
   return {0, parameters, NeedleView{model, start, shape, kH},
           TissueView{mesh, surface, borders, scene.tissue.regions, interactions, element_sizes, regions, x, x,
-                     scene.tissue.local_compliance}};
+                     scene.tissue.local_compliance == LocalCompliance::all}};
+}
+
+double InsertionBench::give() const {
+  const TissueView tissue = view().tissue;
+  const MaterialPoint anywhere = point(on_line(kTop));
+  const double cutting_force = tissue.interaction(anywhere).cutting_force;
+  return cutting_force * tissue.tip_compliance(anywhere, kDiameter, cutting_force);
 }
 
 const Located& InsertionBench::locate() {

@@ -48,6 +48,8 @@ class InsertionBench {
 
   InsertionView view() const;
   Vector3 position(const MaterialPoint& p) const { return view().tissue.position(p); }
+  // How far a tip that cuts stands before its path's end (m), straight down and in the upper region.
+  double give() const;
   // Stage 4 from what the needle remembers.
   const Located& locate();
   // From now on the needle remembers that it is in a path.

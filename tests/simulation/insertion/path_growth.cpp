@@ -10,9 +10,9 @@ namespace {
 
 constexpr double kSpacing = 4e-3;
 
-// Moves the tip there and lets the path grow to it; returns flags.
-std::uint32_t cut_to(InsertionBench& bench, const Vector3& tip) {
-  bench.put_needle(tip);
+// Moves the tip so far that the path grows to a place below; returns flags.
+std::uint32_t cut_to(InsertionBench& bench, const Vector3& end) {
+  bench.put_needle(end - bench.give() * Vector3::UnitZ());
   Path& path = bench.paths[0];
   return in_transition(bench, [&](const Transition& now) { return grow(now, path, path.end.tetrahedron, -1); });
 }
@@ -53,8 +53,8 @@ TEST_CASE("a straight cut over several ticks has its vertices at exact distances
   check_straight(bench, 5);  // 30, 26, 22, 18, 14 mm
   CHECK(bench.paths[0].tail == doctest::Approx(0.5e-3).epsilon(1e-9));
   CHECK((bench.position(bench.paths[0].end) - on_line(0.0135)).norm() < kRounding);
-  CHECK(bench.memory.vertices[4].s == doctest::Approx(kLength - 0.5e-3).epsilon(1e-9));  // as far behind the tip
-  CHECK(bench.memory.vertices[3].s == doctest::Approx(kLength - 4.5e-3).epsilon(1e-9));
+  CHECK(bench.memory.vertices[4].s == doctest::Approx(kLength - 0.5e-3 - bench.give()).epsilon(1e-9));  // behind the tip
+  CHECK(bench.memory.vertices[3].s == doctest::Approx(kLength - 4.5e-3 - bench.give()).epsilon(1e-9));
   CHECK_FALSE(bench.paths[0].exited);
   CHECK(bench.events.empty());
 }
@@ -112,6 +112,19 @@ TEST_CASE("a tip that leaves a border says so once") {
   CHECK(bench.event_kinds() == std::vector{EventKind::release});
 }
 
+TEST_CASE("a cut that leaves a border goes on with the force that it had along it") {
+  InsertionBench bench(two_regions(0.7));
+  rest_on_border(bench);
+  bench.put_needle(on_line(0), Vector3(1, 0, -1).normalized());
+  bench.memory.tip.lateral = {-0.2, 0, 0};
+  in_transition(bench, [](const Transition& now) { leave_border(now); });
+  CHECK(bench.memory.tip.cutting == doctest::Approx(0.2 / std::sqrt(2)).epsilon(1e-9));
+  bench.memory.held = kLower;
+  bench.memory.tip = {.contact = 0, .cutting = 0, .lateral = {0.2, 0, 0}};  // pulled back
+  in_transition(bench, [](const Transition& now) { leave_border(now); });
+  CHECK(bench.memory.tip.cutting == 0);
+}
+
 TEST_CASE("a short slide moves the end, and its tail is the straight distance") {
   InsertionBench bench(two_regions(0.7));
   rest_on_border(bench);
@@ -131,7 +144,7 @@ TEST_CASE("a slide over many spacings in one tick lays a vertex at each") {
   for (int i = 0; i < 3; ++i) {
     const MaterialPoint& vertex = path.vertices[static_cast<std::size_t>(8 + i)];
     CHECK((bench.position(vertex) - on_line(0) - Vector3(first + i * kSpacing, 0, 0)).norm() < kRounding);
-    CHECK(bench.view().tissue.border_normal(vertex));
+    CHECK(bench.view().tissue.border_face(vertex));
     CHECK(bench.view().tissue.region(vertex) == kUpper);
   }
   CHECK(path.tail == doctest::Approx(13.1e-3 - first - 2 * kSpacing).epsilon(1e-9));

@@ -73,6 +73,28 @@ TEST_CASE("the friction threshold is l pi d mu p, static where it stuck, dynamic
   CHECK(bench.rows.law(2).limit == doctest::Approx(0.35 * kNormal).epsilon(1e-9));
 }
 
+TEST_CASE("strain stays as the owned length changes, but a spring that is drawn out far and sticks bears no more") {
+  InsertionBench bench;
+  rows_of(bench);
+  VertexMemory& memory = bench.work.next.vertices[kVertex];
+  const double axial = bench.view().tissue.axial_compliance(bench.paths[0].vertices[kVertex], kDiameter);
+  REQUIRE(axial > 0);
+  const auto strained = [&](bool slips, double drawn, double force_before) {
+    memory.sliding = slips;
+    memory.traction = drawn / axial;
+    memory.friction = force_before * memory.traction * kOwned;
+    bench.rows.clear();
+    add_shaft_rows(bench.view(), bench.paths[0], bench.work, bench.work.located.shaft[kVertex], bench.rows);
+    const Row& friction = bench.rows.row(2);
+    CHECK(friction.compliance == doctest::Approx(axial / kOwned).epsilon(1e-9));
+    return -friction.gap / friction.compliance / (memory.traction * kOwned);
+  };
+  CHECK(strained(false, 0.2 * kOwned, 0.8) == doctest::Approx(1).epsilon(1e-9));
+  CHECK(strained(true, 0.3 * kOwned, 0.8) == doctest::Approx(1).epsilon(1e-9));
+  CHECK(strained(false, 0.3 * kOwned, 0.8) == doctest::Approx(0.8).epsilon(1e-9));
+  CHECK(strained(false, 0.3 * kOwned, 1.2) == doctest::Approx(1).epsilon(1e-9));
+}
+
 TEST_CASE("viscous friction is b l over the tick") {
   Scene scene = one_region();
   scene.tissue.regions[0].interaction.friction_viscous = 12;

@@ -136,4 +136,46 @@ TEST_CASE("a tip under way to a border has its contact row beside those of its p
   }
 }
 
+TEST_CASE("along a border a tip cuts ahead and aside, but not on its way back") {
+  // A path that comes down at 45 degrees and lies along the border for its last 4 mm.
+  InsertionBench bench(two_regions(0.7));
+  bench.add_path({on_line(kTop), on_line(4e-3), on_line(0), on_line(0) + Vector3(4e-3, 0, 0)}, 4e-3);
+  bench.paths[0].end = bench.border_point(kLower, on_line(0) + Vector3(4e-3, 0, 0));
+  bench.be_in_path(0);
+  bench.memory.held = kLower;
+  bench.memory.tip.contact = 0.1;
+  const auto cohesion = [&](const Vector3& last_force) {
+    bench.memory.tip.lateral = last_force;
+    bench.put_needle(on_line(0) + Vector3(4e-3, 0, 0), Vector3(1, 0, -1).normalized());
+    bench.locate();
+    bench.rows.clear();
+    CHECK(add_border_rows(bench.view(), bench.paths[0], bench.work, bench.rows));
+    REQUIRE(bench.rows.count() == 3);
+    return bench.rows.law(1).cohesion;
+  };
+  CHECK(cohesion(Vector3::Zero()) == 0.2);
+  CHECK(cohesion({-0.1, 0, 0}) == 0.2);  // against a slip ahead
+  CHECK(cohesion({0, 0.1, 0}) == doctest::Approx(0.2).epsilon(1e-9));
+  CHECK(cohesion({0.1, 0, 0}) == 0);
+  CHECK(cohesion({0.1, 0.1, 0}) == 0);  // 45 degrees off the way back
+}
+
+TEST_CASE("a border gives way to the shaft beside it as the tissue behind it does") {
+  Scene scene = two_regions(0.7);
+  scene.tissue.regions[kLower].interaction.foundation_stiffness = 2e6;
+  InsertionBench bench(scene);
+  const MaterialPoint on_border = bench.border_point(kLower, on_line(0));
+  bench.put_needle(on_line(-1e-4));
+  const Row row{0, RowRole::lateral, 0, bench.view().needle.tip(), {on_border, {}, 0}, Vector3::Zero(), 0};
+  const auto behind = [&](const MaterialPoint& p) {
+    CHECK(bench.view().tissue.region(p) == kLower);
+    return bench.view().tissue.lateral_compliance(p, kDiameter) / 3e-3;
+  };
+  CHECK(add_support(bench.view(), row, behind, bench.rows));
+  REQUIRE(bench.rows.count() == 1);
+  CHECK((bench.rows.row(0).n - Vector3::UnitZ()).norm() < 1e-12);
+  CHECK(bench.rows.row(0).gap == doctest::Approx(-1e-4).epsilon(1e-9));
+  CHECK(bench.rows.row(0).compliance == doctest::Approx(1 / (2e6 * 3e-3)).epsilon(1e-9));
+}
+
 }  // namespace acus::test

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a hand feels at 1 kHz: nothing but what happens to a needle makes its base force jump.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <span>
+
+#include "server/math/random.h"
+#include "server/tools/study/force_jumps.h"
+#include "tests/support/scenes.h"
+#include "tests/validation/scene_run.h"
+
+namespace acus::test {
+namespace {
+
+constexpr double kRate = 1000;      // Hz
+constexpr double kLeastFelt = 0.05;  // N
+constexpr std::size_t kEarlier = 2;  // ticks before a jump in which its cause may lie
+
+// The largest jump (N) of a needle's base force, in its base's frame, without an event in its tick or just before.
+double largest_unexplained(std::span<const TickReport> ticks, int needle) {
+  std::vector<Vector3> forces;
+  for (const TickReport& tick : ticks) {
+    const NeedleReport& report = tick.needles[needle];
+    forces.push_back(report.base.orientation.conjugate() * report.base_force);
+  }
+  const std::vector<double> jumps = force_jumps(forces);
+  const auto happened = [&](std::size_t i) {
+    return std::ranges::any_of(ticks[i].events, [&](const Event& event) { return event.needle == needle; });
+  };
+  double largest = 0;
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    bool explained = false;
+    for (std::size_t k = i > kEarlier ? i - kEarlier : 0; k <= i; ++k) explained = explained || happened(k);
+    if (!explained) largest = std::max(largest, jumps[i]);
+  }
+  return largest;
+}
+
+SceneRun run_at_device_rate(const SceneWithTrajectory& scene) {
+  return SceneRun(scene.scene, scene.trajectory, [](Scene& s, client::Trajectory&) { s.rate = kRate; });
+}
+
+void check_ticks(std::span<const TickReport> ticks, std::size_t needles) {
+  for (int i = 0; i < static_cast<int>(needles); ++i) {
+    CAPTURE(i);
+    CHECK(largest_unexplained(ticks, i) < kLeastFelt);
+  }
+}
+
+void check_scenes(std::size_t from, std::size_t to) {
+  for (const SceneWithTrajectory& scene : std::span(kScenes).subspan(from, to - from)) {
+    CAPTURE(scene.scene);
+    SceneRun run = run_at_device_rate(scene);
+    run.run();
+    check_ticks(run.ticks(), run.scene().needles.size());
+  }
+}
+
+// Stops all bases at random moments of a scene's motion and watches what the forces do from the next tick on: in the first
+// one what moved against viscosity does so no more.
+void check_holds(const SceneWithTrajectory& scene, int holds, unsigned seed) {
+  constexpr int kHeld = 300;  // ticks
+  Random random(seed);
+  std::vector<double> times;
+  const double end = client::read_trajectory(std::string(ACUS_SOURCE_DIR) + "/scenes/trajectories/" + scene.trajectory +
+                                             ".csv").end();
+  for (int i = 0; i < holds; ++i) times.push_back(random.uniform(0, end));
+  std::ranges::sort(times);
+  SceneRun run = run_at_device_rate(scene);
+  Simulation held(run.scene());
+  for (const double time : times) {
+    CAPTURE(time);
+    run.run_until(time);
+    if (run.ticks().empty()) continue;
+    held.restore(run.simulation().state());
+    std::vector<TickReport> ticks;
+    for (int i = 0; i < kHeld; ++i) {
+      held.step();
+      ticks.push_back(held.report());
+    }
+    check_ticks(ticks, run.scene().needles.size());
+  }
+}
+
+constexpr std::size_t kAll = std::size(kScenes);
+
+}  // namespace
+
+TEST_CASE("a force jumps where something happens, and nowhere else: scenes, first third") { check_scenes(0, 5); }
+TEST_CASE("a force jumps where something happens, and nowhere else: scenes, second third") { check_scenes(5, 9); }
+TEST_CASE("a force jumps where something happens, and nowhere else: scenes, last third") { check_scenes(9, kAll); }
+
+TEST_CASE("bases that stop at any moment feel forces that settle without a jump") {
+  unsigned seed = 0;
+  for (const SceneWithTrajectory& scene : kScenes) {
+    CAPTURE(scene.scene);
+    check_holds(scene, 3, ++seed);
+  }
+}
+
+TEST_CASE("a step is a jump, a ramp and a bend are none") {
+  const auto at = [](double x) { return Vector3(x, 0, 0); };
+  CHECK(force_jumps({}).empty());
+  CHECK(force_jumps({at(1)}) == std::vector<double>{0.0});
+  std::vector<Vector3> step(10, at(0)), bend(10, at(0)), spike(10, at(0));
+  for (int i = 5; i < 10; ++i) step[i] = at(0.3), bend[i] = at(0.1 * (i - 4));
+  spike[5] = at(0.2);
+  const auto largest = [](const std::vector<Vector3>& forces) { return std::ranges::max(force_jumps(forces)); };
+  CHECK(largest(step) == doctest::Approx(0.3));
+  CHECK(largest(bend) < 1e-12);
+  CHECK(largest(spike) > 0.19);
+}
+
+}  // namespace acus::test
