@@ -67,13 +67,6 @@ double TissueView::tip_compliance(const MaterialPoint& p, double d, double f) co
   return acus::tip_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, f);
 }
 
-double TissueView::border_compliance(const MaterialPoint& p, int into, double d) const {
-  if (!local_compliance) return 0;
-  const Material &here = tissue_regions[region(p)].material, &there = tissue_regions[into].material;
-  return acus::tip_compliance(here.young_modulus > there.young_modulus ? here : there, element_sizes[p.tetrahedron], d,
-                              border(p, into).puncture_force);
-}
-
 Vector3 NeedleView::turned(const CurvePoint& point) const {
   const auto node = [&](int i) {
     return rotation_log(Quaternion(Matrix3(shape.frames[i] * start.frames[i].transpose())));

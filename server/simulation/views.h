@@ -47,8 +47,6 @@ struct TissueView {
   double surface_compliance(const MaterialPoint& p, double d) const;
   // Of the tissue ahead of a tip inside that bears f (N) at most: m/N.
   double tip_compliance(const MaterialPoint& p, double d, double f) const;
-  // Of a border into another region that a tip at p presses on: m/N, that of the stiffer side.
-  double border_compliance(const MaterialPoint& p, int into, double d) const;
   Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
   Vector3 position(const TissuePoint& p) const { return tissue_position(mesh, x, p); }
   Vector3 start_position(const MaterialPoint& p) const { return material_position(mesh, x_start, p); }

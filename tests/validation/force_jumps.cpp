@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kRate = 1000;      // Hz
 constexpr double kLeastFelt = 0.05;  // N
-constexpr std::size_t kEarlier = 2;  // ticks before a jump in which its cause may lie
+constexpr std::size_t kEarlier = 5;  // ticks before a jump in which its cause may lie
 
 // The largest jump (N) of a needle's base force, in its base's frame, without an event in its tick or just before.
 double largest_unexplained(std::span<const TickReport> ticks, int needle) {

@@ -125,7 +125,7 @@ TEST_CASE("an old path costs no cutting force, its end does") {
   };
   for (const double depth : {0.025, 0.030, 0.034}) {
     CAPTURE(depth);
-    CHECK(std::abs(force_at(depth, 0) - force_at(depth, 1) - f_c) < 3e-3 * f_c);
+    CHECK(std::abs(force_at(depth, 0) - force_at(depth, 1) - f_c) < 1e-2 * f_c);
   }
   CHECK(insertion.last().resistance > 0);
   const double deepest = insertion.last().report.needles[0].inserted_depth;

@@ -10,11 +10,10 @@ namespace acus {
 
 namespace {
 
-Obstacle closest_on(const InsertionView& at, int region, const Vector3& p) {
-  const Surface& surface = at.tissue.borders.surface(region);
-  const SurfacePoint closest = surface.closest(at.tissue.x, p);
-  const MaterialPoint material = surface.material(closest);
-  return {region, closest, material, {}, at.tissue.border_compliance(material, region, at.parameters.outer_diameter)};
+Obstacle closest_on(const TissueView& tissue, int region, const Vector3& p) {
+  const Surface& surface = tissue.borders.surface(region);
+  const SurfacePoint at = surface.closest(tissue.x, p);
+  return {.region = region, .at = at, .material = surface.material(at), .patch = {}};
 }
 
 }  // namespace
@@ -25,7 +24,7 @@ void find_border(const InsertionView& at, const Path& path, InsertionWork& work)
   TipPlace& tip = work.located.tip;
   if (!tip.in_tail || !tissue.borders.any()) return;
   if (work.next.held >= 0 && tip.at_end) {
-    work.located.obstacle = closest_on(at, work.next.held, tissue.position(path.end));
+    work.located.obstacle = closest_on(tissue, work.next.held, tissue.position(path.end));
     return;
   }
   const Vector3 position = at.needle.tip().position, direction = at.cutting_direction();
@@ -40,7 +39,7 @@ void find_border(const InsertionView& at, const Path& path, InsertionWork& work)
     from = tissue.position(trace.end);
     const int region = tissue.regions[trace.next];
     if (tissue.border(trace.end, region).holds) {
-      Obstacle& obstacle = work.located.obstacle.emplace(closest_on(at, region, from));
+      Obstacle& obstacle = work.located.obstacle.emplace(closest_on(tissue, region, from));
       obstacle.under = tip.at_end && obstacle.at.normal.dot(position - obstacle.at.position) < 0;
       tip.ahead = distance_ahead(at, obstacle, at.needle.start_tip(), tissue.start_position(obstacle.material));
       return;

@@ -63,7 +63,7 @@ struct Obstacle {
   SurfacePoint at;
   MaterialPoint material;  // the same point, of the tetrahedron on the tip's side
   std::optional<ContactPatch> patch;  // of the tissue's own surface: what bears the contact
-  double compliance = 0;   // m/N, of what gives way under the tip beyond the mesh
+  double compliance = 0;   // m/N, of what gives way under the tip beyond the mesh; a border gives way as the mesh does
   bool under = true;       // the tip rests against it, or will get there in this tick
 };
 

@@ -53,7 +53,7 @@ double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const Tip
   const double apart = n.dot(needle.tip().position - footing.now) - footing.rise;
   const bool bears = give > 0 || (obstacle.patch && tip.contact > 0);
   // A tip that slides comes to other places, and to a hollow or a bulge no later than to these.
-  const double travelled = (needle.tip().position - needle.start_tip()).norm();
+  const double travelled = obstacle.patch ? (needle.tip().position - needle.start_tip()).norm() : 0;
   if (obstacle.under && bears) return apart - shrunk(start, kSettlingSpeed * needle.h + travelled);
   return apart - std::min(0.0, start + recovery * needle.h);
 }

@@ -15,11 +15,10 @@
 // Across its way the tip is held by the tissue around its end and beside its last stretch (locate.h, tip_give.h), on its
 // position in the path: at the end as behind it, so that neither way makes a jump.
 //
-// Springs stand in series (rows.h, local_compliance.h): e in the contact row of a surface or a border, and in the cutting
-// row. The tip stands e lambda beyond the mesh's surface, or beyond the path's end: tissue which is really at the tip
-// stands behind it in the mesh. A tip that cuts leaves its path's end e f_c behind along the cutting direction, so that
-// the force stays at f_c as the end moves on; towards a border that holds it e falls to nothing (tip_give.h), and the
-// contact with it begins with the force of the cut.
+// Springs stand in series (rows.h, local_compliance.h): e in the contact row of a surface and in the cutting row. The tip
+// stands e lambda beyond the mesh's surface, or beyond the path's end: tissue which is really at the tip stands behind it
+// in the mesh. A tip that cuts leaves its path's end e f_c behind along the cutting direction, so that the force stays at
+// f_c as the end moves on; towards a border that holds it e falls to nothing (tip_give.h).
 //
 // A law that cannot bear any force has no row. All functions return false if a row did not fit.
 #pragma once

@@ -2,7 +2,6 @@
 // What gives way under a tip that the mesh does not resolve.
 #include <doctest/doctest.h>
 
-#include "server/constraints/compliance/local_compliance.h"
 #include "server/simulation/insertion/tip_give.h"
 #include "tests/simulation/insertion/bench_insertion.h"
 
@@ -37,26 +36,7 @@ TEST_CASE("a scene may leave all springs inside out") {
   const MaterialPoint p = bench.point(on_line(0.01));
   CHECK(tissue.tip_compliance(p, kDiameter, 0.2) == 0);
   CHECK(tissue.axial_compliance(p, kDiameter) == 0);
-  CHECK(tissue.border_compliance(p, kUpper, kDiameter) == 0);
   CHECK(tissue.lateral_compliance(p, kDiameter) == doctest::Approx(1 / 50e3).epsilon(1e-12));  // is given
-}
-
-TEST_CASE("a border gives way as its stiffer side does, and not at all where it bears any force") {
-  Scene scene = two_regions(0.7);
-  const auto compliance = [&] {
-    InsertionBench bench(scene);
-    const MaterialPoint p = bench.border_point(kLower, on_line(0));
-    return bench.view().tissue.border_compliance(p, kLower, kDiameter);
-  };
-  const double even = compliance();
-  CHECK(even > 0);
-  Material& lower = scene.tissue.regions[kLower].material;
-  lower.young_modulus /= 4;
-  CHECK(compliance() == even);
-  lower.young_modulus *= 400;
-  CHECK(compliance() < 0.2 * even);
-  scene.tissue.regions[kLower].interaction.puncture_force = kInfinity;
-  CHECK(compliance() == 0);
 }
 
 TEST_CASE("the way to a border is that along the cutting direction") {
