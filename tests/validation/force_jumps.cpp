@@ -13,7 +13,7 @@
 namespace acus::test {
 namespace {
 
-constexpr double kRate = 1000;      // Hz
+constexpr double kRate = 1000;       // Hz
 constexpr double kLeastFelt = 0.05;  // N
 constexpr std::size_t kEarlier = 5;  // ticks before a jump in which its cause may lie
 
@@ -63,8 +63,7 @@ void check_holds(const SceneWithTrajectory& scene, int holds, unsigned seed) {
   constexpr int kHeld = 300;  // ticks
   Random random(seed);
   std::vector<double> times;
-  const double end = client::read_trajectory(std::string(ACUS_SOURCE_DIR) + "/scenes/trajectories/" + scene.trajectory +
-                                             ".csv").end();
+  const double end = fast_trajectory(scene.trajectory, 1).end();
   for (int i = 0; i < holds; ++i) times.push_back(random.uniform(0, end));
   std::ranges::sort(times);
   SceneRun run = run_at_device_rate(scene);

@@ -48,14 +48,12 @@ double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const Tip
   const NeedleView& needle = at.needle;
   const Vector3& n = obstacle.at.normal;
   const Footing footing(at.tissue, obstacle, tip);
-  const double give = obstacle.compliance * std::max(tip.contact, tip.cutting);
-  const double start = give + n.dot(needle.start_tip() - footing.start) - footing.rise;
+  const double start = obstacle.compliance * tip.contact + n.dot(needle.start_tip() - footing.start) - footing.rise;
   const double apart = n.dot(needle.tip().position - footing.now) - footing.rise;
-  const bool bears = give > 0 || (obstacle.patch && tip.contact > 0);
+  if (!obstacle.patch || tip.contact == 0) return apart - std::min(0.0, start + recovery * needle.h);
   // A tip that slides comes to other places, and to a hollow or a bulge no later than to these.
-  const double travelled = obstacle.patch ? (needle.tip().position - needle.start_tip()).norm() : 0;
-  if (obstacle.under && bears) return apart - shrunk(start, kSettlingSpeed * needle.h + travelled);
-  return apart - std::min(0.0, start + recovery * needle.h);
+  const double travelled = (needle.tip().position - needle.start_tip()).norm();
+  return apart - shrunk(start, kSettlingSpeed * needle.h + travelled);
 }
 
 // A row of the tip on the obstacle.
@@ -103,8 +101,8 @@ bool add_border_contact(const InsertionView& at, const InsertionWork& work, Rows
   return add_contact(at, obstacle, work.next.tip, border.puncture_force, gap, rows);
 }
 
-// What a tip on a border has to cut as it slides: all of f_c ahead and aside, nothing within 60 degrees of its way back. By the force of the
-// last tick, which is against the slip.
+// What a tip on a border has to cut as it slides: all of f_c ahead and aside, nothing within 60 degrees of its way back.
+// By the force of the last tick, which is against the slip.
 double border_cohesion(const InsertionView& at, const Path& path, const TipMemory& tip) {
   const double cutting_force = at.tissue.interaction(path.end).cutting_force;
   const Vector3 ahead = end_tangent(at.tissue, path, at.needle.tip().tangent);

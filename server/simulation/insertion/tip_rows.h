@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The rows of the tip: contact with a surface or an inner border, cutting, and the hold of its path.
 //
-// A tip that cuts has its cutting row along -c, c the cutting direction, and two lateral rows across c, on
-// displacements of the tick. c is fixed in the tip's frame, so the spin of the base turns it through the needle's own
-// torsional compliance, and torsional friction makes it lag. A tip that is pulled, or pushed again through an old path,
-// is held to the path instead, whatever its bevel.
+// A tip that cuts has its cutting row along -c, c the cutting direction, and two lateral rows across c. c is fixed
+// in the tip's frame, so the spin of the base turns it through the needle's own torsional compliance, and torsional
+// friction makes it lag. A tip that is pulled, or pushed again through an old path, is held to the path instead, whatever
+// its bevel.
 //
 // A border of a region that holds the tip (borders.h) is a surface inside. Ahead of a cutting tip it adds a contact row,
 // capped by f_p. A tip that rests against it, or that the base's motion takes there in this tick, has two rows of

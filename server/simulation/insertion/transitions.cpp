@@ -166,7 +166,8 @@ std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obs
   // The straight way cuts a corner of the region that bears nothing: the end follows the tip along the surface.
   const SurfacePoint foot = surface.closest(tissue.x, tip);
   const std::uint32_t slid = slide(now, path, surface.material(foot));
-  return foot.distance > kContactMargin ? flags | slid | grow(now, path, path.end.tetrahedron, -1, ahead_of(now)) : flags | slid;
+  if (foot.distance <= kContactMargin) return flags | slid;
+  return flags | slid | grow(now, path, path.end.tetrahedron, -1, ahead_of(now));
 }
 
 // The path's end after a tick inside: the border that holds it, growth, exit.
