@@ -105,6 +105,16 @@ void take_over_traction(Insertion& next, std::span<const ShaftPoint> shaft) {
   }
 }
 
+// What the vertices bore that the tip has been pulled out past goes to the last one alongside, with their length.
+void take_over_friction(Insertion& next, std::span<const ShaftPoint> shaft) {
+  if (shaft.empty()) return;
+  const ShaftPoint& last = shaft.back();
+  if (last.vertex < next.first_alongside || last.vertex >= next.last_alongside || last.owned == 0) return;
+  VertexMemory& memory = next.vertices[last.vertex];
+  for (int i = last.vertex + 1; i <= next.last_alongside; ++i) memory.friction += next.vertices[i].friction;
+  memory.traction = memory.friction / last.owned;
+}
+
 // Where the path's vertices stand along the needle, and those alongside.
 void find_shaft_points(const InsertionView& at, const Path& path, InsertionWork& work) {
   const double length = at.needle.model.length;
@@ -165,6 +175,7 @@ void locate_insertion(const InsertionView& at, const Insertion& before, std::spa
   if (work.next.path >= 0) locate_inside(at, work.path(paths), work);
   const Bounded<ShaftPoint>& shaft = work.located.shaft;
   take_over_traction(work.next, {shaft.begin(), shaft.end()});
+  take_over_friction(work.next, {shaft.begin(), shaft.end()});
   work.next.first_alongside = shaft.empty() ? 0 : shaft.front().vertex;
   work.next.last_alongside = shaft.empty() ? -1 : shaft.back().vertex;
 }

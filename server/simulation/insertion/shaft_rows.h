@@ -11,9 +11,10 @@
 //   delta = W lambda + delta_free + e (lambda - lambda_n),       lambda_n = l t_n,
 //
 // t_n the friction per length that the vertex bore at the end of the last tick. It is this, and so the strain of the
-// tissue beside it, that stays when l changes; a vertex that comes alongside takes over that of the one before it. So
-// force is continuous as vertices come and go. What a shaft that slips enters with comes along with its share of energy,
-// axial t²/2 per metre. A shaft that sticks goes in and out as far as the spring gives way, which gives back what it took.
+// tissue beside it, that stays when l changes; a vertex that comes alongside takes over that of the one before it, and
+// what vertices bore that the tip is pulled past goes with their length to the last one alongside, which makes no energy.
+// So force is continuous as vertices come and go. What a shaft that slips enters with comes along with its share of
+// energy, axial t²/2 per metre. A shaft that sticks goes in and out as far as the spring gives way, which gives back what it took.
 // Where that is much of l itself, lambda_n is no more than the vertex bore: l t_n would grow with the motion that the
 // spring is to hold.
 //

@@ -90,6 +90,26 @@ TEST_CASE("a vertex that comes alongside takes over the traction of the one befo
   CHECK(bench.work.next.vertices[2].traction == 5);
 }
 
+TEST_CASE("what vertices bore that the tip is pulled past goes to the last one alongside") {
+  InsertionBench bench;
+  bench.add_straight_path(0.010);
+  bench.be_in_path(0);
+  bench.memory.first_alongside = 0;
+  bench.memory.last_alongside = 4;
+  for (int i = 0; i < 5; ++i) {
+    bench.memory.vertices[i].friction = i + 1;
+    bench.memory.vertices[i].traction = 100 * i;
+  }
+  bench.put_needle(on_line(0.020));
+  const Located& located = bench.locate();
+  const auto& next = bench.work.next.vertices;
+  REQUIRE(located.shaft.size() == 3);
+  CHECK(next[2].friction == 3 + 4 + 5);
+  CHECK(next[2].traction == doctest::Approx(12 / 0.004).epsilon(1e-10));  // from 6 to 10 mm
+  CHECK(next[1].friction == 2);
+  CHECK(next[1].traction == 100);
+}
+
 TEST_CASE("far from the tissue a needle finds nothing") {
   InsertionBench bench;
   bench.put_needle(on_line(0.04));
