@@ -85,6 +85,8 @@ void leave_contact_or_puncture(const Transition& now) {
   open_path(now, *path, mouth);
   grow(now, *path, mouth.tetrahedron, -1);
   if (path->exited) path->begin(mouth, now.at.parameters.constraint_spacing);  // grazing an edge: back to its mouth
+  // The cut goes on from what the surface bore.
+  memory.tip.cutting = std::min(contact, now.at.tissue.interaction(path->end).cutting_force);
 }
 
 // A tip that lost its contact, as elements turned inside out under it, or was torn or thrown into the tissue stands there
