@@ -12,6 +12,7 @@ using Quaternion = Eigen::Quaterniond;
 using VectorX = Eigen::VectorXd;
 using MatrixX = Eigen::MatrixXd;
 using Matrix3X = Eigen::Matrix3Xd;
+using Matrix4X = Eigen::Matrix4Xd;
 
 // A frame: where its origin is and how its axes stand in the frame that the name of the variable tells.
 struct Pose {

@@ -17,8 +17,6 @@
 
 namespace acus {
 
-using Matrix4X = Eigen::Matrix4Xd;
-
 // kLanes elements side by side; unfilled lanes repeat the last element with zero volume.
 struct ElementBatch {
   TetrahedronShape<Lanes> shape;

@@ -32,6 +32,7 @@ TissueMotion::TissueMotion(const TissueSystem& system, int max_rows, int max_nod
   step_ = trial_forces_ = velocity_ = damping_force_ = elastic_;
   rotations_.setZero(4, model_.nodes());
   rotations_.row(0).setOnes();
+  rotation_sums_.setZero(4, system.rotation_grid.points);
   y_.setZero(model_.unknowns());
   on_fixed_.resize(static_cast<std::size_t>(max_rows));
   if (is(TissueMatrix::refactorized) && !system.empty()) {
@@ -68,7 +69,10 @@ void TissueMotion::evaluate(const TissueState& state) {
       judge_step(first_);
     }
   }
-  if (is(TissueMatrix::turned)) node_rotations(model_, element_rotations_, rotations_);
+  if (is(TissueMatrix::turned)) {
+    node_rotations(model_, element_rotations_, rotations_);
+    smooth_rotations(system_.rotation_grid, rotations_, rotation_sums_);
+  }
   if (iteration_ > 0) return;
   balance_ = {state.support, state.moved ? system_.weight : Vector3(Vector3::Zero()), state.inertia};
   for (const int i : model_.fixed_nodes) balance_.support += elastic_.col(i);

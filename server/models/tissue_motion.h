@@ -133,7 +133,8 @@ class TissueMotion {
   Matrix3X elastic_;                          // dPsi/dx at x_k
   ElementRotations element_rotations_;        // there
   ElementRotations start_rotations_;          // of the tick, from its second iteration on
-  Matrix4X rotations_;                        // turned: of the nodes
+  Matrix4X rotations_;                        // turned: of the nodes, made smooth
+  Matrix4X rotation_sums_;                    // memory for that
   VectorX y_;                                 // in the factor's order
   bool inverted_ = false;
 

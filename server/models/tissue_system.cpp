@@ -104,6 +104,7 @@ TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMa
   for (const double beta : model.rayleigh_stiffness) largest_damping = std::max(largest_damping, beta);
   for (const int i : model.free_nodes) weight += model.mass[i] * model.gravity;
   if (matrix == TissueMatrix::constant) stiffness.emplace(model);
+  if (matrix == TissueMatrix::turned) rotation_grid = make_rotation_grid(*model.mesh);
   if (empty()) return;
   const ElementRotations upright(model);
   factorize_rest(*this, upright);

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "server/models/rest_stiffness.h"
+#include "server/models/rotation_grid.h"
 #include "server/models/tissue.h"
 #include "server/models/tissue_assembler.h"
 
@@ -45,6 +46,7 @@ struct TissueSystem {
   SparseCholesky factor;                    // of the rest shape's matrix
   std::vector<int> position;                // per free node, of its first unknown in the factor
   std::optional<RestStiffness> stiffness;   // constant
+  RotationGrid rotation_grid;               // turned
   std::vector<int> beside_supports;         // free nodes that a matrix entry couples to a fixed one
   std::vector<Matrix3> damping_sums;        // for each of them, sum over free rows of beta K0
 };
