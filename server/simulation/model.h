@@ -12,6 +12,7 @@
 #include "server/scene/scene.h"
 #include "server/simulation/base_motion.h"
 #include "server/simulation/borders.h"
+#include "server/simulation/limits.h"
 
 namespace acus {
 
@@ -28,6 +29,8 @@ struct Model {
   int guide_count() const { return static_cast<int>(scene.guides.size()); }
   // Whether the rung iterates to a tolerance.
   bool iterates() const { return scene.tissue.rung == TissueRung::refined || scene.tissue.rung == TissueRung::exact; }
+  // Solutions of a tick at most, each a step of stages 2 to 8.
+  int max_tick_steps() const { return iterates() ? scene.newton.max_iterations : kMaxTickSteps; }
 
   Scene scene;
   double h;                                // s, 1/rate

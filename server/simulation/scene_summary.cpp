@@ -264,6 +264,9 @@ std::string expenses(const Simulation& simulation) {
   table.add({"costs"});
   if (!tissue.left_out()) add_tissue(table, tissue.rung, costs, bytes);
   table.add({"  rows", std::to_string(costs.max_rows), "of the laws in one tick, at most"});
+  const std::string laws_steps = std::to_string(simulation.scene().laws.max_steps);
+  table.add({"  solutions", std::to_string(costs.max_tick_steps),
+             "in one tick, at most, of up to " + laws_steps + " steps of the laws; a tick that stops there is flagged"});
   table.add({"  row matrices", megabytes(bytes.rows), "at most; what a tick uses goes with its rows"});
   table.add({"  total", megabytes(bytes.total()), "besides the mesh"});
   return table.text();

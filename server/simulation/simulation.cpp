@@ -64,7 +64,8 @@ Costs Simulation::costs() const {
           factor.factor_entries() * entry,
           scratch_->tissue.corridor_nodes(),
           factor.tree().longest_way,
-          model_.max_rows};
+          model_.max_rows,
+          model_.max_tick_steps()};
 }
 
 double Simulation::potential_energy() const {

@@ -21,6 +21,7 @@ struct Costs {
   int corridor_nodes = 0;          // tissue nodes whose compliance is kept
   int corridor_column = 0;         // entries of each of their three columns, at most
   int max_rows = 0;                // scalar rows of the laws in one tick
+  int max_tick_steps = 0;          // times that a tick may solve, of Scene::laws.max_steps steps each
 };
 
 // What is stored in needles and tissue (J).

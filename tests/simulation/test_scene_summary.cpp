@@ -101,6 +101,8 @@ TEST_CASE("the check says what a scene contains") {
   CHECK(line_of(text, "solver ") == "solver direct");
   CHECK(line_of(text, "mesh ") ==
         "mesh 27 nodes (9 fixed), 48 tetrahedra, 48 surface triangles, [0.1, 0.1, 0.1] m along the world's axes");
+  CHECK(line_of(text, "  solutions") ==
+        "solutions 20 in one tick, at most, of up to 1000 steps of the laws; a tick that stops there is flagged");
   CHECK(line_of(text, "  deep   24") == "deep 24 500 12000 0.2 1000 0, 0.01");
   CHECK(line_of(text, "  deep  1 ") == "deep 1 0.5 10000 (estimated) 0.8 0.6 3 estimated 1");
   CHECK(line_of(text, "  skin  .inf") == "skin .inf 0.75 0 0.8 0.6 0 .inf 1");

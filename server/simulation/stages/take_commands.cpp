@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/simulation/limits.h"
 #include "server/simulation/stages/stages.h"
 
 namespace acus {
@@ -7,7 +6,7 @@ namespace acus {
 namespace {
 
 int max_iterations(const Model& model, const State& state) {
-  const int limit = model.iterates() ? model.scene.newton.max_iterations : kMaxTickSteps;
+  const int limit = model.max_tick_steps();
   return state.economizing ? std::min(limit, model.scene.overrun.max_iterations) : limit;
 }
 

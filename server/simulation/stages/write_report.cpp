@@ -12,7 +12,6 @@ namespace {
 std::uint32_t flags_of(const Model& model, const State& state, const Scratch& scratch) {
   const Outcome& o = scratch.outcome;
   const bool unfinished = model.iterates() ? o.change > model.scene.newton.tolerance : o.went_too_far();
-  const int uncapped = model.iterates() ? model.scene.newton.max_iterations : kMaxTickSteps;
   const bool steps_lowered = state.economizing && model.scene.overrun.max_steps < model.scene.laws.max_steps;
   std::uint32_t flags = o.transitions;
   const auto raise = [&flags](bool trouble, std::uint32_t flag) { flags |= trouble ? flag : 0; };
@@ -23,7 +22,7 @@ std::uint32_t flags_of(const Model& model, const State& state, const Scratch& sc
   raise(scratch.tissue.inverted(), kElementsInverted);
   raise(!o.laws.converged, kLawsNotConverged);
   raise(o.laws.fell_back, kSolverFellBack);
-  raise(unfinished && o.limit < uncapped, kIterationsCapped);
+  raise(unfinished && o.limit < model.max_tick_steps(), kIterationsCapped);
   raise(o.laws.capped && steps_lowered, kStepsCapped);
   raise(!o.finite, kNotFinite);
   raise(std::ranges::any_of(state.watches, [](const ShaftWatch& w) { return w.unheld > 0; }), kShaftUnheld);
