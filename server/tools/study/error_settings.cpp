@@ -17,7 +17,7 @@ constexpr double kExactStep = 1.0 / 30;                                         
 void keep(Scene&) {}
 
 void solve_laws_exactly(Scene& scene) {
-  scene.laws = {.solver = LawMethod::direct, .max_steps = 100000, .tolerance = 1e-12};
+  scene.laws = {.solver = LawMethod::direct, .max_steps = 100000, .tolerance = 1e-10};
 }
 
 void converge(Scene& scene) {
