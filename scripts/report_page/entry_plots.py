@@ -5,9 +5,10 @@ import matplotlib.pyplot as plt
 from page import Section
 from tables import values, where
 
-COLOURS = {"punctured": "#009e73", "early": "#f0e442", "pressed": "#56b4e9", "ghost": "#d55e00"}
+COLOURS = {"punctured": "#009e73", "early": "#f0e442", "pressed": "#56b4e9", "found": "#cc79a7", "ghost": "#d55e00"}
 MEANINGS = {"punctured": "punctured at f_p", "early": "punctured below 0.98 f_p, where elements were pressed flat",
-            "pressed": "never punctured: slid off, or pushed the tissue ahead", "ghost": "ghost"}
+            "pressed": "never punctured: slid off, or pushed the tissue ahead",
+            "found": "found inside beside its path, which went on to it", "ghost": "ghost"}
 
 
 def verdict_figure(rows):
@@ -30,7 +31,7 @@ def sections(folder):
     ghosts = where(rows, verdict="ghost")
     section = Section("Entries", (
         f"{len(rows)} needles pushed onto random places of blocks and meshes, tilted, slow and fast, on rungs linear, "
-        f"warped and refined. {len(ghosts)} were ghosts: deeper than 1 mm in the tissue without path or contact."))
+        f"warped, refined and exact. {len(ghosts)} were ghosts: deeper than 1 mm in the tissue without path or contact."))
     section.plot(folder, verdict_figure(rows), "entries.png",
                  "Each needle by its puncture force, over what turns an element inside out at a point, and its tilt.")
     flat = [r for r in rows if r["support"] == 1]

@@ -9,6 +9,9 @@
 
 namespace acus {
 
+// Rotations whose quaternions have larger real parts differ by less than a right angle: the quaternions have one sign.
+inline constexpr double kOneSign = 0.70711;
+
 // [a]x with [a]x b = a x b.
 inline Matrix3 skew(const Vector3& a) {
   Matrix3 m;

@@ -5,20 +5,14 @@
 #include <cassert>
 #include <cmath>
 
+#include "server/math/rotation.h"
+
 namespace acus {
 
 namespace {
 
-// Quaternions whose real parts are larger have one sign: any two of them differ by less than a right angle.
-constexpr double kOneSign = 0.70711;
 // Of a mean of unit quaternions: below it they cancel.
 constexpr double kLeastMean = 1e-3;
-
-double mean_element_size(const TetrahedralMesh& mesh) {
-  double sum = 0;
-  for (int t = 0; t < mesh.tetrahedron_count(); ++t) sum += element_size(mesh, t);
-  return sum / std::max(1, mesh.tetrahedron_count());
-}
 
 // The nodes along axes that turn with the mesh.
 Matrix3X nodes_along_mesh(const TetrahedralMesh& mesh) {
@@ -33,7 +27,7 @@ Matrix3X nodes_along_mesh(const TetrahedralMesh& mesh) {
 
 // `aligned`: all quaternions have one sign.
 template <class Sum, class Quaternion>
-void add(const Quaternion& q, double weight, bool aligned, Sum&& sum) {
+void add_aligned(const Quaternion& q, double weight, bool aligned, Sum&& sum) {
   sum += (aligned || sum.dot(q) >= 0 ? weight : -weight) * q;
 }
 
@@ -81,13 +75,14 @@ void smooth_rotations(const RotationGrid& grid, Matrix4X& q, Matrix4X& sums) {
   sums.setZero();
   for (Eigen::Index i = 0; i < q.cols(); ++i) {
     const RotationGrid::Node& node = grid.nodes[static_cast<std::size_t>(i)];
-    for (std::size_t k = 0; k < 8; ++k) add(q.col(i), node.weights[k] * node.volume, aligned, sums.col(node.points[k]));
+    for (std::size_t k = 0; k < 8; ++k)
+      add_aligned(q.col(i), node.weights[k] * node.volume, aligned, sums.col(node.points[k]));
   }
   for (Eigen::Index g = 0; g < sums.cols(); ++g) sums.col(g).stableNormalize();
   for (Eigen::Index i = 0; i < q.cols(); ++i) {
     const RotationGrid::Node& node = grid.nodes[static_cast<std::size_t>(i)];
     Eigen::Vector4d mean = Eigen::Vector4d::Zero();
-    for (std::size_t k = 0; k < 8; ++k) add(sums.col(node.points[k]), node.weights[k], aligned, mean);
+    for (std::size_t k = 0; k < 8; ++k) add_aligned(sums.col(node.points[k]), node.weights[k], aligned, mean);
     const double norm = mean.norm();
     if (norm > kLeastMean) q.col(i) = mean / norm;
   }

@@ -203,6 +203,12 @@ double element_size(const TetrahedralMesh& mesh, int t) {
   return std::cbrt(6 * std::numbers::sqrt2 * rest_volume(mesh, t));
 }
 
+double mean_element_size(const TetrahedralMesh& mesh) {
+  double sum = 0;
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) sum += element_size(mesh, t);
+  return sum / std::max(1, mesh.tetrahedron_count());
+}
+
 void build_topology(TetrahedralMesh& mesh) {
   if (mesh.tetrahedra.empty()) throw MeshError("the mesh has no tetrahedra");
   check_nodes(mesh);

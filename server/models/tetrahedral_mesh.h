@@ -42,6 +42,7 @@ double rest_volume(const TetrahedralMesh& mesh, int t);
 void perpendicular_basis(const TetrahedralMesh& mesh, const Vector3& n, Vector3& a, Vector3& b);
 // The edge of a regular tetrahedron as large as tetrahedron t at rest (m).
 double element_size(const TetrahedralMesh& mesh, int t);
+double mean_element_size(const TetrahedralMesh& mesh);  // 0 without any
 
 // Fills neighbours, surface, surface_tetrahedron and clusters. Throws MeshError for an empty mesh, an index out of range, a
 // non-finite node, an inverted or flat tetrahedron, a face shared by more than two tetrahedra or by two that overlap,

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "server/math/rotation.h"
+
 namespace acus {
 
 namespace {
@@ -259,12 +261,9 @@ void normalize(Matrix4X& q) {
 
 namespace {
 
-// Two rotations by less than a right angle have quaternions of one sign, if their real parts have.
-constexpr double kRightAngle = 0.70711;
-
 bool all_turned_less(const ElementRotations& rotations) {
   LaneMask less = Lanes{} == Lanes{};
-  for (const ElementRotations::Batch& batch : rotations.batches) less &= batch.q[0] > kRightAngle;
+  for (const ElementRotations::Batch& batch : rotations.batches) less &= batch.q[0] > kOneSign;
   return all(less);
 }
 

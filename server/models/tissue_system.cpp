@@ -42,13 +42,6 @@ bool has_stiffness_damping(const TissueModel& model) {
   return std::any_of(model.rayleigh_stiffness.begin(), model.rayleigh_stiffness.end(), [](double b) { return b > 0; });
 }
 
-// The edge of a cube of six tetrahedra of mean volume (m); none in a model without elements.
-double mean_element_size(const TissueModel& model) {
-  double volume = 0;
-  for (const TetrahedronShape<double>& element : model.elements) volume += element.volume;
-  return model.elements.empty() ? 0 : std::cbrt(6 * volume / static_cast<double>(model.elements.size()));
-}
-
 // How far L Lᵀ is from A: the largest relative error of A⁻¹ A z for displacements z, the three translations and one
 // that differs from node to node.
 double factor_error(const SparseCholesky& factor, const SparseMatrix& lower) {
@@ -100,7 +93,7 @@ void sum_damping_beside_supports(TissueSystem& system, const ElementRotations& u
 
 TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMatrix kind)
     : model(tissue), h(time_step), matrix(kind), damped(has_stiffness_damping(tissue)), assembler(tissue) {
-  large_step = kLargeStep * mean_element_size(model);
+  large_step = kLargeStep * mean_element_size(*model.mesh);
   for (const double beta : model.rayleigh_stiffness) largest_damping = std::max(largest_damping, beta);
   for (const int i : model.free_nodes) weight += model.mass[i] * model.gravity;
   if (matrix == TissueMatrix::constant) stiffness.emplace(model);

@@ -14,7 +14,7 @@ inline constexpr int kOtherEvents = 8;     // of one needle in one tick, besides
 
 // The sum of all forces, of the largest of them, above which they are told as unbalanced, if that one is above the
 // second and the sum is more than rounding (Model::force_rounding).
-inline constexpr double kMaxImbalance = 0.1;        // -
+inline constexpr double kMaxImbalance = 0.03;         // -
 inline constexpr double kLeastForceToBalance = 1e-3;  // N
 
 }  // namespace acus

@@ -8,24 +8,17 @@
 
 namespace acus {
 
-// Pushed at 54 degrees onto the edge of a block, with eleven times the force that turns elements inside out: it slides off
-// crushed elements and is found inside, with the event `intrusion`.
-constexpr int kSlidesOffAnEdge = 21;
-
-TEST_CASE("a needle that slides off a crushed edge is no ghost" * doctest::should_fail()) {
-  CHECK_FALSE(run_entry(random_entry(kSlidesOffAnEdge, {})).ghost());
-}
-
 TEST_CASE("no needle is a ghost, and where no edge is near it punctures at f_p") {
   int flat = 0, at_force = 0;
   for (int number = 0; number < 24; ++number) {
-    if (number == kSlidesOffAnEdge) continue;
     const Entry entry = random_entry(number, {});
     if (entry.scene.tissue.rung == TissueRung::refined) continue;  // takes ten times as long; in the report
     CAPTURE(number);
     const EntryOutcome outcome = run_entry(entry);
     CHECK(outcome.touched);
     CHECK_FALSE(outcome.ghost());
+    // Its path comes out where elements are pressed flat, and others fold over the tip.
+    CHECK((outcome.found_inside == 0 || outcome.inverted_ticks > 0));
     if (entry.support < 1 || entry.ratio > 5) continue;
     const double f_p = entry.scene.tissue.regions[0].interaction.puncture_force;
     ++flat;

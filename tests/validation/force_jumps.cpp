@@ -15,27 +15,6 @@ namespace {
 
 constexpr double kRate = 1000;       // Hz
 constexpr double kLeastFelt = 0.05;  // N
-constexpr std::size_t kEarlier = 5;  // ticks before a jump in which its cause may lie
-
-// The largest jump (N) of a needle's base force, in its base's frame, without an event in its tick or just before.
-double largest_unexplained(std::span<const TickReport> ticks, int needle) {
-  std::vector<Vector3> forces;
-  for (const TickReport& tick : ticks) {
-    const NeedleReport& report = tick.needles[needle];
-    forces.push_back(report.base.orientation.conjugate() * report.base_force);
-  }
-  const std::vector<double> jumps = force_jumps(forces);
-  const auto happened = [&](std::size_t i) {
-    return std::ranges::any_of(ticks[i].events, [&](const Event& event) { return event.needle == needle; });
-  };
-  double largest = 0;
-  for (std::size_t i = 0; i < ticks.size(); ++i) {
-    bool explained = false;
-    for (std::size_t k = i > kEarlier ? i - kEarlier : 0; k <= i; ++k) explained = explained || happened(k);
-    if (!explained) largest = std::max(largest, jumps[i]);
-  }
-  return largest;
-}
 
 SceneRun run_at_device_rate(const SceneWithTrajectory& scene) {
   return SceneRun(scene.scene, scene.trajectory, [](Scene& s, client::Trajectory&) { s.rate = kRate; });
@@ -44,7 +23,7 @@ SceneRun run_at_device_rate(const SceneWithTrajectory& scene) {
 void check_ticks(std::span<const TickReport> ticks, std::size_t needles) {
   for (int i = 0; i < static_cast<int>(needles); ++i) {
     CAPTURE(i);
-    CHECK(largest_unexplained(ticks, i) < kLeastFelt);
+    CHECK(largest_unexplained(ticks, i).size < kLeastFelt);
   }
 }
 

@@ -4,7 +4,7 @@
 // 9, transitions.h, path_growth.h). What it remembers from tick to tick is insertion_state.h.
 //
 // Outside, the tip has a contact row along the surface normal, capped by f_p, and two rows of contact friction. At the cap
-// the surface gives way and a path is born at the contact point. Inside, the tip has a cutting row against the path's
+// the surface gives way and a path is born at the contact point, or goes on there if the needle is through. Inside, the tip has a cutting row against the path's
 // end, capped by f_c, and two lateral rows; every path vertex alongside the shaft has two lateral rows across the path
 // and one friction row along it, with torsional friction one about it, and on a border that holds a support.
 #pragma once
@@ -55,6 +55,8 @@ struct ShaftPoint {
   double owned = 0;                      // m, length of needle that it stands for
   double held = 0;                       // m, of that across the path; the tip has the rest
   Vector3 tangent = Vector3::UnitX();    // of the path, unit, towards the end
+  bool mouth = false;                    // air before it,
+  bool exit = false;                     // behind it
 };
 
 // A surface that the tip meets, or may meet in this tick.

@@ -52,7 +52,7 @@ struct Insertion {
   double depth = 0;                      // m of needle in the tissue
   int held = -1;                         // the region at whose border the tip rests, inside; -1: none
   TipMemory tip;
-  MaterialPoint touched;                 // of the surface, in contact
+  MaterialPoint touched;                 // of the surface, while a tip outside, or through, presses on it
   double end_s = 0;                      // m, where the path's end stands along the needle, or ahead of it
   int first_alongside = 0;               // path vertices alongside the shaft in the last tick,
   int last_alongside = -1;               // none where last < first
@@ -72,6 +72,9 @@ struct Insertion {
     visit("vertices", self.vertices);
   }
 };
+
+// Whether the tip presses on a surface from outside.
+inline bool touches(const Insertion& insertion) { return insertion.touched.tetrahedron >= 0; }
 
 // What is known of a shaft beside its path, see shaft_watch.h.
 struct ShaftWatch {

@@ -70,6 +70,35 @@ std::optional<SurfacePoint> find_surface(const InsertionView& at, const Insertio
   return point;
 }
 
+// The surface point that a tip which is through meets in this tick, if any: one that faces it. Where it came out the
+// surface faces away.
+std::optional<SurfacePoint> find_next_surface(const InsertionView& at, const Insertion& memory) {
+  const Surface& surface = at.tissue.surface;
+  if (touches(memory)) return surface.closest(at.tissue.x, at.tissue.position(memory.touched));
+  const CurvePoint tip = at.needle.tip();
+  const Vector3 before = at.needle.start_tip();
+  const double margin = kContactMargin + 2 * (tip.position - before).norm();
+  if (!surface.near(at.tissue.x, before, margin)) return std::nullopt;
+  const auto faces = [&](const SurfacePoint& point) { return point.normal.dot(tip.tangent) < 0; };
+  const auto entry = surface.entry(at.tissue.x, before, tip.position + kContactMargin * tip.tangent);
+  if (entry && faces(*entry)) return entry;
+  const SurfacePoint closest = surface.closest(at.tissue.x, before);
+  if (std::abs(closest.distance) > margin || !faces(closest)) return std::nullopt;
+  return closest;
+}
+
+Obstacle surface_obstacle(const InsertionView& at, const SurfacePoint& point) {
+  Obstacle obstacle;
+  obstacle.at = point;
+  obstacle.material = at.tissue.surface.material(point);
+  obstacle.region = at.tissue.region(obstacle.material);
+  const double radius = at.tissue.contact_radius(obstacle.material, at.parameters.outer_diameter);
+  obstacle.patch = make_contact_patch(at.tissue, obstacle.material, radius);
+  obstacle.compliance = at.tissue.surface_compliance(obstacle.material, at.parameters.outer_diameter);
+  obstacle.at.normal = obstacle.patch->normal;
+  return obstacle;
+}
+
 void locate_outside(const InsertionView& at, std::span<const Path> paths, std::span<char> paths_taken,
                     InsertionWork& work) {
   const auto point = find_surface(at, work.next);
@@ -82,14 +111,7 @@ void locate_outside(const InsertionView& at, std::span<const Path> paths, std::s
     pick_up(at, mouth, paths, work);
     return;
   }
-  Obstacle& obstacle = work.located.obstacle.emplace();
-  obstacle.at = *point;
-  obstacle.material = at.tissue.surface.material(*point);
-  obstacle.region = at.tissue.region(obstacle.material);
-  const double radius = at.tissue.contact_radius(obstacle.material, at.parameters.outer_diameter);
-  obstacle.patch = make_contact_patch(at.tissue, obstacle.material, radius);
-  obstacle.compliance = at.tissue.surface_compliance(obstacle.material, at.parameters.outer_diameter);
-  obstacle.at.normal = obstacle.patch->normal;
+  work.located.obstacle = surface_obstacle(at, *point);
 }
 
 // Vertices that were not alongside in the last tick are as strained as the one before them.
@@ -97,6 +119,7 @@ void take_over_traction(Insertion& next, std::span<const ShaftPoint> shaft) {
   double before = 0;
   for (const ShaftPoint& point : shaft) {
     VertexMemory& memory = next.vertices[point.vertex];
+    if (point.mouth) before = 0;
     if (point.vertex < next.first_alongside || point.vertex > next.last_alongside) {
       memory.traction = before;
       memory.friction = before * point.owned;
@@ -128,7 +151,7 @@ void find_shaft_points(const InsertionView& at, const Path& path, InsertionWork&
     if (work.located.shaft.full()) {
       work.located.left_out = true;
     } else {
-      work.located.shaft.push_back({i, s, 0, 0, tangent});
+      work.located.shaft.push_back({i, s, 0, 0, tangent, i == 0 || path.air_behind(i - 1), path.air_behind(i)});
     }
   }
 }
@@ -144,6 +167,8 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionWork& wor
   const bool through = work.next.phase == Phase::through;
   const std::span<ShaftPoint> shaft{work.located.shaft.begin(), work.located.shaft.end()};
   work.located.tip.held = share_length(shaft, through ? std::min(length, end_s) : length, !through);
+  if (!through) return;
+  if (const auto point = find_next_surface(at, work.next)) work.located.obstacle = surface_obstacle(at, *point);
 }
 
 }  // namespace
@@ -152,11 +177,11 @@ double share_length(std::span<ShaftPoint> shaft, double end, bool tip_holds) {
   assert(std::ranges::is_sorted(shaft, {}, &ShaftPoint::vertex));
   const auto count = static_cast<int>(shaft.size());
   for (int i = 0; i < count; ++i) {
-    const double from = i > 0 ? 0.5 * (shaft[i - 1].s + shaft[i].s) : (shaft[0].vertex == 0 ? shaft[0].s : 0);
-    const double to = i + 1 < count ? 0.5 * (shaft[i].s + shaft[i + 1].s) : end;
+    const double from = shaft[i].mouth ? shaft[i].s : i > 0 ? 0.5 * (shaft[i - 1].s + shaft[i].s) : 0;
+    const double to = shaft[i].exit ? shaft[i].s : i + 1 < count ? 0.5 * (shaft[i].s + shaft[i + 1].s) : end;
     shaft[i].owned = shaft[i].held = std::max(0.0, to - from);
   }
-  if (!tip_holds || shaft.empty()) return 0;
+  if (!tip_holds || shaft.empty() || shaft.back().exit) return 0;
   ShaftPoint& last = shaft.back();
   const double left = (end - last.s) / 2;
   last.held = std::max(0.0, last.held - left);

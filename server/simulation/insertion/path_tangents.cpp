@@ -26,15 +26,17 @@ Vector3 young_direction(const Vector3& along, const Vector3& needle_tangent, dou
 
 int holding_vertices(const Path& path) {
   const auto count = static_cast<int>(path.vertices.size());
-  return count > 1 && path.tail < kEndClearance * path.spacing ? count - 1 : count;
+  return count > path.last_mouth() + 1 && path.tail < kEndClearance * path.spacing ? count - 1 : count;
 }
 
 Vector3 path_tangent(const TissueView& tissue, const Path& path, int vertex, const Vector3& needle_tangent) {
   const int last = static_cast<int>(path.vertices.size()) - 1;
   assert(vertex >= 0 && vertex <= last);
   const Vector3 here = tissue.position(path.vertices[vertex]);
-  const Vector3 before = vertex > 0 ? tissue.position(path.vertices[vertex - 1]) : here;
-  const Vector3 after = vertex < last ? tissue.position(path.vertices[vertex + 1]) : tissue.position(path.end);
+  const bool begins = vertex == 0 || path.air_behind(vertex - 1), ends = path.air_behind(vertex);
+  const Vector3 before = begins ? here : tissue.position(path.vertices[vertex - 1]);
+  const Vector3 after =
+      ends ? here : vertex < last ? tissue.position(path.vertices[vertex + 1]) : tissue.position(path.end);
   return young_direction(after - before, needle_tangent, path.spacing);
 }
 

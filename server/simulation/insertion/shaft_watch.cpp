@@ -19,7 +19,7 @@ Stretch held_stretch(const InsertionView& at, const InsertionWork& work, const I
   const double length = at.needle.model.length;
   if (memory.path >= 0) {
     const double end = memory.phase == Phase::through ? std::min(length, memory.end_s) : length;
-    return {end - memory.depth, end};
+    return {std::min(end - memory.depth, memory.vertices[0].s), end};
   }
   if (memory.phase != Phase::contact || !work.located.obstacle) return {length, length};
   const double beyond = kContactMargin + work.located.obstacle->compliance * memory.tip.contact;
@@ -34,10 +34,12 @@ bool is_inside(const TissueView& tissue, const Vector3& p) {
 
 }  // namespace
 
+int watch_samples(double length) { return static_cast<int>(std::ceil(length / kWatchSpacing)); }
+
 void watch_shaft(const InsertionView& at, const InsertionWork& work, const Insertion& memory, ShaftWatch& watch) {
   if (at.tissue.surface.empty()) return;
   const double length = at.needle.model.length;
-  const int samples = static_cast<int>(std::ceil(length / kWatchSpacing));
+  const int samples = watch_samples(length);
   const int in_tick = std::min(samples, static_cast<int>(std::ceil(samples * at.needle.h / kWatchPeriod)));
   const Stretch held = held_stretch(at, work, memory);
   const double step = length / samples;

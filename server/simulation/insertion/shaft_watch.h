@@ -11,6 +11,9 @@ namespace acus {
 inline constexpr double kWatchSpacing = 2e-3;  // m, of the samples, at most
 inline constexpr double kWatchPeriod = 0.05;   // s, in which the whole needle is looked at
 
+// Of a needle of this length (m).
+int watch_samples(double length);
+
 // Looks at the next samples. `memory` and the positions of `at` are those of the tick's end.
 void watch_shaft(const InsertionView& at, const InsertionWork& work, const Insertion& memory, ShaftWatch& watch);
 

@@ -37,6 +37,7 @@ void enter(Insertion& insertion, int path, double needle_length) {
   insertion.path = path;
   insertion.phase = Phase::inside;
   insertion.tip = TipMemory{};
+  insertion.touched = MaterialPoint{};
   std::fill(insertion.vertices.begin(), insertion.vertices.end(), VertexMemory{.s = needle_length});
   insertion.end_s = needle_length;
 }
@@ -59,8 +60,8 @@ void place_tip(const InsertionView& at, const Path& path, InsertionWork& work) {
   const double past_end = tip.cutting.dot(at.needle.tip().position - at.tissue.position(path.end));
   tip.at_end = tip.in_tail && past_end >= -end_clearance(at, path, held) &&
                (held || points_along(at, path, tip.cutting));
-  if (tip.at_end || next == 0) {
-    tip.point = {tip.at_end ? path.end : path.vertices[0], {}, 0};
+  if (tip.at_end || next == 0 || path.air_behind(next - 1)) {
+    tip.point = {tip.at_end ? path.end : path.vertices[next], {}, 0};
     tip.tangent = tip.at_end ? tip.cutting : needle_tangent;
     return;
   }

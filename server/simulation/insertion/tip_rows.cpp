@@ -150,7 +150,7 @@ double cutting_gap(const InsertionView& at, const Path& path, const TipMemory& t
 }
 
 bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& rows) {
-  assert(work.located.obstacle && work.next.path < 0);
+  assert(work.located.obstacle && (work.next.path < 0 || work.next.phase == Phase::through));
   const Obstacle& obstacle = *work.located.obstacle;
   const TipMemory& tip = work.next.tip;
   const Interaction& law = at.tissue.interaction(obstacle.material);

@@ -28,7 +28,7 @@
 
 namespace acus {
 
-// Outside, against the surface in located.obstacle.
+// Outside, or through, against the surface in located.obstacle.
 bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& rows);
 // Inside, against the border in located.obstacle.
 bool add_border_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows);

@@ -13,9 +13,11 @@ bool add_insertion_rows(const InsertionView& at, const State& state, const Inser
   if (work.next.path < 0) return !obstacle || add_surface_rows(at, work, rows);
   const Path& path = work.path(state.paths);
   bool all = !work.located.left_out;
-  if (obstacle && obstacle->under) {
+  if (work.next.phase == Phase::through) {
+    all = (!obstacle || add_surface_rows(at, work, rows)) && all;
+  } else if (obstacle && obstacle->under) {
     all = add_border_rows(at, path, work, rows) && all;
-  } else if (work.next.phase != Phase::through) {
+  } else {
     all = add_path_rows(at, path, work, rows) && all;
   }
   for (const ShaftPoint& point : work.located.shaft) all = add_shaft_rows(at, path, work, point, rows) && all;

@@ -11,6 +11,9 @@ namespace acus {
 
 void transitions(const Model& model, Scratch& scratch, State& state) {
   const StageTimer timer(scratch.times, Stage::transitions);
+  // No other needle that punctures may take the place of a path that one has picked up in this tick.
+  for (int i = 0; i < model.needle_count(); ++i)
+    if (scratch.insertions[i].located.reentered) state.paths[state.insertions[i].path].needle = i;
   for (int i = 0; i < model.needle_count(); ++i) {
     const InsertionView at = insertion_view(model, state, scratch, i);
     scratch.outcome.transitions |= insertion_transitions(

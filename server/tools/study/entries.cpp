@@ -206,7 +206,7 @@ class EntryRun {
       outcome_.indentation = way_ - contact_;
     }
     outcome_.released += event.kind == EventKind::release;
-    outcome_.ghost_ticks += event.kind == EventKind::intrusion;
+    outcome_.found_inside += event.kind == EventKind::intrusion;
   }
 
   const Entry& entry_;

@@ -7,8 +7,8 @@
 // logarithm), a the edge of a regular tetrahedron as large as the one at the entry: a point force of E a² is about what
 // turns elements inside out.
 //
-// A ghost is a needle whose tip was deeper than 1 mm in the tissue in neither a path nor contact, even if the next tick
-// found it there (event `intrusion`).
+// A ghost is a needle whose tip was deeper than 1 mm in the tissue in neither a path nor contact at the end of a tick. One
+// that was found there in the tick, and got a path (event `intrusion`), is told apart.
 #pragma once
 
 #include <string>
@@ -40,7 +40,8 @@ struct EntryOutcome {
   int ticks = 0;
   bool touched = false;
   bool punctured = false;
-  int ghost_ticks = 0;         // that ended with a ghost, or found one
+  int ghost_ticks = 0;         // that ended with a ghost
+  int found_inside = 0;        // times that a path was opened around a tip
   int released = 0;            // times that a contact was lost
   double puncture_force = 0;   // N, of the event
   double indentation = 0;      // m, way of the base along the needle from the contact to the puncture

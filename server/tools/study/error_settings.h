@@ -4,7 +4,7 @@
 // with:
 //
 //   solver          the same scene and time step, converged (rung refined to 1e-12 m, laws direct to 1e-10 N)
-//   laws            the same scene, rung and time step with the laws solved directly, to 1e-12 N
+//   laws            the same scene, rung and time step with the laws solved directly, to 1e-10 N
 //   total           the same scene, converged, with the shortest time step: solver and time step together; of a
 //                   converged run, the error of the time step alone
 //   discretisation  the same settings with the finest value of the knob (beams, spacing, mesh)

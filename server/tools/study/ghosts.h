@@ -9,10 +9,11 @@
 namespace acus {
 
 // Whether a needle's tip stands deeper in the tissue than goes unnoticed, and neither a path nor a contact knows of it.
-// `surface`: of the simulation's mesh.
+// A tip that is through is out of its path again. `surface`: of the simulation's mesh.
 inline bool is_ghost(const Simulation& simulation, const Surface& surface, int needle) {
   const NeedleReport& report = simulation.report().needles[static_cast<std::size_t>(needle)];
-  if (report.phase != Phase::free) return false;
+  const bool out = report.phase == Phase::free || (report.phase == Phase::through && report.tip_force.isZero(0));
+  if (!out) return false;
   const Matrix3X x = simulation.tissue_positions();
   if (x.cols() == 0 || find_tetrahedron(simulation.mesh(), x, report.tip_position) < 0) return false;
   return (surface.closest(x, report.tip_position).position - report.tip_position).norm() > kUnnoticed;

@@ -15,6 +15,7 @@ struct StudyPlan {
   std::string scenes = "scenes";  // folder with the project's scenes and, below it, trajectories/
   std::string out = ".";          // folder that the tables go to; must exist
   std::string scene;              // of the study of errors: this one only; empty: all
+  std::string stability_run;      // of the study of stability: this one only, by its name in the table; empty: all
   bool quick = false;             // a short form that still goes through every kind of run
   int entries = 0;                // of the study of entries: how many; 0: its own number
   int first_entry = 0;            // and which one comes first
@@ -32,6 +33,9 @@ void study_refinement(const StudyPlan& plan);
 
 // entries.csv: needles that go in at random places, and whether any of them is a ghost (entries.h).
 void study_entries(const StudyPlan& plan);
+
+// holds.csv: the largest jump of force after bases have stopped at random moments of the scenes' motions (force_jumps.h).
+void study_holds(const StudyPlan& plan);
 
 // stability.csv: extreme cases and pairs of them, with a verdict each (stability_cases.h, stability_criteria.h).
 void study_stability(const StudyPlan& plan);

@@ -35,6 +35,7 @@ constexpr StudyCommand kStudies[] = {
     {"errors", "Errors against a converged reference and run time, over every knob of a scene", study_errors},
     {"refinement", "Locking and point forces: what depends on the mesh, and what mends it", study_refinement},
     {"entries", "Needles that go in at random places, and whether the tissue notices them", study_entries},
+    {"holds", "Bases that stop at random moments of the scenes' motions, and how far forces jump then", study_holds},
     {"stability", "Extreme cases and their nastiest pairs, each with a verdict", study_stability},
 };
 
@@ -87,6 +88,10 @@ int main(int argc, char** argv) {
   app.add_option("--scenes", plan.scenes, "Folder of the project's scenes")->capture_default_str();
   for (const StudyCommand& study : kStudies) app.add_subcommand(study.name, study.meaning);
   app.get_subcommand("errors")->add_option("--scene", plan.scene, "Only this one of its scenes")->default_str("all");
+  app.get_subcommand("stability")
+      ->add_option("--run", plan.stability_run, "Only this one: a case, or a pair as CASE + CASE")
+      ->type_name("NAME")
+      ->default_str("all");
   CLI::App& entries = *app.get_subcommand("entries");
   entries.add_option("--count", plan.entries, "How many")->check(CLI::PositiveNumber)->default_str("2000");
   entries.add_option("--first", plan.first_entry, "The number of the first one")->check(CLI::NonNegativeNumber);

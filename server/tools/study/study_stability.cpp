@@ -88,7 +88,11 @@ void study_stability(const StudyPlan& plan) {
   const std::string meshes = plan.out + "/stability_meshes";
   std::filesystem::create_directories(meshes);
   CsvFile file(plan.out + "/stability.csv", names_of(kColumns));
-  const std::vector<StabilityRun> runs = plan.quick ? quick_stability_runs() : stability_runs();
+  std::vector<StabilityRun> runs = plan.quick ? quick_stability_runs() : stability_runs();
+  if (!plan.stability_run.empty()) {
+    std::erase_if(runs, [&](const StabilityRun& run) { return name_of(run) != plan.stability_run; });
+    if (runs.empty()) throw std::runtime_error("no run is called '" + plan.stability_run + "'; stability.csv lists them");
+  }
   const int of = static_cast<int>(runs.size());
   for (int done = 0; done < of; ++done) {
     plan.progress(done, of, name_of(runs[done]));

@@ -27,7 +27,7 @@ bool same_path(const Path& a, const Path& b) {
 }  // namespace
 
 TEST_CASE("a vertex owns the needle halfway to its neighbours, from the surface to the tip") {
-  std::vector<ShaftPoint> shaft{{.vertex = 0, .s = 0.090}, {.vertex = 1, .s = 0.094}, {.vertex = 2, .s = 0.097}};
+  std::vector<ShaftPoint> shaft{{.vertex = 0, .s = 0.090, .mouth = true}, {.vertex = 1, .s = 0.094}, {.vertex = 2, .s = 0.097}};
   share_length(shaft, 0.100);
   CHECK(shaft[0].owned == doctest::Approx(0.0020).epsilon(1e-12));
   CHECK(shaft[1].owned == doctest::Approx(0.0035).epsilon(1e-12));
@@ -37,6 +37,15 @@ TEST_CASE("a vertex owns the needle halfway to its neighbours, from the surface 
   CHECK(shaft[2].held == doctest::Approx(0.0030).epsilon(1e-12));
   share_length(shaft, 0.100, false);
   CHECK(shaft[2].held == shaft[2].owned);
+}
+
+TEST_CASE("nobody owns the air between two parts of a path") {
+  std::vector<ShaftPoint> shaft{{.vertex = 0, .s = 0.080, .mouth = true}, {.vertex = 1, .s = 0.084, .exit = true},
+                                {.vertex = 2, .s = 0.094, .mouth = true}, {.vertex = 3, .s = 0.098}};
+  share_length(shaft, 0.100);
+  CHECK(shaft[1].owned == doctest::Approx(0.002).epsilon(1e-12));
+  CHECK(shaft[2].owned == doctest::Approx(0.002).epsilon(1e-12));
+  CHECK(sum_of_owned(shaft) == doctest::Approx(0.010).epsilon(1e-12));
 }
 
 TEST_CASE("where the mouth has passed the base, the first vertex owns the needle from its base") {

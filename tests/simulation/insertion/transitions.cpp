@@ -102,6 +102,36 @@ TEST_CASE("a tip that has just punctured may stand before the mouth; one that go
   CHECK(bench.event_kinds() == std::vector{EventKind::withdrawal});
 }
 
+TEST_CASE("a tip whose mouth is dragged past it is in the tissue, and stays in its path") {
+  InsertionBench bench;
+  Path& path = bench.add_straight_path(0.010);
+  bench.be_in_path(0);
+  bench.memory.depth = 1e-3;
+  path.vertices[0] = bench.point(on_line(kTop - 8e-3));
+  bench.put_needle(on_line(kTop - 4e-3));
+  bench.locate();
+  transitions_of(bench);
+  CHECK(bench.memory.phase == Phase::inside);
+  CHECK(bench.events.empty());
+}
+
+TEST_CASE("a tip that is through and is found in the tissue: its path goes on there") {
+  InsertionBench bench;
+  Path& path = bench.add_straight_path(0.020);
+  path.exited = true;
+  bench.be_in_path(0);
+  bench.memory.phase = Phase::through;
+  bench.put_needle(on_line(0.010));
+  bench.locate();
+  bench.memory = bench.work.next;
+  CHECK(transitions_of(bench) == kTipFoundInside);
+  CHECK(bench.event_kinds() == std::vector{EventKind::intrusion});
+  CHECK(bench.memory.phase == Phase::inside);
+  CHECK_FALSE(path.exited);
+  REQUIRE(path.exits.size() == 1);
+  CHECK((bench.position(path.end) - on_line(0.010)).norm() < kRounding);
+}
+
 TEST_CASE("a puncture takes the place of the path that was left longest ago, and none where all are in use") {
   InsertionBench bench;
   for (int i = 0; i < 3; ++i) bench.add_straight_path(0.010).left = static_cast<std::uint64_t>(5 - i);
