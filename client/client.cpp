@@ -100,6 +100,12 @@ protocol::HelloReply CommandLink::hello(Timeout timeout) {
 protocol::DescribeReply CommandLink::describe(Timeout timeout) {
   return request<protocol::DescribeReply>(protocol::Describe{}, timeout);
 }
+protocol::HashReply CommandLink::hash(Timeout timeout) {
+  return request<protocol::HashReply>(protocol::Hash{}, timeout);
+}
+protocol::SnapshotReply CommandLink::snapshot(Timeout timeout) {
+  return request<protocol::SnapshotReply>(protocol::Snapshot{}, timeout);
+}
 protocol::Done CommandLink::pause(Timeout timeout) { return request<protocol::Done>(protocol::Pause{}, timeout); }
 protocol::Done CommandLink::resume(Timeout timeout) { return request<protocol::Done>(protocol::Resume{}, timeout); }
 protocol::Done CommandLink::reset(Timeout timeout) { return request<protocol::Done>(protocol::Reset{}, timeout); }
@@ -107,6 +113,11 @@ protocol::Done CommandLink::load(const std::string& scene, Timeout timeout) {
   protocol::Load load;
   load.scene = scene;
   return request<protocol::Done>(load, timeout);
+}
+protocol::Done CommandLink::restore(const std::vector<std::uint8_t>& snapshot, Timeout timeout) {
+  protocol::Restore restore;
+  restore.snapshot = snapshot;
+  return request<protocol::Done>(std::move(restore), timeout);
 }
 protocol::Done CommandLink::step(std::uint32_t ticks, Timeout timeout) {
   protocol::Step step;

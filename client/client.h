@@ -62,10 +62,13 @@ class CommandLink {
   // ProtocolMismatch.
   protocol::HelloReply hello(Timeout timeout);
   protocol::DescribeReply describe(Timeout timeout);
+  protocol::HashReply hash(Timeout timeout);
+  protocol::SnapshotReply snapshot(Timeout timeout);
   protocol::Done pause(Timeout timeout);
   protocol::Done resume(Timeout timeout);
   protocol::Done reset(Timeout timeout);
   protocol::Done load(const std::string& scene, Timeout timeout);
+  protocol::Done restore(const std::vector<std::uint8_t>& snapshot, Timeout timeout);
   protocol::Done step(std::uint32_t ticks, Timeout timeout);
   protocol::Done shutdown(Timeout timeout);
 

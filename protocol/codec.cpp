@@ -356,6 +356,28 @@ void note_what_is_readable(const msgpack::object& map, DecodeError& error) {
   if (seq && seq->type == msgpack::type::POSITIVE_INTEGER) error.seq = seq->via.u64;
 }
 
+// Whether the message is a map of few values with this type, found without memory for more of it.
+bool is_small_map_of(const char* type, std::string_view bytes) {
+  struct Skim : msgpack::null_visitor {
+    int values = 0;
+    int depth = 0;
+    bool at_type = false, found = false;
+    std::string_view type;
+
+    bool start_map(std::uint32_t count) { return ++depth == 1 && count <= 16; }
+    bool start_array(std::uint32_t) { return false; }
+    bool visit_str(const char* text, std::uint32_t size) {
+      const std::string_view value(text, size);
+      found = found || (at_type && value == type);
+      at_type = !at_type && value == "type";
+      return ++values <= 32;
+    }
+  } skim;
+  skim.type = type;
+  std::size_t used = 0;
+  return msgpack::parse(bytes.data(), bytes.size(), used, skim) && used == bytes.size() && skim.found;
+}
+
 template <class Variant>
 Variant decode(std::string_view bytes, std::size_t max_bytes) {
   if (bytes.size() > max_bytes) {
@@ -511,7 +533,8 @@ std::string to_text(const Message& message) {
 }
 
 Command decode_command(std::string_view bytes, std::size_t max_bytes) {
-  Command command = decode<Command>(bytes, max_bytes);
+  const bool restore = bytes.size() > max_bytes && bytes.size() <= kMaxRestoreBytes && is_small_map_of("restore", bytes);
+  Command command = decode<Command>(bytes, restore ? kMaxRestoreBytes : max_bytes);
   std::visit(
       [](const auto& message) {
         try {

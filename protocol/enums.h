@@ -32,9 +32,10 @@ enum class ErrorCode : std::uint8_t {
   unknown_needle,       // the scene has no needle or guide of that name
   wrong_mode,           // `step` in real time, or `pause` and `resume` in lockstep
   scene_error,          // `load`: the scene cannot be used; the old one goes on
-  busy                  // too many requests are waiting, or a scene is being loaded already; try again
+  busy,                 // too many requests are waiting, or a scene is being loaded already; try again
+  snapshot_error        // `restore`: the snapshot cannot be used; nothing has changed
 };
-inline constexpr std::array<const char*, 17> kErrorCodeNames{"truncated",
+inline constexpr std::array<const char*, 18> kErrorCodeNames{"truncated",
                                                              "trailing_bytes",
                                                              "oversized",
                                                              "too_complex",
@@ -50,7 +51,8 @@ inline constexpr std::array<const char*, 17> kErrorCodeNames{"truncated",
                                                              "unknown_needle",
                                                              "wrong_mode",
                                                              "scene_error",
-                                                             "busy"};
+                                                             "busy",
+                                                             "snapshot_error"};
 
 // Where a needle's tip is; travels as the enumerator's name.
 enum class Phase : std::uint8_t {
@@ -95,7 +97,7 @@ enum Flag : std::uint32_t {
   kNewtonNotConverged = 1u << 1,  // the last change of tissue and needles is above the scene's tolerance
   kTangentProjected = 1u << 2,    // an indefinite tangent was replaced by its positive part
   kRowsDropped = 1u << 3,         // more constraint points than the capacity fixed at load
-  kPathFull = 1u << 4,            // a path reached its capacity and stopped recording
+  kPathFull = 1u << 4,            // a path reached its capacity and stopped recording, or cannot go on behind air
   kNotFinite = 1u << 5,           // a number stopped being finite; the state was held at the last good tick
   kSolverFellBack = 1u << 6,      // the direct solver of the laws found no answer; Gauss-Seidel gave this one
   kStepsCapped = 1u << 7,         // ticks came late: the laws' solver stopped at the scene's overrun.max_steps

@@ -22,6 +22,7 @@ inline constexpr const char* kDefaultCommandsEndpoint = "tcp://127.0.0.1:5750";
 inline constexpr const char* kDefaultStatesEndpoint = "tcp://127.0.0.1:5751";
 
 inline constexpr std::size_t kMaxCommandBytes = std::size_t{1} << 20;  // 1 MiB, of one message to the server
+inline constexpr std::size_t kMaxRestoreBytes = std::size_t{31} << 20;  // 31 MiB, of `restore`
 inline constexpr std::size_t kMaxStateBytes = std::size_t{1} << 30;    // 1 GiB, of one message to a client
 inline constexpr std::uint32_t kMaxStepTicks = 100000;                 // of one `step` request
 
@@ -49,6 +50,12 @@ struct Hello : BareRequest {  // answered by HelloReply
 };
 struct Describe : BareRequest {  // answered by DescribeReply
   static constexpr const char* kType = "describe";
+};
+struct Hash : BareRequest {  // answered by HashReply
+  static constexpr const char* kType = "hash";
+};
+struct Snapshot : BareRequest {  // answered by SnapshotReply
+  static constexpr const char* kType = "snapshot";
 };
 struct Pause : BareRequest {  // this one and all below: answered by Done
   static constexpr const char* kType = "pause";
@@ -84,6 +91,18 @@ struct Step {
   static void fields(Self& self, Visit&& visit) {
     visit("seq", self.seq);
     visit("ticks", self.ticks);
+  }
+};
+
+struct Restore {
+  static constexpr const char* kType = "restore";
+  std::uint64_t seq = 0;
+  std::vector<std::uint8_t> snapshot;  // of SnapshotReply
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("snapshot", self.snapshot);
   }
 };
 
@@ -253,10 +272,9 @@ struct DescribeReply {
   }
 };
 
-// The request was carried out; the world stood at this tick right after it.
-struct Done {
-  static constexpr const char* kType = "done";
-  std::uint64_t seq = 0;
+// Where the world stood right after the request was carried out.
+struct Standing {
+  std::uint64_t seq = 0;    // of the request
   std::uint64_t epoch = 0;  // see Force
   std::uint64_t tick = 0;
   double time = 0;  // s, simulation time
@@ -267,6 +285,36 @@ struct Done {
     visit("epoch", self.epoch);
     visit("tick", self.tick);
     visit("time", self.time);
+  }
+};
+
+struct Done : Standing {
+  static constexpr const char* kType = "done";
+};
+
+// The state after a tick as a number: what two runs have in common in every bit has the same.
+struct HashReply : Standing {
+  static constexpr const char* kType = "hash_reply";
+  std::uint64_t hash = 0;
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    Standing::fields(self, visit);
+    visit("hash", self.hash);
+  }
+};
+
+// The whole state after a tick.
+struct SnapshotReply : Standing {
+  static constexpr const char* kType = "snapshot_reply";
+  std::uint64_t hash = 0;              // of the state, as in HashReply
+  std::vector<std::uint8_t> snapshot;  // for `restore`; not to be looked into
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    Standing::fields(self, visit);
+    visit("hash", self.hash);
+    visit("snapshot", self.snapshot);
   }
 };
 
@@ -288,8 +336,8 @@ struct Error {
 
 // ---- States: server to client on the states socket; the topic is the type ----
 
-// Forces on one needle, every tick. Ticks count from 1 without a gap within an epoch; `load` and `reset` begin a new
-// one.
+// Forces on one needle, every tick. Ticks count without a gap within an epoch; `load`, `reset` and `restore` begin a new
+// one, the first two at tick 1.
 struct Force {
   static constexpr const char* kType = "force";
   std::uint64_t epoch = 0;
@@ -437,6 +485,8 @@ struct Stats {
   std::uint32_t rows = 0;               // largest number of rows of the laws
   double imbalance = 0;                 // N, largest sum of all forces on needle and tissue; 0 in exact arithmetic
   double largest_force = 0;             // N, the largest force in those sums
+  std::uint64_t hash_tick = 0;          // the newest tick of the period at a full second of simulation time, or 0
+  std::uint64_t hash = 0;               // of the state after it, as in HashReply
   std::uint32_t flags = 0;              // bits of Flag, of any tick
   std::uint64_t overruns = 0;           // total, deadlines skipped because a tick was late
   std::uint64_t rejected = 0;           // total, messages rejected
@@ -467,6 +517,8 @@ struct Stats {
     visit("rows", self.rows);
     visit("imbalance", self.imbalance);
     visit("largest_force", self.largest_force);
+    visit("hash_tick", self.hash_tick);
+    visit("hash", self.hash);
     visit("flags", self.flags);
     visit("overruns", self.overruns);
     visit("rejected", self.rejected);
@@ -476,8 +528,9 @@ struct Stats {
 };
 
 // What travels in each direction.
-using Command = std::variant<Hello, Describe, Pause, Resume, Reset, Load, Step, Shutdown, Pose, Spin>;
-using Reply = std::variant<HelloReply, DescribeReply, Done, Error>;
+using Command =
+    std::variant<Hello, Describe, Hash, Snapshot, Pause, Resume, Reset, Load, Restore, Step, Shutdown, Pose, Spin>;
+using Reply = std::variant<HelloReply, DescribeReply, HashReply, SnapshotReply, Done, Error>;
 using State = std::variant<Force, NeedleShape, TissueShape, Event, Stats>;
 
 }  // namespace acus::protocol

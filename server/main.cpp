@@ -5,7 +5,9 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <fstream>
 #include <iostream>
+#include <iterator>
 #include <optional>
 #include <thread>
 
@@ -16,6 +18,7 @@
 #include "server/runtime/realtime_loop.h"
 #include "server/scene/scene_fields.h"
 #include "server/simulation/scene_summary.h"
+#include "server/simulation/snapshot.h"
 #include "server/runtime/termination.h"
 
 namespace {
@@ -35,14 +38,14 @@ constexpr const char* kFooter =
     "leaves out\n"
     "  acus-server SCENE --lockstep                          ticks run when a client asks: for replays and tests\n"
     "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
-    "\nExit status: 0 ended by SIGINT, SIGTERM, a client's shutdown, or --ticks; 1 bad command line; 2 the scene "
-    "cannot "
-    "be used;\n3 an endpoint cannot be listened on; 4 anything else. Log lines go to standard error.";
+    "\nExit status: 0 ended by SIGINT, SIGTERM, a client's shutdown, or --ticks; 1 bad command line; 2 the scene or the "
+    "snapshot cannot be used;\n3 an endpoint cannot be listened on; 4 anything else. Log lines go to standard error.";
 
 struct Arguments {
   std::string scene;
   EndpointOptions endpoint;
   LoopOptions loop;
+  std::string restore;
   bool check = false;
 };
 
@@ -83,6 +86,9 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->check(CLI::PositiveNumber)
       ->default_str("unlimited");
   app.add_flag("--lockstep", arguments.loop.lockstep, "Run ticks only when a client's 'step' asks for them");
+  app.add_option("--restore", arguments.restore,
+                 "Go on from a snapshot of this scene, in a file: the bytes of a client's 'snapshot'")
+      ->type_name("FILE");
   app.add_flag("--check", arguments.check,
                "Load the scene, print what it contains, what it costs and what it leaves out, and exit");
 }
@@ -137,11 +143,25 @@ void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const LoopOpt
   if (!options.lockstep) report(loop.punctuality());
 }
 
+// Throws std::runtime_error that names the file.
+void restore(const std::string& file, Simulation& simulation) {
+  std::ifstream stream(file, std::ios::binary);
+  std::vector<char> bytes{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream) throw std::runtime_error("--restore " + file + ": the file cannot be read");
+  try {
+    simulation.restore(read_snapshot(simulation.model(), std::as_bytes(std::span(bytes))));
+  } catch (const SnapshotError& error) {
+    throw std::runtime_error("--restore " + file + ": " + error.what());
+  }
+  spdlog::info("goes on from tick {}, {} s", simulation.report().tick, simulation.report().time);
+}
+
 int run(const Arguments& arguments) {
   const Termination termination;
   std::unique_ptr<LoadedScene> world;
   try {
     world = load_scene(arguments.scene, arguments.endpoint.rate);
+    if (!arguments.restore.empty()) restore(arguments.restore, world->simulation);
   } catch (const std::runtime_error& error) {
     spdlog::error("{}", error.what());
     return kBadScene;

@@ -129,8 +129,8 @@ double potential_energy(const NeedleModel& model, const NeedleState& state) {
 CurvePoint curve_point(const NeedleModel& model, const NeedleShape& shape, double s) {
   const double length = model.beam_length();
   CurvePoint c;
-  c.beam = std::clamp(static_cast<int>(s / length), 0, model.beams - 1);
   const double inside = std::clamp(s, 0.0, model.length);
+  c.beam = inside > 0 ? std::min(static_cast<int>(inside / length), model.beams - 1) : 0;  // not a number: 0, too
   const double u = c.u = std::clamp(inside / length - c.beam, 0.0, 1.0), v = 1 - u;
   c.h00 = v * v * (1 + 2 * u);
   c.h01 = u * u * (3 - 2 * u);

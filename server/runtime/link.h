@@ -21,8 +21,8 @@ inline constexpr int kMaxBodies = 64 + 64;        // needles and guides of a sce
 inline constexpr std::size_t kMaxRequests = 64;   // waiting for the simulation thread
 inline constexpr std::size_t kMaxRecords = 8192;  // waiting for the socket thread; about 4 MB
 
-// A body's command and the epoch it is meant for. Epochs count the worlds: `reset` and `load` begin a new one, and
-// commands given before it do not outlive it.
+// A body's command and the epoch it is meant for. Epochs count the worlds: `reset`, `load` and `restore` begin a new one,
+// and commands given before it do not outlive it.
 struct EpochCommand {
   std::uint64_t epoch = 0;
   Command command;
@@ -30,13 +30,14 @@ struct EpochCommand {
 
 // What a client asked for, for the simulation thread to do between two ticks.
 struct Request {
-  enum class Kind : std::uint8_t { pause, resume, reset, replace_world, step, shutdown };
+  enum class Kind : std::uint8_t { pause, resume, reset, replace_world, hash, snapshot, restore, step, shutdown };
 
   Kind kind = Kind::pause;
   std::uint64_t id = 0;                // comes back in the acknowledgement
-  std::uint64_t epoch = 0;             // reset, replace_world: the epoch that begins
+  std::uint64_t epoch = 0;             // reset, replace_world, restore: the epoch that begins
   std::uint32_t ticks = 0;             // step
   std::unique_ptr<LoadedScene> world;  // replace_world
+  std::unique_ptr<State> state;        // restore: to go on from; hash, snapshot: room for it
 };
 
 // Records, from the simulation thread to the socket thread.
@@ -47,6 +48,7 @@ struct Acknowledgement {
   double time = 0;                       // s
   LoadedScene* world = nullptr;          // whose states follow
   std::unique_ptr<LoadedScene> retired;  // replace_world: the one before, to be destroyed elsewhere
+  std::unique_ptr<State> state;          // hash, snapshot: the copy; restore: to be destroyed elsewhere
 };
 struct ForceRecord {
   std::uint64_t epoch = 0, tick = 0;

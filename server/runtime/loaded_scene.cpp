@@ -102,8 +102,10 @@ LoadedScene::LoadedScene(const Scene& scene, const Progress& progress)
       path_points(3, simulation.path_capacity()),
       needle_frame_ticks(ticks_between(scene.rate, scene.publish.needle_rate)),
       tissue_frame_ticks(ticks_between(scene.rate, scene.publish.tissue_rate)),
+      second_ticks(ticks_between(scene.rate, 1)),
       hello(make_hello(*this)),
       describe(make_describe(simulation)) {
+  second.state = simulation.state();
   const std::size_t needle_nodes = largest_node_count(simulation);
   for (NeedleFrame& frame : needle_frames.slots()) {
     frame.shape.positions.reserve(3 * needle_nodes);

@@ -3,6 +3,7 @@
 // way to the publisher, and what clients are told about it.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,6 +19,14 @@ struct NeedleFrame {
   protocol::NeedleShape shape;  // buffers sized for the largest needle of the scene; the publisher adds the name
 };
 
+// The state after a tick at a full second of simulation time, for `stats`. The simulation thread fills it where it is not
+// full, the socket thread empties it.
+struct StateOfSecond {
+  std::atomic<bool> full{false};
+  std::uint64_t epoch = 0;
+  State state;
+};
+
 struct LoadedScene {
   explicit LoadedScene(const Scene& scene, const Progress& progress = {});  // throws SceneError
 
@@ -27,11 +36,14 @@ struct LoadedScene {
   SpscQueue<NeedleFrame> needle_frames;
   SpscQueue<protocol::TissueShape> tissue_frames;  // with room for every path at its longest
 
+  StateOfSecond second;
+
   Matrix3X path_points;  // 3 x path_capacity(), m, world: the path being packed, of the simulation thread
 
   // Constant.
   std::uint64_t needle_frame_ticks;  // ticks between two needle shapes, >= 1
   std::uint64_t tissue_frame_ticks;  // ticks between two tissue shapes, >= 1
+  std::uint64_t second_ticks;        // ticks of a second of simulation time, >= 1
   protocol::HelloReply hello;        // all but what depends on the request and the moment
   protocol::DescribeReply describe;  // likewise
 

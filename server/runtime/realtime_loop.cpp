@@ -50,7 +50,9 @@ OverrunPolicy overrun_policy_of(const LoadedScene& world) {
 }  // namespace
 
 RealtimeLoop::RealtimeLoop(std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link)
-    : world_(std::move(world)), options_(options), link_(link), overrun_(overrun_policy_of(*world_)) {}
+    : world_(std::move(world)), options_(options), link_(link), overrun_(overrun_policy_of(*world_)) {
+  link_.tick.store(world_->simulation.report().tick, std::memory_order_relaxed);
+}
 
 void RealtimeLoop::run() {
   if (options_.lockstep) {
@@ -137,6 +139,14 @@ void RealtimeLoop::handle(Request& request) {
       break;
     case Request::Kind::replace_world:
       return replace_world(request);
+    case Request::Kind::hash:
+    case Request::Kind::snapshot:
+      *request.state = world_->simulation.state();
+      break;
+    case Request::Kind::restore:
+      world_->simulation.restore(*request.state);
+      begin_epoch(request.epoch);
+      break;
     case Request::Kind::step:
       for (std::uint32_t i = 0; i < request.ticks && !over(); ++i) {
         const double computing = tick();
@@ -156,19 +166,19 @@ void RealtimeLoop::replace_world(Request& request) {
   acknowledge(request, std::move(retired));
 }
 
-// The simulation does not economise: it has just been loaded or reset.
+// The simulation does not economise: it has just been loaded, reset or restored.
 void RealtimeLoop::begin_epoch(std::uint64_t epoch) {
   epoch_ = epoch;
   overrun_ = overrun_policy_of(*world_);
 }
 
-void RealtimeLoop::acknowledge(const Request& request, std::unique_ptr<LoadedScene> retired) {
+void RealtimeLoop::acknowledge(Request& request, std::unique_ptr<LoadedScene> retired) {
   const TickReport& report = world_->simulation.report();
   link_.epoch.store(epoch_, std::memory_order_relaxed);
   link_.tick.store(report.tick, std::memory_order_relaxed);
   if (Record* record = room_in(link_.records)) {
-    *record =
-        Acknowledgement{request.kind, request.id, epoch_, report.tick, report.time, world_.get(), std::move(retired)};
+    *record = Acknowledgement{request.kind, request.id,   epoch_,             report.tick,
+                              report.time,  world_.get(), std::move(retired), std::move(request.state)};
     link_.records.commit();
   }
   link_.to_sockets.signal();
@@ -204,6 +214,16 @@ void RealtimeLoop::publish() {
   if (wanted & bit(Topic::event)) publish_events(report);
   if (wanted & (bit(Topic::force) | bit(Topic::event))) link_.to_sockets.signal();
   if (wanted & kShapes) publish_shapes(report, wanted);
+  if (wanted & bit(Topic::stats)) keep_full_second(report);
+}
+
+// For the other thread to hash; left out if that one has not come to the last yet.
+void RealtimeLoop::keep_full_second(const TickReport& report) {
+  StateOfSecond& second = world_->second;
+  if (report.tick % world_->second_ticks != 0 || second.full.load(std::memory_order_acquire)) return;
+  second.epoch = epoch_;
+  second.state = world_->simulation.state();
+  second.full.store(true, std::memory_order_release);
 }
 
 // Of so many shapes that the scene asks for, one goes out.

@@ -51,7 +51,7 @@ class RealtimeLoop {
   void handle(Request& request);
   void replace_world(Request& request);
   void begin_epoch(std::uint64_t epoch);
-  void acknowledge(const Request& request, std::unique_ptr<LoadedScene> retired = nullptr);
+  void acknowledge(Request& request, std::unique_ptr<LoadedScene> retired = nullptr);
 
   double tick();
   void take_commands();
@@ -61,6 +61,7 @@ class RealtimeLoop {
   void publish_events(const TickReport& report);
   void publish_shapes(const TickReport& report, TopicSet wanted);
   void publish_needles(const TickReport& report);
+  void keep_full_second(const TickReport& report);
   void publish_tissue(const TickReport& report);
   void pack_paths(protocol::TissueShape& shape);
   void publish_tick(const TickTiming& timing);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "server/scene/fingerprint.h"
 #include "server/scene/scene_error.h"
 #include "server/simulation/guides.h"
 #include "server/simulation/insertion/insertion.h"
@@ -132,6 +133,7 @@ Model::Model(const Scene& s, const Progress& progress)
       regions(announced(progress, "regions", [&] { return assign_regions(s, mesh); })),
       interactions(interactions_of(s)),
       element_sizes(element_sizes_of(mesh)),
+      fingerprint(acus::fingerprint(s, mesh, regions)),
       force_rounding(force_rounding_of(s, mesh, regions, element_sizes)),
       tissue(announced(progress, "elements", [&] {
         return make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity,

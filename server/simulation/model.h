@@ -38,6 +38,7 @@ struct Model {
   std::vector<int> regions;                // per tetrahedron
   std::vector<Interaction> interactions;   // per region, pressure filled in
   std::vector<double> element_sizes;       // per tetrahedron: the edge of a regular one of the same volume (m)
+  std::uint64_t fingerprint;               // which scene it is (scene/fingerprint.h)
   double force_rounding;                   // N, what rounding may leave of a sum of the elements' forces
   TissueModel tissue;
   Surface surface;

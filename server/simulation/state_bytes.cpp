@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/state_bytes.h"
 
-#include <xxhash.h>
-
+#include <cmath>
 #include <cstring>
-#include <memory>
 #include <stdexcept>
 #include <type_traits>
+
+#include "server/math/hasher.h"
 
 namespace acus {
 
@@ -15,7 +15,8 @@ namespace {
 template <class T>
 constexpr bool kIsNumber = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
-// Calls archive.bytes(pointer, count) for every piece of a value, and archive.size(n, capacity) for every size.
+// Calls archive.number(x) for every number that stands alone, archive.doubles(pointer, count) for those side by side, and
+// archive.size(n, capacity) for every size.
 template <class Archive>
 struct Walk {
   Archive& archive;
@@ -28,7 +29,7 @@ struct Walk {
   template <class T>
     requires kIsNumber<std::remove_const_t<T>>
   void visit(T& number) {
-    archive.bytes(&number, sizeof number);
+    archive.number(number);
   }
   template <class T>
     requires requires(T& t) { std::remove_const_t<T>::fields(t, std::declval<Walk&>()); }
@@ -39,7 +40,7 @@ struct Walk {
   void visit(auto& value)
     requires std::is_same_v<std::remove_cvref_t<decltype(value)>, Quaternion>
   {
-    archive.bytes(value.coeffs().data(), 4 * sizeof(double));
+    archive.doubles(value.coeffs().data(), 4);
   }
   void visit(auto& value)
     requires std::is_same_v<std::remove_cvref_t<decltype(value)>, Pose>
@@ -57,13 +58,14 @@ struct Walk {
     requires std::is_same_v<std::remove_cvref_t<decltype(value)>, ElementRotations::Batch>
   {
     static_assert(sizeof(ElementRotations::Batch) == 4 * kLanes * sizeof(double));
-    archive.bytes(&value, sizeof value);
+    using Number = std::conditional_t<std::is_const_v<std::remove_reference_t<decltype(value)>>, const double, double>;
+    archive.doubles(reinterpret_cast<Number*>(&value), 4 * kLanes);
   }
   template <class T>
     requires requires(T& t) { t.derived().rowwise(); }
   void visit(T& matrix) {
     archive.size(static_cast<std::size_t>(matrix.size()), static_cast<std::size_t>(matrix.size()));
-    archive.bytes(matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double));
+    archive.doubles(matrix.data(), static_cast<std::size_t>(matrix.size()));
   }
   template <class T>
   void visit(std::vector<T>& list) {
@@ -87,21 +89,30 @@ struct Walk {
   }
 };
 
-struct Hasher {
-  struct Free {
-    void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
-  };
-  std::unique_ptr<XXH3_state_t, Free> state{XXH3_createState()};
+// What an archive has besides bytes(pointer, count) and size(n, capacity).
+template <class Archive>
+struct OfBytes {
+  template <class T>
+  void number(T& value) {
+    static_cast<Archive*>(this)->bytes(&value, sizeof value);
+  }
+  template <class Double>
+  void doubles(Double* first, std::size_t count) {
+    static_cast<Archive*>(this)->bytes(first, count * sizeof(double));
+  }
+};
 
-  Hasher() { XXH3_64bits_reset(state.get()); }
-  void bytes(const void* data, std::size_t count) { XXH3_64bits_update(state.get(), data, count); }
+struct StateHasher : OfBytes<StateHasher> {
+  Hasher hasher;
+
+  void bytes(const void* data, std::size_t count) { hasher.bytes(data, count); }
   std::size_t size(std::size_t n, std::size_t) {
     bytes(&n, sizeof n);
     return n;
   }
 };
 
-struct Writer {
+struct Writer : OfBytes<Writer> {
   std::vector<std::byte> image;
 
   void bytes(const void* data, std::size_t count) {
@@ -114,9 +125,16 @@ struct Writer {
   }
 };
 
-struct Reader {
+struct Reader : OfBytes<Reader> {
   std::span<const std::byte> left;
 
+  using OfBytes<Reader>::number;
+  // Any byte but 0 and 1 would be no bool.
+  void number(bool& value) {
+    std::uint8_t byte = 0;
+    bytes(&byte, 1);
+    value = byte != 0;
+  }
   void bytes(void* data, std::size_t count) {
     if (count > left.size()) throw std::runtime_error("the image of a state ends too early");
     if (count > 0) std::memcpy(data, left.data(), count);
@@ -132,12 +150,70 @@ struct Reader {
   }
 };
 
+struct LargestNumber {
+  double largest = 0;
+
+  template <class T>
+  void number(const T& value) {
+    if constexpr (std::is_floating_point_v<T>) doubles(&value, 1);
+  }
+  void doubles(const double* first, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i)
+      if (!(std::abs(first[i]) <= largest)) largest = std::isnan(first[i]) ? kInfinity : std::abs(first[i]);
+  }
+  std::size_t size(std::size_t n, std::size_t) { return n; }
+};
+
+// Names, kinds and sizes of what a type holds, in order; of lists, those of one item.
+struct Layout {
+  Hasher hasher;
+
+  template <class T>
+  void operator()(const char* name, T& value) {
+    hasher.bytes(name, std::strlen(name) + 1);
+    visit(value);
+  }
+  template <class T>
+  void visit(T& value) {
+    if constexpr (requires { T::fields(value, *this); }) {
+      T::fields(value, *this);
+    } else if constexpr (kIsNumber<T>) {
+      tell(std::is_floating_point_v<T> ? 'f' : 'i', sizeof value);
+    } else {
+      tell('v', sizeof value);
+    }
+  }
+  template <class T>
+    requires requires(T& t) { t.derived().rowwise(); }
+  void visit(T&) {
+    tell('m', static_cast<std::size_t>(T::RowsAtCompileTime));
+  }
+  template <class T>
+  void visit(std::vector<T>&) {
+    T item{};
+    tell('l', 0);
+    visit(item);
+  }
+  template <class T>
+  void visit(Bounded<T>&) {
+    T item{};
+    tell('b', 0);
+    visit(item);
+  }
+
+ private:
+  void tell(char kind, std::size_t size) {
+    hasher.bytes(&kind, 1);
+    hasher.bytes(&size, sizeof size);
+  }
+};
+
 }  // namespace
 
 std::uint64_t hash(const State& state) {
-  Hasher hasher;
-  Walk<Hasher>{hasher}.visit(state);
-  return XXH3_64bits_digest(hasher.state.get());
+  StateHasher of;
+  Walk<StateHasher>{of}.visit(state);
+  return of.hasher.digest();
 }
 
 std::vector<std::byte> to_bytes(const State& state) {
@@ -148,10 +224,26 @@ std::vector<std::byte> to_bytes(const State& state) {
 
 void from_bytes(std::span<const std::byte> bytes, State& state) {
   State read = state;
-  Reader reader{bytes};
+  Reader reader{{}, bytes};
   Walk<Reader>{reader}.visit(read);
   if (!reader.left.empty()) throw std::runtime_error("the image of a state goes on after its end");
   state = std::move(read);
+}
+
+double largest_number(const State& state) {
+  LargestNumber numbers;
+  Walk<LargestNumber>{numbers}.visit(state);
+  return numbers.largest;
+}
+
+std::uint64_t state_layout() {
+  static const std::uint64_t layout = [] {
+    Layout of;
+    State state;
+    of.visit(state);
+    return of.hasher.digest();
+  }();
+  return layout;
 }
 
 bool identical(const State& a, const State& b) { return to_bytes(a) == to_bytes(b); }

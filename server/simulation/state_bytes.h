@@ -21,6 +21,12 @@ std::vector<std::byte> to_bytes(const State& state);
 // of such a state.
 void from_bytes(std::span<const std::byte> bytes, State& state);
 
+// Of all that are not whole, by its magnitude; infinite if one is not a number.
+double largest_number(const State& state);
+
+// Of the names, kinds and sizes of what a state holds: images of another layout are of another version.
+std::uint64_t state_layout();
+
 bool identical(const State& a, const State& b);
 
 }  // namespace acus

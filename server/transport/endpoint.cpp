@@ -6,6 +6,8 @@
 #include <array>
 
 #include "server/runtime/convert.h"
+#include "server/simulation/snapshot.h"
+#include "server/simulation/state_bytes.h"
 #include "server/transport/listening.h"
 #include "server/transport/readable_text.h"
 
@@ -21,12 +23,19 @@ constexpr int kMessagesPerTurn = 64;               // received before states hav
 constexpr std::size_t kMaxTypeTold = 100, kMaxSentence = 2000;  // bytes of an error's texts
 constexpr int kRecordsPerTurn = 1024;              // passed on before messages have theirs
 constexpr int kLinger = 1000;                      // ms to deliver the last answers
-constexpr std::int64_t kMaxFrameBytes = 16 << 20;  // beyond it the client is disconnected
+constexpr std::int64_t kMaxFrameBytes = 32 << 20;  // beyond it the client is disconnected
+constexpr int kMaxAnswers = 100;                   // of one client that wait for it to read
 constexpr auto kStatsPeriod = milliseconds(1000);
 constexpr auto kBlockedPoll = milliseconds(1);  // between two tries to send a state that is held back
 
 template <class Message>
 constexpr bool kIsStream = std::is_same_v<Message, protocol::Pose> || std::is_same_v<Message, protocol::Spin>;
+
+// Of a state that is this thread's. What gives way at the moment is not what a run is compared by.
+std::uint64_t comparable_hash(State& state) {
+  state.economizing = false;
+  return hash(state);
+}
 
 bool has_spin(const protocol::Pose& pose) { return pose.spin.has_value(); }
 bool has_spin(const protocol::Spin&) { return true; }
@@ -57,6 +66,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       stats_begun_(Clock::now()) {
   commands_.set(zmq::sockopt::linger, kLinger);
   commands_.set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
+  commands_.set(zmq::sockopt::sndhwm, kMaxAnswers);
   listen(commands_, "--commands", options.commands);
 }
 
@@ -164,6 +174,14 @@ void Endpoint::handle(const Sender& sender, const protocol::Describe& request) {
   send(sender, reply);
 }
 
+void Endpoint::handle(const Sender& sender, const protocol::Hash& request) {
+  ask_for_state(sender, request, Request::Kind::hash);
+}
+
+void Endpoint::handle(const Sender& sender, const protocol::Snapshot& request) {
+  ask_for_state(sender, request, Request::Kind::snapshot);
+}
+
 void Endpoint::handle(const Sender& sender, const protocol::Pause& request) {
   ask_in_real_time(sender, request, Request::Kind::pause);
 }
@@ -183,6 +201,20 @@ void Endpoint::handle(const Sender& sender, const protocol::Load& request) {
   loader_.start(request.scene);
 }
 
+void Endpoint::handle(const Sender& sender, const protocol::Restore& request) {
+  std::unique_ptr<State> state;
+  try {
+    const std::span<const std::uint8_t> bytes(request.snapshot);
+    state = std::make_unique<State>(read_snapshot(commanded_->simulation.model(), std::as_bytes(bytes)));
+  } catch (const SnapshotError& error) {
+    return reject(sender, request, ErrorCode::snapshot_error, error.what());
+  }
+  ask(sender, request, Request::Kind::restore, [&](Request& restore) {
+    begin_epoch(restore);
+    restore.state = std::move(state);
+  });
+}
+
 void Endpoint::handle(const Sender& sender, const protocol::Step& request) {
   if (!options_.lockstep) {
     return reject(sender, request, ErrorCode::wrong_mode, "'step' needs a server that was started with --lockstep");
@@ -192,6 +224,15 @@ void Endpoint::handle(const Sender& sender, const protocol::Step& request) {
 
 void Endpoint::handle(const Sender& sender, const protocol::Shutdown& request) {
   ask(sender, request, Request::Kind::shutdown, [](Request&) {});
+}
+
+// The simulation thread copies its state, this one makes of it what the client wants.
+template <class Message>
+void Endpoint::ask_for_state(const Sender& sender, const Message& message, Request::Kind kind) {
+  if (copying_) return reject(sender, message, ErrorCode::busy, "another state is being copied; try again later");
+  copying_ = ask(sender, message, kind, [this](Request& request) {
+    request.state = std::make_unique<State>(make_state(commanded_->simulation.model()));
+  });
 }
 
 template <class Message>
@@ -252,14 +293,35 @@ void Endpoint::finish_request(Acknowledgement& acknowledgement) {
       spdlog::info("scene '{}' loaded", published_->hello.scene);
       loader_.destroy(std::move(acknowledgement.retired));
       break;
+    case Request::Kind::hash:
+    case Request::Kind::snapshot:
+      copying_ = false;
+      break;
     case Request::Kind::reset:
+    case Request::Kind::restore:
     case Request::Kind::step:
     case Request::Kind::shutdown:
       break;
   }
   const auto sender = waiting_.extract(acknowledgement.id);
-  send(sender.mapped(),
-       protocol::Done{sender.mapped().seq, acknowledgement.epoch, acknowledgement.tick, acknowledgement.time});
+  const std::unique_ptr<State> state = std::move(acknowledgement.state);  // freed here, not in a tick
+  const protocol::Standing standing{sender.mapped().seq, acknowledgement.epoch, acknowledgement.tick,
+                                    acknowledgement.time};
+  if (acknowledgement.kind == Request::Kind::hash) {
+    send(sender.mapped(), protocol::HashReply{standing, comparable_hash(*state)});
+  } else if (acknowledgement.kind == Request::Kind::snapshot) {
+    send_snapshot(sender.mapped(), standing, acknowledgement.world->simulation.model(), *state);
+  } else {
+    send(sender.mapped(), protocol::Done{standing});
+  }
+}
+
+void Endpoint::send_snapshot(const Sender& sender, const protocol::Standing& standing, const Model& model, State& state) {
+  protocol::SnapshotReply reply{standing, comparable_hash(state), {}};
+  const std::vector<std::byte> snapshot = make_snapshot(model, state);
+  const auto* first = reinterpret_cast<const std::uint8_t*>(snapshot.data());
+  reply.snapshot.assign(first, first + snapshot.size());
+  send(sender, reply);
 }
 
 // ---- Streams ----
@@ -346,6 +408,10 @@ void Endpoint::publish_stats() {
   stats.overruns = link_.overruns.load(std::memory_order_relaxed);
   stats.rejected = rejected_;
   stats.dropped = link_.dropped.load(std::memory_order_relaxed);
+  if (StateOfSecond& second = published_->second; second.full.load(std::memory_order_acquire)) {
+    if (second.epoch == stats.epoch) stats.hash_tick = second.state.tick, stats.hash = comparable_hash(second.state);
+    second.full.store(false, std::memory_order_release);
+  }
   for (int i = 0; i < kTopicCount; ++i) {
     if (wanted_ & bit(static_cast<Topic>(i))) stats.subscribed.push_back(kTopicNames[i]);
   }

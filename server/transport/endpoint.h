@@ -67,10 +67,13 @@ class Endpoint {
 
   void handle(const Sender& sender, const protocol::Hello& request);
   void handle(const Sender& sender, const protocol::Describe& request);
+  void handle(const Sender& sender, const protocol::Hash& request);
+  void handle(const Sender& sender, const protocol::Snapshot& request);
   void handle(const Sender& sender, const protocol::Pause& request);
   void handle(const Sender& sender, const protocol::Resume& request);
   void handle(const Sender& sender, const protocol::Reset& request);
   void handle(const Sender& sender, const protocol::Load& request);
+  void handle(const Sender& sender, const protocol::Restore& request);
   void handle(const Sender& sender, const protocol::Step& request);
   void handle(const Sender& sender, const protocol::Shutdown& request);
   void handle(const Sender& sender, const protocol::Pose& pose);
@@ -80,6 +83,8 @@ class Endpoint {
   // needs. False, and an error to the client, if too many wait already.
   template <class Message, class Prepare>
   bool ask(const Sender& sender, const Message& message, Request::Kind kind, Prepare&& prepare);
+  template <class Message>
+  void ask_for_state(const Sender& sender, const Message& message, Request::Kind kind);
   template <class Message>
   void ask_in_real_time(const Sender& sender, const Message& message, Request::Kind kind);
   void begin_epoch(Request& request);
@@ -92,6 +97,7 @@ class Endpoint {
   bool pass_on_records();
   bool pass_on_frames();
   void finish_request(Acknowledgement& acknowledgement);
+  void send_snapshot(const Sender& sender, const protocol::Standing& standing, const Model& model, State& state);
   void publish_stats();
 
   const EndpointOptions options_;
@@ -107,6 +113,7 @@ class Endpoint {
   std::uint64_t commanded_epoch_ = 0;
   std::vector<Command> newest_;  // per body of commanded_: pose and spin together, whichever message they came in
   bool paused_ = false;
+  bool copying_ = false;  // a copy of the state is on its way
 
   std::uint64_t last_request_ = 0;
   std::unordered_map<std::uint64_t, Sender> waiting_;  // requests with the simulation thread

@@ -20,6 +20,7 @@ struct FillField {
   void operator()(const char*, double& value) { value = std::uniform_real_distribution<double>(-1e3, 1e3)(random); }
   void operator()(const char*, float& value) { value = std::uniform_real_distribution<float>(-1e3f, 1e3f)(random); }
   void operator()(const char*, std::int32_t& value) { value = static_cast<std::int32_t>(random()); }
+  void operator()(const char*, std::uint8_t& value) { value = static_cast<std::uint8_t>(random()); }
   void operator()(const char*, std::uint64_t& value) { value = random() >> (random() % 64); }
   void operator()(const char*, std::uint32_t& value) {
     value = static_cast<std::uint32_t>(random() >> (random() % 64));

@@ -91,6 +91,20 @@ TEST_CASE("oversized") {
   CHECK(rejection(pose_with("needle", std::string(kMaxCommandBytes - 1000, 'x'))) == "accepted");
 }
 
+TEST_CASE("a snapshot may be larger than other messages, up to a limit") {
+  Restore restore;
+  restore.snapshot.resize(kMaxCommandBytes);
+  CHECK(rejection(encode(restore)) == "accepted");
+  restore.snapshot.resize(kMaxRestoreBytes);
+  CHECK(rejection(encode(restore)) == "oversized");
+  // What only says that it is one, and is large by what else is in it.
+  std::string bytes = "\x83\xa1v\x01\xa4type\xa7restore\xa1x\xdd";
+  const std::uint32_t count = 2 << 20;
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(count >> shift & 0xff);
+  bytes += std::string(count, '\x00');
+  CHECK(rejection(bytes) == "oversized");
+}
+
 TEST_CASE("too_complex: nested too deep, or claiming elements that are not there") {
   CHECK(rejection(std::string(100000, '\x91')) == "too_complex");
   CHECK(rejection(std::string("\xdd\x7f\xff\xff\xff", 5)) == "too_complex");

@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "server/simulation/snapshot.h"
 #include "server/simulation/state_bytes.h"
 #include "server/simulation/step.h"
 #include "server/tools/bench/trajectory_driver.h"
@@ -39,7 +40,7 @@ void check_goes_on(const SceneWithTrajectory& experiment, TissueRung rung, std::
 
   Simulation second(scene);
   TrajectoryDriver drive_second(second, motion_of(experiment.trajectory));
-  second.restore(first.state());
+  second.restore(read_snapshot(second.model(), make_snapshot(first.model(), first.state())));
   REQUIRE(hash(second.state()) == hash(first.state()));
   for (int i = 0; i < after; ++i) {
     tick(first, drive_first);

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Snapshots over the wire: branches in one server, the same run in a second one, and what no server goes on from.
+#include <doctest/doctest.h>
+
+#include <fstream>
+
+#include "tests/integration/server_process.h"
+
+namespace acus::testing {
+namespace {
+
+// Pushes the needle `ticks` ticks further, with a pose for each.
+void push(client::CommandLink& commands, std::uint64_t from, std::uint64_t ticks) {
+  for (std::uint64_t i = from + 1; i <= from + ticks; ++i) {
+    REQUIRE(commands.send(pose_at(0.5 - 1e-4 * static_cast<double>(i), i)));
+    commands.step(1, kPatience);
+  }
+}
+
+std::string refusal(client::CommandLink& commands, const std::vector<std::uint8_t>& snapshot) {
+  try {
+    commands.restore(snapshot, kPatience);
+    return "accepted";
+  } catch (const client::Refused& refused) {
+    return name_of(refused.error.code);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a run branches from a snapshot, and a second server goes on alike") {
+  ServerProcess server({"--lockstep"});
+  client::CommandLink commands(server.commands());
+  commands.hello(kPatience);
+  push(commands, 0, 30);
+  const protocol::SnapshotReply snapshot = commands.snapshot(kPatience);
+  CHECK(snapshot.tick == 30);
+  CHECK(snapshot.hash == commands.hash(kPatience).hash);
+  push(commands, 30, 20);
+  const std::uint64_t end = commands.hash(kPatience).hash;
+  CHECK(end != snapshot.hash);
+
+  const protocol::Done back = commands.restore(snapshot.snapshot, kPatience);
+  CHECK(back.tick == 30);
+  CHECK(back.epoch == snapshot.epoch + 1);
+  CHECK(commands.hash(kPatience).hash == snapshot.hash);
+  push(commands, 30, 20);
+  CHECK(commands.hash(kPatience).hash == end);
+
+  ServerProcess second({"--lockstep"});
+  client::CommandLink others(second.commands());
+  others.restore(snapshot.snapshot, kPatience);
+  push(others, 30, 20);
+  CHECK(others.hash(kPatience).hash == end);
+
+  const std::string file = second.folder() / "snapshot";
+  std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(snapshot.snapshot.data()),
+                                              static_cast<std::streamsize>(snapshot.snapshot.size()));
+  ServerProcess third({"--lockstep", "--restore", file});
+  client::CommandLink again(third.commands());
+  CHECK(again.hash(kPatience).tick == 30);
+  push(again, 30, 20);
+  CHECK(again.hash(kPatience).hash == end);
+}
+
+TEST_CASE("in real time a server goes on from a snapshot, and its states say so") {
+  ServerProcess server;
+  client::CommandLink commands(server.commands());
+  client::StateLink states = subscribe(server, {"force"});
+  const protocol::SnapshotReply snapshot = commands.snapshot(kPatience);
+  receive<protocol::Force>(states);
+  const protocol::Done done = commands.restore(snapshot.snapshot, kPatience);
+  CHECK(done.tick == snapshot.tick);
+  protocol::Force force;
+  do force = receive<protocol::Force>(states);
+  while (force.epoch != done.epoch);
+  CHECK(force.tick == snapshot.tick + 1);
+}
+
+TEST_CASE("a snapshot that is damaged or of another scene is refused, and nothing changes") {
+  ServerProcess server({"--lockstep"}), other({"--lockstep"}, small_scene("other", {"needle", "second"}));
+  client::CommandLink commands(server.commands()), others(other.commands());
+  const protocol::SnapshotReply snapshot = commands.snapshot(kPatience);
+  CHECK(refusal(others, snapshot.snapshot) == "snapshot_error");
+  std::vector<std::uint8_t> damaged = snapshot.snapshot;
+  damaged[damaged.size() / 2] ^= 1;
+  push(commands, 0, 3);
+  const protocol::HashReply before = commands.hash(kPatience);
+  CHECK(refusal(commands, damaged) == "snapshot_error");
+  CHECK(refusal(commands, {}) == "snapshot_error");
+  const protocol::HashReply after = commands.hash(kPatience);
+  CHECK(after.hash == before.hash);
+  CHECK(after.epoch == before.epoch);
+}
+
+TEST_CASE("stats tell the hash of every full second, the same in each run") {
+  const auto hash_of_second = [] {
+    ServerProcess server({"--lockstep"});
+    client::CommandLink commands(server.commands());
+    client::StateLink states = subscribe(server, {"stats"});
+    commands.step(200, kPatience);
+    for (;;) {
+      const auto stats = receive<protocol::Stats>(states);
+      if (stats.hash_tick == 200) return stats.hash;
+    }
+  };
+  const std::uint64_t hash = hash_of_second();
+  CHECK(hash != 0);
+  CHECK(hash == hash_of_second());
+}
+
+}  // namespace acus::testing
