@@ -107,12 +107,15 @@ enum Flag : std::uint32_t {
   kElementsInverted = 1u << 11,   // the tissue is crushed: a tetrahedron is turned inside out
   kTipFoundInside = 1u << 12,     // a tip stood in the tissue without a path; one was opened along its way
   kForcesUnbalanced = 1u << 13,   // the forces of the tick before miss their balance by more than kMaxImbalance
-  kShaftUnheld = 1u << 14         // a shaft crosses tissue beside its path, which does not hold it
+  kShaftUnheld = 1u << 14,        // a shaft crosses tissue beside its path, which does not hold it
+  kEnergyGained = 1u << 15,       // a needle holds more energy than was put into it: ticks cannot follow its motion
+  kNeedleOverstrained = 1u << 16  // a needle is stretched or bent by more than 5 %: beyond what its beams describe
 };
-inline constexpr std::array<const char*, 15> kFlagNames{
+inline constexpr std::array<const char*, 17> kFlagNames{
     "laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",
     "path_full",          "not_finite",           "solver_fell_back",  "steps_capped",
     "iterations_capped",  "publishing_reduced",   "step_limited",      "elements_inverted",
-    "tip_found_inside",   "forces_unbalanced",    "shaft_unheld"};
+    "tip_found_inside",   "forces_unbalanced",    "shaft_unheld",
+    "energy_gained",      "needle_overstrained"};
 
 }  // namespace acus::protocol

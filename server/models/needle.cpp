@@ -109,16 +109,22 @@ double elastic_energy(const NeedleModel& model, const NeedleShape& shape) {
   return energy;
 }
 
+namespace {
+
+// Of node i with its axis along `axis` and velocities v, of its position and its turn.
+double kinetic_energy(const NeedleModel& model, int i, const Vector3& axis, const Vector6& v) {
+  const double along = axis.dot(v.tail<3>());
+  return (model.mass[i] * v.head<3>().squaredNorm() + model.inertia_axial[i] * along * along +
+          model.inertia_transverse[i] * (v.tail<3>() - along * axis).squaredNorm()) /
+         2;
+}
+
+}  // namespace
+
 double kinetic_energy(const NeedleModel& model, const NeedleState& state) {
   double energy = 0;
-  for (int i = 0; i < model.nodes(); ++i) {
-    const Vector3 axis = state.q[i] * Vector3::UnitX();
-    const Vector3 spin = state.v.col(i).tail<3>();
-    const double along = axis.dot(spin);
-    energy += model.mass[i] * state.v.col(i).head<3>().squaredNorm() / 2;
-    energy += model.inertia_axial[i] * along * along / 2;
-    energy += model.inertia_transverse[i] * (spin - along * axis).squaredNorm() / 2;
-  }
+  for (int i = 0; i < model.nodes(); ++i)
+    energy += kinetic_energy(model, i, state.q[i] * Vector3::UnitX(), state.v.col(i));
   return energy;
 }
 
@@ -415,10 +421,40 @@ Vector3 NeedleMotion::inertia_less_weight(const NeedleState& state) const {
   return sum;
 }
 
+Vector6 NeedleMotion::velocity(const NeedleState& state, int i) const {
+  Vector6 v;
+  v << (iterate_.shape.x.col(i) - state.x.col(i)) / h_, rotation_log(iterate_.q[i] * state.q[i].conjugate()) / h_;
+  return v;
+}
+
+// The base's turn strains nothing: what was stored at the start of the tick is stored at q_0, too.
+NeedleMotion::EnergyChange NeedleMotion::energy_change(const NeedleState& state) const {
+  double kinetic = 0, work = 0;
+  for (int i = 0; i < model_.nodes(); ++i) {
+    const Vector6 v = velocity(state, i);
+    kinetic += kinetic_energy(model_, i, iterate_.shape.frames[i].col(0), v);
+    const Vector6 force = i == 0 ? Vector6(reaction_ + on_base_) : Vector6(applied_.segment<6>(6 * (i - 1)));
+    work += h_ * (force.dot(v) + model_.mass[i] * model_.gravity.dot(v.head<3>()));
+  }
+  const double stored = kinetic + elastic_energy(model_, iterate_.shape);
+  const double stored_before = kinetic_energy(model_, state) + elastic_energy(model_, rigid_.shape);
+  return {stored, stored - stored_before - work};
+}
+
+double NeedleMotion::largest_strain() const {
+  double largest = 0;
+  for (int e = 0; e < model_.beams; ++e) {
+    const auto [stiffness, a, b] = needle_beam(model_, iterate_.shape, e);
+    const double stretch = std::abs((b.position - a.position).norm() / stiffness.length - 1);
+    const double bend = (b.frame.col(0) - a.frame.col(0)).norm() / stiffness.length * model_.diameter / 2;
+    largest = std::max(largest, stretch + bend);
+  }
+  return largest;
+}
+
 void NeedleMotion::commit(NeedleState& state) const {
   for (int i = 0; i < model_.nodes(); ++i) {
-    state.v.col(i).head<3>() = (iterate_.shape.x.col(i) - state.x.col(i)) / h_;
-    state.v.col(i).tail<3>() = rotation_log(iterate_.q[i] * state.q[i].conjugate()) / h_;
+    state.v.col(i) = velocity(state, i);
     state.x.col(i) = iterate_.shape.x.col(i);
     state.q[i] = iterate_.q[i];
   }

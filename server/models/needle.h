@@ -176,6 +176,16 @@ class NeedleMotion {
   // base's reaction and the forces of the laws add up to it.
   Vector3 inertia_less_weight(const NeedleState& state) const;
 
+  // Of the tick that commit() will end.
+  struct EnergyChange {
+    double stored;  // J, kinetic and elastic, at the end
+    double gained;  // J, what is stored beyond what was stored before and the work of base, laws and weight. Backward
+                    // Euler and damping take: it is not above zero where ticks follow the needle
+  };
+  EnergyChange energy_change(const NeedleState& state) const;
+  // Of all beams: |l/L - 1| of the chord and curvature times radius (-).
+  double largest_strain() const;
+
   // Takes the configuration over into the state.
   void commit(NeedleState& state) const;
   bool finite() const;
@@ -195,6 +205,7 @@ class NeedleMotion {
   void put_residual(const NeedleState& state, const Configuration& at, Matrix6X& g) const;
   void add_inertia(const NeedleState& state);
   Vector6 inertia_force(const NeedleState& state, const Configuration& at, int node) const;
+  Vector6 velocity(const NeedleState& state, int node) const;
   Vector6 about_base(int node, const Vector6& wrench) const;
   Vector6 add_row_forces(std::span<const double> lambda);
   void go(double share, Configuration& to) const;

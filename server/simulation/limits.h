@@ -17,4 +17,10 @@ inline constexpr int kOtherEvents = 8;     // of one needle in one tick, besides
 inline constexpr double kMaxImbalance = 0.03;         // -
 inline constexpr double kLeastForceToBalance = 1e-3;  // N
 
+// What a needle may gain in a tick that nobody put into it, of what it stores, and of a needle that stores so much.
+inline constexpr double kMaxEnergyGain = 0.01;       // -
+inline constexpr double kLeastEnergyToGain = 1e-6;   // J
+// Beams have small strains: what they miss of their forces is of this order.
+inline constexpr double kMaxNeedleStrain = 0.05;     // -
+
 }  // namespace acus

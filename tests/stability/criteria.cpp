@@ -181,6 +181,9 @@ TEST_CASE("a run that shows nothing fails unless it may") {
   s.withdrawn = false;
   CHECK(verdict_of(s).why == "needle does not come out");
   CHECK(verdict_of(s).outcome == TrialOutcome::failed);
+  s.flags.back() = kElementsInverted;
+  CHECK(verdict_of(s).outcome == TrialOutcome::flagged);
+  s.flags.back() = 0;
   s.touched = false;
   s.withdrawn = true;
   CHECK(verdict_of(s).why == "needle never touches the tissue");

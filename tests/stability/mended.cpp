@@ -59,6 +59,17 @@ TEST_CASE("a needle that buckles takes steps that it can answer for") {
   CHECK(buckled.figures.gain.value < 1e-3);
 }
 
+// Whirling in the air and at the surface, above the first frequency of its bending.
+TEST_CASE("a wire that whirls faster than ticks can follow is told of") {
+  const Shown wire = run("diameter 0.1 mm", "50 turns a second");
+  CHECK(wire.flagged(kEnergyGained));
+}
+
+// A short needle that sticks in stone and is pushed on.
+TEST_CASE("a needle that is stretched beyond what its beams describe is told of") {
+  CHECK(run("tissue E 1 GPa", "path longer than the needle").flagged(kNeedleOverstrained));
+}
+
 // Its path ran across the needle, which was stretched along it as far as the path's vertex ran away.
 TEST_CASE("a path that runs across the needle does not pull along it") {
   const Shown across = run("tissue E 1 GPa", "mu 10");

@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "server/simulation/limits.h"
 #include "server/simulation/stages/stages.h"
 
 namespace acus {
@@ -30,6 +31,17 @@ NeedleBalance balance_of(const Model& model, const Scratch& scratch, const State
   return balance;
 }
 
+// Before the needles are committed.
+void watch_needles(const Model& model, const State& state, Scratch& scratch) {
+  for (int i = 0; i < model.needle_count(); ++i) {
+    if (model.needles[i].rigid) continue;
+    const NeedleMotion& motion = scratch.motions[i];
+    const NeedleMotion::EnergyChange energy = motion.energy_change(state.needles[i]);
+    scratch.outcome.energy_gained |= energy.gained > kMaxEnergyGain * std::max(energy.stored, kLeastEnergyToGain);
+    scratch.outcome.overstrained |= motion.largest_strain() > kMaxNeedleStrain;
+  }
+}
+
 }  // namespace
 
 bool is_finite(const Model& model, const Scratch& scratch) {
@@ -48,6 +60,7 @@ void commit(const Model& model, Scratch& scratch, State& state) {
   assert(is_finite(model, scratch));
   const StageTimer timer(scratch.times, Stage::transitions);
   read_all_forces(model, scratch);
+  watch_needles(model, state, scratch);
   scratch.balance = state.balance;
   state.balance = balance_of(model, scratch, state);
   state.spring_energy = scratch.rows.elastic_energy();

@@ -25,6 +25,8 @@ std::uint32_t flags_of(const Model& model, const State& state, const Scratch& sc
   raise(unfinished && o.limit < model.max_tick_steps(), kIterationsCapped);
   raise(o.laws.capped && steps_lowered, kStepsCapped);
   raise(!o.finite, kNotFinite);
+  raise(o.energy_gained, kEnergyGained);
+  raise(o.overstrained, kNeedleOverstrained);
   raise(std::ranges::any_of(state.watches, [](const ShaftWatch& w) { return w.unheld > 0; }), kShaftUnheld);
   return flags;
 }

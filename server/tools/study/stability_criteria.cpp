@@ -148,12 +148,12 @@ Verdict judge(const StabilitySeries& series, const StabilityFigures& f, double r
   check("energy rises at rest", f.rise.value <= limits.rise, told[f.rise.tick]);
   check("alternating force", f.alternation.value <= limits.alternation, f.untold_alternation <= limits.alternation);
   check("inverted elements", !series.unseen_inversion);
-  const auto note = [&](const char* what, bool holds, bool must_hold) {
-    if (must_hold) return check(what, holds);
+  const auto note = [&](const char* what, bool holds, bool must_hold, bool excused = false) {
+    if (must_hold) return check(what, holds, excused);
     if (!holds) add(what);
   };
   note("needle never touches the tissue", series.touched, expected.touch);
-  note("needle does not come out", series.withdrawn || !series.touched, expected.come_out);
+  note("needle does not come out", series.withdrawn || !series.touched, expected.come_out, told.back());
   const bool returns = f.left <= limits.left || f.swing > limits.swing;
   check("tissue does not return", returns || !series.withdrawn, told.back());
   if (verdict.outcome == TrialOutcome::flagged && !verdict.why.empty() && f.excused > kMostTicks)

@@ -20,8 +20,8 @@
 // there makes the run "flagged", elsewhere "failed"; a run with such a flag is never "sound". Nothing excuses a number
 // that is not finite, a residual in a tick that does not own up to it, an inversion that the next tick does not tell of
 // (rung `linear` aside, whose elements do not know), or a gain above flagged_gain. A run that never touches the tissue,
-// or whose needle stays in touch with it, shows little: it fails unless its cases say that it may (Expected); the
-// verdict names it all the same.
+// or whose needle stays in touch with it, shows little: it fails unless its cases say that it may (Expected) or, of a
+// needle that stays, the last tick is told of; the verdict names it all the same.
 //
 // Limits in StabilityLimits.
 #pragma once
@@ -58,7 +58,7 @@ struct StabilitySeries {
   double deepest = 0;             // m, most of a needle that was inside
   std::ptrdiff_t intrusions = 0;  // tips found inside without path or contact
   bool touched = false;           // a needle did, in some tick
-  bool withdrawn = false;         // no needle touches the tissue at the end
+  bool withdrawn = false;         // no needle touched the tissue in one of the last kLeastRest ticks
   std::size_t last_inside = 0;    // last tick in which one did
   double seconds = 0;             // of processor time in the ticks
 
@@ -103,7 +103,7 @@ struct StabilityLimits {
 // What a run may leave out.
 struct Expected {
   bool touch = true;     // a needle touches the tissue
-  bool come_out = true;  // none does at the end
+  bool come_out = true;  // none does to the end; tissue that swings may hit a needle that is out
 };
 
 enum class TrialOutcome { sound, flagged, refused, failed };
@@ -117,7 +117,8 @@ const char* name_of(TrialOutcome outcome);
 
 // Flags that own up to a trouble.
 inline constexpr std::uint32_t kTroubles =
-    kLawsNotConverged | kNewtonNotConverged | kNotFinite | kStepLimited | kElementsInverted;
+    kLawsNotConverged | kNewtonNotConverged | kTangentProjected | kNotFinite | kStepLimited | kElementsInverted |
+    kForcesUnbalanced | kEnergyGained | kNeedleOverstrained;
 inline constexpr std::size_t kExcused = 100;
 inline constexpr double kMostTicks = 0.5;  // a share of told ticks above it is named in Verdict::why
 

@@ -24,6 +24,7 @@ double smallest_volume(const TetrahedralMesh& mesh, const Matrix3X& x) {
 }
 
 bool touches(const NeedleReport& needle) { return needle.phase != Phase::free; }
+bool is_inside(const NeedleReport& needle) { return needle.phase == Phase::inside || needle.phase == Phase::through; }
 
 bool all_finite(const TickReport& report) {
   const auto finite = [](const NeedleReport& n) {
@@ -101,8 +102,9 @@ class Recorder {
     const bool touched = std::any_of(report.needles.begin(), report.needles.end(), touches);
     for (const NeedleReport& needle : report.needles)
       series_.deepest = std::max(series_.deepest, needle.inserted_depth);
-    if (touched) series_.last_inside = series_.ticks() - 1;
-    series_.withdrawn = !touched;
+    if (std::any_of(report.needles.begin(), report.needles.end(), is_inside)) series_.last_inside = series_.ticks() - 1;
+    touching_for_ = touched ? touching_for_ + 1 : 0;
+    series_.withdrawn = touching_for_ < kLeastRest;
     series_.touched = series_.touched || touched;
     if (!series_.touched) before_ = simulation_.tissue_positions();
     const Matrix3X x = simulation_.tissue_positions();
@@ -114,6 +116,7 @@ class Recorder {
   double h_;
   bool free_;              // nothing supports the tissue
   bool inverted_ = false;  // an element was, at the end of the last tick
+  std::size_t touching_for_ = 0;  // ticks since none touched the tissue
   Matrix3X before_;
   std::vector<Pose> bases_;
   StabilitySeries series_;
