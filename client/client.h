@@ -7,6 +7,7 @@
 //   const auto hello = commands.hello(10s);   // waits for a server that is not there yet
 //   StateLink states;
 //   states.subscribe("force");
+//   commands.acquire({"needle"}, 1s);         // nobody else may command it then
 //   commands.send(pose);
 //   if (auto state = states.receive(1s)) ...
 #pragma once
@@ -18,6 +19,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "protocol/codec.h"
 #include "protocol/messages.h"
@@ -62,6 +64,10 @@ class CommandLink {
   // ProtocolMismatch.
   protocol::HelloReply hello(Timeout timeout);
   protocol::DescribeReply describe(Timeout timeout);
+  // What this link holds afterwards. Only a link that holds a needle or guide may send it poses and spins. Refused with
+  // ErrorCode::held while another client does. What it holds is released when its connection ends.
+  protocol::Holding acquire(const std::vector<std::string>& needles, Timeout timeout);
+  protocol::Holding release(const std::vector<std::string>& needles, Timeout timeout);
   protocol::HashReply hash(Timeout timeout);
   protocol::SnapshotReply snapshot(Timeout timeout);
   protocol::Done pause(Timeout timeout);

@@ -110,6 +110,9 @@ void Replay::greet() {
   check_clock_mode(options_.lockstep, server_);
   if (duration() * rate() > kMaxPoses) throw Unsuitable("the trajectory is too long for this rate of poses");
   if (shapes_) shapes_->begin(server_, commands_.describe(options_.timeout));
+  std::vector<std::string> driven;
+  for (const Motion& motion : trajectory_.motions) driven.push_back(motion.needle);
+  commands_.acquire(driven, options_.timeout);
   if (server_.paused) commands_.resume(options_.timeout);
   if (!options_.lockstep) measure_transit();
 }
@@ -225,7 +228,7 @@ void Replay::send_poses(double time) {
   for (const Motion& motion : trajectory_.motions) {
     auto pose = pose_at(motion, time);
     pose.seq = seq;
-    pose.time = sent_at_.back();
+    pose.time = options_.lockstep ? time : sent_at_.back();  // states repeat it: the same in every run
     if (!commands_.send(pose)) throw Vanished("the server at '" + options_.commands + "' takes no more poses");
   }
   if (const auto rejection = commands_.next_rejection()) throw Refused(*rejection);

@@ -18,6 +18,7 @@ using namespace std::string_view_literals;
 constexpr std::array kUnits{
     std::pair{"time"sv, "_s"sv},
     std::pair{"age"sv, "_s"sv},
+    std::pair{"echo"sv, "_s"sv},
     std::pair{"depth"sv, "_m"sv},
     std::pair{"unheld"sv, "_m"sv},
     std::pair{"base_position"sv, "_m"sv},
@@ -29,6 +30,8 @@ constexpr std::array kUnits{
     std::pair{"base_torque"sv, "_Nm"sv},
     std::pair{"base_force_in_base"sv, "_N"sv},
     std::pair{"base_torque_in_base"sv, "_Nm"sv},
+    std::pair{"haptic_force"sv, "_N"sv},
+    std::pair{"haptic_torque"sv, "_Nm"sv},
     std::pair{"cutting_force"sv, "_N"sv},
     std::pair{"friction_force"sv, "_N"sv},
     std::pair{"lateral_force"sv, "_N"sv},
@@ -96,6 +99,8 @@ struct AppendValues {
   void operator()(const char*, const T& value) {
     if constexpr (std::is_enum_v<T>) {
       append_cell(row, protocol::name_of(value));
+    } else if constexpr (std::is_same_v<T, bool>) {
+      append_cell(row, value ? "1" : "0");
     } else {
       append_number(row, value);
     }

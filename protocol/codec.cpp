@@ -322,7 +322,8 @@ void check_version(const msgpack::object& map) {
   unpack("v", *version, number);
   if (number != kVersion) {
     throw DecodeError(ErrorCode::wrong_version, "protocol version " + std::to_string(number) +
-                                                    " is not spoken here, but " + std::to_string(kVersion));
+                                                    " is not spoken here, but " + std::to_string(kVersion) +
+                                                    "; use a client and a server of the same version of Acus");
   }
 }
 

@@ -33,9 +33,11 @@ enum class ErrorCode : std::uint8_t {
   wrong_mode,           // `step` in real time, or `pause` and `resume` in lockstep
   scene_error,          // `load`: the scene cannot be used; the old one goes on
   busy,                 // too many requests are waiting, or a scene is being loaded already; try again
-  snapshot_error        // `restore`: the snapshot cannot be used; nothing has changed
+  snapshot_error,       // `restore`: the snapshot cannot be used; nothing has changed
+  held,                 // `acquire`: another client holds the needle or guide
+  not_holder            // only a client that holds the needle or guide may do this; `acquire` it first
 };
-inline constexpr std::array<const char*, 18> kErrorCodeNames{"truncated",
+inline constexpr std::array<const char*, 20> kErrorCodeNames{"truncated",
                                                              "trailing_bytes",
                                                              "oversized",
                                                              "too_complex",
@@ -52,7 +54,9 @@ inline constexpr std::array<const char*, 18> kErrorCodeNames{"truncated",
                                                              "wrong_mode",
                                                              "scene_error",
                                                              "busy",
-                                                             "snapshot_error"};
+                                                             "snapshot_error",
+                                                             "held",
+                                                             "not_holder"};
 
 // Where a needle's tip is; travels as the enumerator's name.
 enum class Phase : std::uint8_t {

@@ -16,7 +16,7 @@
 
 namespace acus::protocol {
 
-inline constexpr int kVersion = 1;
+inline constexpr int kVersion = 2;
 
 inline constexpr const char* kDefaultCommandsEndpoint = "tcp://127.0.0.1:5750";
 inline constexpr const char* kDefaultStatesEndpoint = "tcp://127.0.0.1:5751";
@@ -68,6 +68,31 @@ struct Reset : BareRequest {
 };
 struct Shutdown : BareRequest {
   static constexpr const char* kType = "shutdown";
+};
+
+// Makes the client the one that commands some needles and guides: all of them, or none if one is another's. A client
+// that disconnects releases what it holds.
+struct Acquire {
+  static constexpr const char* kType = "acquire";
+  std::uint64_t seq = 0;
+  std::vector<std::string> needles;  // and guides, by name; answered by Holding
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("needles", self.needles);
+  }
+};
+struct Release {
+  static constexpr const char* kType = "release";
+  std::uint64_t seq = 0;
+  std::vector<std::string> needles;  // and guides, by name; answered by Holding
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("needles", self.needles);
+  }
 };
 
 struct Load {
@@ -209,6 +234,8 @@ struct HelloReply {
   static constexpr const char* kType = "hello_reply";
   std::uint64_t seq = 0;
   std::string server;       // version of the server's program
+  std::uint64_t instance = 0;  // of this start of the server, drawn at random: epochs and ticks are its own
+  std::vector<std::string> requests;  // that it answers, by type
   std::string scene;        // name of the scene
   std::uint64_t epoch = 0;  // see Force
   double rate = 0;          // Hz, ticks per second
@@ -217,6 +244,7 @@ struct HelloReply {
   bool paused = false;
   std::vector<NeedleInfo> needles;
   std::vector<GuideInfo> guides;
+  std::vector<std::string> held;  // needles and guides that a client holds, by name
   TissueInfo tissue;
   std::vector<TopicInfo> topics;
 
@@ -224,6 +252,8 @@ struct HelloReply {
   static void fields(Self& self, Visit&& visit) {
     visit("seq", self.seq);
     visit("server", self.server);
+    visit("instance", self.instance);
+    visit("requests", self.requests);
     visit("scene", self.scene);
     visit("epoch", self.epoch);
     visit("rate", self.rate);
@@ -232,6 +262,7 @@ struct HelloReply {
     visit("paused", self.paused);
     visit("needles", self.needles);
     visit("guides", self.guides);
+    visit("held", self.held);
     visit("tissue", self.tissue);
     visit("topics", self.topics);
   }
@@ -318,6 +349,21 @@ struct SnapshotReply : Standing {
   }
 };
 
+// What the client holds after `acquire` or `release`.
+struct Holding {
+  static constexpr const char* kType = "holding";
+  std::uint64_t seq = 0;    // of the request
+  std::uint64_t epoch = 0;  // see Force
+  std::vector<std::string> needles;  // and guides, by name
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("epoch", self.epoch);
+    visit("needles", self.needles);
+  }
+};
+
 struct Error {
   static constexpr const char* kType = "error";
   std::optional<std::uint64_t> seq;     // of the rejected message, where it could be read
@@ -345,7 +391,12 @@ struct Force {
   double time = 0;  // s, simulation time, tick * time_step
   std::string needle;
   std::uint64_t seq = 0;  // of the command in use, 0 before the first
-  double age = 0;         // s of simulation time since the tick that took the command in
+  double age = 0;         // s of simulation time since the tick that took a command in
+  double echo = 0;        // s, `time` of the command in use, on its client's clock; 0 before the first
+  double fresh = 0;       // share of the last 100 ticks that took a command in
+  std::uint64_t lost = 0;       // total, commands whose `seq` never came
+  std::uint64_t reordered = 0;  // total, commands whose `seq` was not above the one before
+  bool stale = false;     // no command came for longer than the scene allows: the base rests, the haptic force is ramped
   Phase phase = Phase::free;
   double depth = 0;               // m of needle inside the tissue
   double unheld = 0;              // m of needle that crosses tissue beside its path and feels nothing
@@ -358,6 +409,8 @@ struct Force {
   Vector3 base_torque{};          // N m, world, about the base, by the needle on its holder
   Vector3 base_force_in_base{};   // N, the same force in the base frame
   Vector3 base_torque_in_base{};  // N m, the same torque in the base frame
+  Vector3 haptic_force{};         // N, world: base_force, ramped to zero while commands are stale; for a device
+  Vector3 haptic_torque{};        // N m, world: base_torque likewise
   Vector3 cutting_force{};        // N, world, by the tissue on the tip: contact, friction of contact, cutting
   Vector3 friction_force{};       // N, world, by the tissue on the needle: along the path, whole shaft
   Vector3 lateral_force{};        // N, world, by the tissue on the needle: across the path, shaft and tip
@@ -373,6 +426,11 @@ struct Force {
     visit("needle", self.needle);
     visit("seq", self.seq);
     visit("age", self.age);
+    visit("echo", self.echo);
+    visit("fresh", self.fresh);
+    visit("lost", self.lost);
+    visit("reordered", self.reordered);
+    visit("stale", self.stale);
     visit("phase", self.phase);
     visit("depth", self.depth);
     visit("unheld", self.unheld);
@@ -385,6 +443,8 @@ struct Force {
     visit("base_torque", self.base_torque);
     visit("base_force_in_base", self.base_force_in_base);
     visit("base_torque_in_base", self.base_torque_in_base);
+    visit("haptic_force", self.haptic_force);
+    visit("haptic_torque", self.haptic_torque);
     visit("cutting_force", self.cutting_force);
     visit("friction_force", self.friction_force);
     visit("lateral_force", self.lateral_force);
@@ -529,8 +589,9 @@ struct Stats {
 
 // What travels in each direction.
 using Command =
-    std::variant<Hello, Describe, Hash, Snapshot, Pause, Resume, Reset, Load, Restore, Step, Shutdown, Pose, Spin>;
-using Reply = std::variant<HelloReply, DescribeReply, HashReply, SnapshotReply, Done, Error>;
+    std::variant<Hello, Describe, Acquire, Release, Hash, Snapshot, Pause, Resume, Reset, Load, Restore, Step, Shutdown,
+                 Pose, Spin>;
+using Reply = std::variant<HelloReply, DescribeReply, Holding, HashReply, SnapshotReply, Done, Error>;
 using State = std::variant<Force, NeedleShape, TissueShape, Event, Stats>;
 
 }  // namespace acus::protocol

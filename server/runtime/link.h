@@ -10,6 +10,7 @@
 #include <memory>
 #include <variant>
 
+#include "server/runtime/command_watch.h"
 #include "server/runtime/exchange.h"
 #include "server/runtime/loaded_scene.h"
 #include "server/runtime/topics.h"
@@ -26,6 +27,7 @@ inline constexpr std::size_t kMaxRecords = 8192;  // waiting for the socket thre
 struct EpochCommand {
   std::uint64_t epoch = 0;
   Command command;
+  CommandOrigin origin;
 };
 
 // What a client asked for, for the simulation thread to do between two ticks.
@@ -53,7 +55,8 @@ struct Acknowledgement {
 struct ForceRecord {
   std::uint64_t epoch = 0, tick = 0;
   double time = 0;  // s
-  double age = 0;   // s of simulation time
+  CommandOrigin origin;
+  CommandWatch watch;
   std::uint32_t flags = 0;
   LawMethod solver = LawMethod::gauss_seidel;
   int needle = 0;

@@ -128,6 +128,11 @@ int LoadedScene::find_body(const std::string& name) const {
   return -1;
 }
 
+const std::string& LoadedScene::body_name(int body) const {
+  const auto i = static_cast<std::size_t>(body);
+  return is_guide(body) ? hello.guides[i - hello.needles.size()].name : hello.needles[i].name;
+}
+
 std::unique_ptr<LoadedScene> load_scene(const std::string& scene_path, std::optional<double> rate) {
   Scene scene = read_scene(scene_path);
   if (rate) scene.rate = *rate;

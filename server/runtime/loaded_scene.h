@@ -53,6 +53,7 @@ struct LoadedScene {
 
   // Number of the needle or guide with that name, or -1.
   int find_body(const std::string& name) const;
+  const std::string& body_name(int body) const;
 };
 
 // Reads the scene and builds its world, step by step as the log says; `rate` (Hz) replaces the scene's. Throws

@@ -47,11 +47,18 @@ OverrunPolicy overrun_policy_of(const LoadedScene& world) {
   return OverrunPolicy(std::llround(kNanoseconds * world.simulation.scene().overrun.recovery));
 }
 
+// In lockstep no client is late: the world waits.
+CommandLimits command_limits_of(const LoadedScene& world, bool lockstep) {
+  const Clients& clients = world.simulation.scene().clients;
+  return {world.hello.time_step, lockstep ? kInfinity : clients.stale_after, clients.ramp};
+}
+
 }  // namespace
 
 RealtimeLoop::RealtimeLoop(std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link)
     : world_(std::move(world)), options_(options), link_(link), overrun_(overrun_policy_of(*world_)) {
   link_.tick.store(world_->simulation.report().tick, std::memory_order_relaxed);
+  begin_epoch(0);
 }
 
 void RealtimeLoop::run() {
@@ -170,6 +177,9 @@ void RealtimeLoop::replace_world(Request& request) {
 void RealtimeLoop::begin_epoch(std::uint64_t epoch) {
   epoch_ = epoch;
   overrun_ = overrun_policy_of(*world_);
+  const auto bodies = static_cast<std::size_t>(world_->body_count());
+  watches_.assign(bodies, CommandWatch(command_limits_of(*world_, options_.lockstep)));
+  origins_.assign(bodies, {});
 }
 
 void RealtimeLoop::acknowledge(Request& request, std::unique_ptr<LoadedScene> retired) {
@@ -197,12 +207,25 @@ double RealtimeLoop::tick() {
 }
 
 // A command for an earlier epoch is forgotten; one for a later epoch overtook the request that begins it, and waits.
+bool RealtimeLoop::take_command(int body) {
+  const auto i = static_cast<std::size_t>(body);
+  if (const EpochCommand* fresh = link_.commands[i].take()) taken_[i] = fresh;
+  if (!taken_[i] || taken_[i]->epoch > epoch_) return false;
+  const bool counts = taken_[i]->epoch == epoch_ && body < world_->body_count();
+  if (counts) {
+    world_->simulation.command(body, taken_[i]->command);
+    origins_[i] = taken_[i]->origin;
+  }
+  taken_[i] = nullptr;
+  return counts;
+}
+
+// A body whose client has fallen silent comes to rest.
 void RealtimeLoop::take_commands() {
-  for (int i = 0; i < kMaxBodies; ++i) {
-    if (const EpochCommand* fresh = link_.commands[i].take()) taken_[i] = fresh;
-    if (!taken_[i] || taken_[i]->epoch > epoch_) continue;
-    if (taken_[i]->epoch == epoch_ && i < world_->body_count()) world_->simulation.command(i, taken_[i]->command);
-    taken_[i] = nullptr;
+  for (int body = 0; body < kMaxBodies; ++body) {
+    const bool fresh = take_command(body);
+    if (body >= world_->body_count()) continue;
+    if (watches_[static_cast<std::size_t>(body)].tick(fresh)) world_->simulation.come_to_rest(body);
   }
 }
 
@@ -239,14 +262,12 @@ std::uint32_t RealtimeLoop::flags(const TickReport& report, TopicSet wanted) con
 }
 
 void RealtimeLoop::publish_forces(const TickReport& report, TopicSet wanted) {
-  const double time_step = world_->hello.time_step;
   for (std::size_t i = 0; i < report.needles.size(); ++i) {
     Record* record = room_in(link_.records);
     if (!record) continue;
     const NeedleReport& needle = report.needles[i];
-    const double age = needle.command_seq == 0 ? 0 : static_cast<double>(report.tick - needle.command_tick) * time_step;
-    *record = ForceRecord{epoch_,        report.tick,         report.time, age, flags(report, wanted),
-                          report.solver, static_cast<int>(i), needle};
+    *record = ForceRecord{epoch_,       report.tick,           report.time,   origins_[i],
+                          watches_[i], flags(report, wanted), report.solver, static_cast<int>(i), needle};
     link_.records.commit();
   }
 }

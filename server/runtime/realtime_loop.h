@@ -55,6 +55,7 @@ class RealtimeLoop {
 
   double tick();
   void take_commands();
+  bool take_command(int body);
   void keep_time(const TickTiming& timing, std::int64_t now);
   void publish();
   void publish_forces(const TickReport& report, TopicSet wanted);
@@ -75,6 +76,8 @@ class RealtimeLoop {
   std::unique_ptr<LoadedScene> world_;
   const LoopOptions options_;
   Link& link_;
+  std::vector<CommandWatch> watches_;   // per needle, then per guide
+  std::vector<CommandOrigin> origins_;  // likewise, of the newest command
   std::array<const EpochCommand*, kMaxBodies> taken_{};  // commands for an epoch that has not begun yet
   OverrunPolicy overrun_;
   Punctuality punctuality_;

@@ -57,7 +57,7 @@ class SceneHasher {
         add_fields(entry.alternatives, value);
       } else if constexpr (std::is_same_v<Struct, Scene>) {
         const std::string_view name = entry.name;
-        if (name != "name" && name != "publish") add(value.*(entry.member));
+        if (name != "name" && name != "publish" && name != "clients") add(value.*(entry.member));
       } else {
         add(value.*(entry.member));
       }

@@ -197,6 +197,17 @@ struct Publishing {
   double tissue_rate = 30;  // Hz of simulation time, > 0
 };
 
+// Who may hold a needle or guide, and so command it.
+enum class Holding { one, any };
+
+// What clients may do, and what happens when one falls silent.
+struct Clients {
+  Holding holding = Holding::one;  // clients that may hold one needle or guide at a time
+  double stale_after = 0.1;        // s, > 0, .inf allowed: without a command, in real time, after which a body that was
+                                   // commanded comes to rest where it is
+  double ramp = 0.05;              // s, >= 0: in which the haptic force then falls to zero, and comes back
+};
+
 // Where a field stands in its file, both counted from 1.
 struct Place {
   int line = 0;
@@ -215,6 +226,7 @@ struct Scene {
   LawSettings laws;
   Overrun overrun;
   Publishing publish;
+  Clients clients;
   std::map<std::string, Place> places;  // of every field that the file gives, by its path, "tissue.regions[0].box"
 };
 

@@ -332,6 +332,23 @@ struct FieldsOf<Publishing> {
 };
 
 template <>
+struct NamesOf<Holding> {
+  static constexpr std::array names{"one", "any"};
+};
+
+template <>
+struct FieldsOf<Clients> {
+  static constexpr const char* title = "clients";
+  static constexpr std::tuple list{
+      Field{"holding", &Clients::holding, "", any(),
+            "one (client at a time may hold, and so command, a needle or guide) or any (number; the last command counts)"},
+      Field{"stale_after", &Clients::stale_after, "s", or_infinite(between(1e-3, 1e6)),
+            "in real time a needle or guide that got no command for so long comes to rest where it is"},
+      Field{"ramp", &Clients::ramp, "s", between(0, 100), "in which the haptic force then falls to zero, and comes back"},
+  };
+};
+
+template <>
 struct FieldsOf<Scene> {
   static constexpr const char* title = "scene";
   static constexpr std::tuple list{
@@ -345,6 +362,7 @@ struct FieldsOf<Scene> {
       Field{"laws", &Scene::laws, "", any(), "solver of contact, cutting and friction"},
       Field{"overrun", &Scene::overrun, "", any(), "what gives way when ticks come late"},
       Field{"publish", &Scene::publish, "", any(), "how often states go out; forces go out every tick"},
+      Field{"clients", &Scene::clients, "", any(), "who may command, and what happens when a client falls silent"},
   };
 };
 

@@ -108,4 +108,15 @@ BaseState follow(const BaseLimits& limits, double h, const BaseState& base, cons
   return next;
 }
 
+// From tau velocity ahead of a target the follower comes in along an exponential.
+Command come_to_rest(const BaseLimits& limits, const BaseState& base) {
+  Command command{.seq = base.command_seq, .pose = base.pose, .spin = {}};
+  Pose& pose = *command.pose;
+  pose.position = (pose.position + limits.tau * base.velocity).cwiseMax(-kMaxPosition).cwiseMin(kMaxPosition);
+  pose.orientation = (rotation_exp(limits.tau * base.angular_velocity) * pose.orientation).normalized();
+  if (limits.max_spin_speed > 0)
+    command.spin = std::clamp(base.spin + limits.tau * base.spin_velocity, -kMaxSpin, kMaxSpin);
+  return command;
+}
+
 }  // namespace acus

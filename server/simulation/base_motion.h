@@ -69,6 +69,9 @@ struct BaseState {
 // At rest, without a command.
 BaseState base_at(const Pose& pose);
 
+// A command that brings the base to rest where it comes to by itself, wherever it was going.
+Command come_to_rest(const BaseLimits& limits, const BaseState& base);
+
 // The base one tick (h, s) later, on its way to the newest command, if there is one.
 BaseState follow(const BaseLimits& limits, double h, const BaseState& base, const std::optional<Command>& newest,
                  std::uint64_t tick);

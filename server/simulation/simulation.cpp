@@ -20,6 +20,12 @@ Simulation::Simulation(const Scene& scene, const Progress& progress)
   begin_report();
 }
 
+void Simulation::come_to_rest(int body) {
+  const int guide = body - model_.needle_count();
+  command(body, guide < 0 ? acus::come_to_rest(model_.needle_limits[body], state_.bases[body])
+                          : acus::come_to_rest(model_.guide_limits[guide], state_.guides[guide].motion));
+}
+
 bool Simulation::command(int body, const Command& command) {
   assert(body >= 0 && body < static_cast<int>(commands_.size()));
   if (!in_range(command)) return false;

@@ -43,6 +43,8 @@ class Simulation {
   // The newest command of a needle, or of guide g as number needles + g, taken in by the next tick. Never blocks, never
   // allocates. False for one that is out of range or not finite: it is refused as a whole, the one before stays.
   bool command(int body, const Command& command);
+  // Commands it to come to rest where it is.
+  void come_to_rest(int body);
 
   // One tick of length h = 1/rate: the ten stages. Never throws; trouble is a flag in the report. Commands that came in are
   // used up, also by a tick that is refused.

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/transport/endpoint.h"
 
+#include <spdlog/fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <array>
+#include <random>
 
 #include "server/runtime/convert.h"
 #include "server/simulation/snapshot.h"
@@ -25,6 +27,7 @@ constexpr int kRecordsPerTurn = 1024;              // passed on before messages 
 constexpr int kLinger = 1000;                      // ms to deliver the last answers
 constexpr std::int64_t kMaxFrameBytes = 32 << 20;  // beyond it the client is disconnected
 constexpr int kMaxAnswers = 100;                   // of one client that wait for it to read
+constexpr int kHeartbeat = 1000, kHeartbeatTimeout = 5000;  // ms: of a client whose host is gone without a word
 constexpr auto kStatsPeriod = milliseconds(1000);
 constexpr auto kBlockedPoll = milliseconds(1);  // between two tries to send a state that is held back
 
@@ -37,18 +40,38 @@ std::uint64_t comparable_hash(State& state) {
   return hash(state);
 }
 
+std::uint64_t draw_instance() {
+  std::random_device device;
+  return (std::uint64_t{device()} << 32 | device()) | 1;  // not 0
+}
+
+bool is_shared(const LoadedScene& world) { return world.simulation.scene().clients.holding == Holding::any; }
+
+// Of a routing frame, for the log.
+std::string shown(const std::string& client) {
+  std::string text;
+  for (const unsigned char byte : client) text += fmt::format("{:02x}", byte);
+  return text;
+}
+
 bool has_spin(const protocol::Pose& pose) { return pose.spin.has_value(); }
 bool has_spin(const protocol::Spin&) { return true; }
 
-// Whether it is the type of a request, which is always answered.
-template <std::size_t I = 0>
+// The types of what is always answered.
+std::vector<std::string> request_types() {
+  std::vector<std::string> types;
+  const auto add = [&]<class Message>(const Message*) {
+    if (!kIsStream<Message>) types.emplace_back(Message::kType);
+  };
+  [&]<class... Messages>(const std::variant<Messages...>*) {
+    (add(static_cast<const Messages*>(nullptr)), ...);
+  }(static_cast<const protocol::Command*>(nullptr));
+  return types;
+}
+
 bool is_request(std::string_view type) {
-  if constexpr (I == std::variant_size_v<protocol::Command>) {
-    return false;
-  } else {
-    using Message = std::variant_alternative_t<I, protocol::Command>;
-    return (!kIsStream<Message> && type == Message::kType) || is_request<I + 1>(type);
-  }
+  static const std::vector<std::string> types = request_types();
+  return std::find(types.begin(), types.end(), type) != types.end();
 }
 
 }  // namespace
@@ -57,16 +80,23 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
     : options_(options),
       link_(link),
       commands_(context_, zmq::socket_type::router),
+      connections_(context_, commands_),
       publisher_(context_, options.states, options.lockstep),
       loader_(link.to_sockets, options.rate),
       published_(&world),
       commanded_(&world),
       newest_(static_cast<std::size_t>(world.body_count())),
+      origins_(newest_.size()),
+      counted_seqs_(newest_.size()),
+      holders_(world.body_count(), is_shared(world)),
+      instance_(draw_instance()),
       error_limit_(kErrorsPerSecond),
       stats_begun_(Clock::now()) {
   commands_.set(zmq::sockopt::linger, kLinger);
   commands_.set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
   commands_.set(zmq::sockopt::sndhwm, kMaxAnswers);
+  commands_.set(zmq::sockopt::heartbeat_ivl, kHeartbeat);
+  commands_.set(zmq::sockopt::heartbeat_timeout, kHeartbeatTimeout);
   listen(commands_, "--commands", options.commands);
 }
 
@@ -92,9 +122,10 @@ bool Endpoint::listening() const { return !options_.lockstep || (waiting_.empty(
 bool Endpoint::wait_for_work(int signals) {
   const auto until_stats = std::chrono::ceil<milliseconds>(stats_begun_ + kStatsPeriod - Clock::now());
   const auto idle = all_sent_ ? std::max(milliseconds(0), until_stats) : milliseconds(0);
-  std::array<zmq::pollitem_t, 4> items{{{nullptr, signals, ZMQ_POLLIN, 0},
+  std::array<zmq::pollitem_t, 5> items{{{nullptr, signals, ZMQ_POLLIN, 0},
                                         {nullptr, link_.to_sockets.file(), ZMQ_POLLIN, 0},
                                         {publisher_.socket().handle(), 0, ZMQ_POLLIN, 0},
+                                        {connections_.socket().handle(), 0, ZMQ_POLLIN, 0},
                                         {commands_.handle(), 0, ZMQ_POLLIN, 0}}};
   zmq::poll(items.data(), listening() ? items.size() : items.size() - 1, blocked_ ? kBlockedPoll : idle);
   return (items[0].revents & ZMQ_POLLIN) != 0;
@@ -103,8 +134,19 @@ bool Endpoint::wait_for_work(int signals) {
 // ---- Messages ----
 
 void Endpoint::receive_messages() {
+  forget_lost_clients();
   for (int i = 0; i < kMessagesPerTurn && listening(); ++i) {
     if (!receive_message()) return;
+  }
+}
+
+// Before the messages of those that came after them, which may have their connections' numbers.
+void Endpoint::forget_lost_clients() {
+  while (const auto connection = connections_.next_ended()) {
+    const auto client = clients_.extract(*connection);
+    if (client.empty()) continue;
+    holders_.release_all(client.mapped());
+    spdlog::info("client {} is gone and holds nothing any more", shown(client.mapped()));
   }
 }
 
@@ -112,7 +154,7 @@ void Endpoint::receive_messages() {
 bool Endpoint::receive_message() {
   zmq::message_t frame, payload;
   if (!commands_.recv(frame, zmq::recv_flags::dontwait)) return false;
-  Sender sender{frame.to_string(), false, 0};
+  Sender sender{frame.to_string(), false, 0, connection_of(frame)};
   int frames = 0;
   for (bool more = frame.more(); more; more = payload.more(), ++frames) {
     if (frames == 1) sender.delimited = payload.size() == 0;
@@ -161,7 +203,11 @@ void Endpoint::send(const Sender& sender, const Message& message) {
 void Endpoint::handle(const Sender& sender, const protocol::Hello& request) {
   protocol::HelloReply reply = published_->hello;
   reply.seq = request.seq;
+  reply.instance = instance_;
+  reply.requests = request_types();
   reply.epoch = published_epoch_;
+  for (int body = 0; body < commanded_->body_count(); ++body)
+    if (holders_.held(body)) reply.held.push_back(commanded_->body_name(body));
   reply.lockstep = options_.lockstep;
   reply.paused = paused_;
   send(sender, reply);
@@ -172,6 +218,63 @@ void Endpoint::handle(const Sender& sender, const protocol::Describe& request) {
   reply.seq = request.seq;
   reply.epoch = published_epoch_;
   send(sender, reply);
+}
+
+template <class Message>
+std::optional<std::vector<int>> Endpoint::find_bodies(const Sender& sender, const Message& message) {
+  std::vector<int> bodies;
+  for (const std::string& name : message.needles) {
+    bodies.push_back(commanded_->find_body(name));
+    if (bodies.back() >= 0) continue;
+    reject(sender, message, ErrorCode::unknown_needle,
+           "the scene has no needle or guide '" + name + "'; 'hello' lists them");
+    return std::nullopt;
+  }
+  return bodies;
+}
+
+void Endpoint::answer_holding(const Sender& sender, std::uint64_t seq) {
+  protocol::Holding holding{seq, commanded_epoch_, {}};
+  for (const int body : holders_.held_by(sender.identity)) holding.needles.push_back(commanded_->body_name(body));
+  spdlog::info("client {} holds {}", shown(sender.identity), holding.needles.empty() ? "nothing" : fmt::format("{}", fmt::join(holding.needles, ", ")));
+  send(sender, holding);
+}
+
+void Endpoint::handle(const Sender& sender, const protocol::Acquire& request) {
+  const auto bodies = find_bodies(sender, request);
+  if (!bodies) return;
+  for (const int body : *bodies) {
+    if (holders_.free_for(sender.identity, body)) continue;
+    return reject(sender, request, ErrorCode::held,
+                  "another client holds '" + commanded_->body_name(body) +
+                      "', until it releases it or disconnects; a scene with clients.holding: any is shared");
+  }
+  for (const int body : *bodies) {
+    if (holders_.holds(sender.identity, body)) continue;
+    holders_.acquire(sender.identity, body);
+    counted_seqs_[static_cast<std::size_t>(body)] = 0;
+  }
+  clients_[sender.connection] = sender.identity;
+  answer_holding(sender, request.seq);
+}
+
+void Endpoint::handle(const Sender& sender, const protocol::Release& request) {
+  const auto bodies = find_bodies(sender, request);
+  if (!bodies) return;
+  for (const int body : *bodies) holders_.release(sender.identity, body);
+  answer_holding(sender, request.seq);
+}
+
+template <class Message>
+bool Endpoint::may_change_world(const Sender& sender, const Message& message) {
+  if (holders_.may_change_world(sender.identity)) {
+    spdlog::debug("client {} asks for '{}'", shown(sender.identity), Message::kType);
+    return true;
+  }
+  reject(sender, message, ErrorCode::not_holder,
+         std::string("other clients hold needles of this scene and this one does not: '") + Message::kType +
+             "' would change the world for them; 'acquire' a needle that is free, or wait until they release theirs");
+  return false;
 }
 
 void Endpoint::handle(const Sender& sender, const protocol::Hash& request) {
@@ -191,10 +294,12 @@ void Endpoint::handle(const Sender& sender, const protocol::Resume& request) {
 }
 
 void Endpoint::handle(const Sender& sender, const protocol::Reset& request) {
+  if (!may_change_world(sender, request)) return;
   ask(sender, request, Request::Kind::reset, [this](Request& reset) { begin_epoch(reset); });
 }
 
 void Endpoint::handle(const Sender& sender, const protocol::Load& request) {
+  if (!may_change_world(sender, request)) return;
   if (loader_.busy()) return reject(sender, request, ErrorCode::busy, "another scene is being loaded; try again later");
   loading_ = request;
   loading_for_ = sender;
@@ -202,6 +307,7 @@ void Endpoint::handle(const Sender& sender, const protocol::Load& request) {
 }
 
 void Endpoint::handle(const Sender& sender, const protocol::Restore& request) {
+  if (!may_change_world(sender, request)) return;
   std::unique_ptr<State> state;
   try {
     const std::span<const std::uint8_t> bytes(request.snapshot);
@@ -219,10 +325,12 @@ void Endpoint::handle(const Sender& sender, const protocol::Step& request) {
   if (!options_.lockstep) {
     return reject(sender, request, ErrorCode::wrong_mode, "'step' needs a server that was started with --lockstep");
   }
+  if (!may_change_world(sender, request)) return;
   ask(sender, request, Request::Kind::step, [&](Request& step) { step.ticks = request.ticks; });
 }
 
 void Endpoint::handle(const Sender& sender, const protocol::Shutdown& request) {
+  if (!may_change_world(sender, request)) return;
   ask(sender, request, Request::Kind::shutdown, [](Request&) {});
 }
 
@@ -242,6 +350,7 @@ void Endpoint::ask_in_real_time(const Sender& sender, const Message& message, Re
                                  "' needs a server that was started without --lockstep";
     return reject(sender, message, ErrorCode::wrong_mode, sentence);
   }
+  if (!may_change_world(sender, message)) return;
   ask(sender, message, kind, [](Request&) {});
 }
 
@@ -265,6 +374,8 @@ bool Endpoint::ask(const Sender& sender, const Message& message, Request::Kind k
 void Endpoint::begin_epoch(Request& request) {
   request.epoch = ++commanded_epoch_;
   newest_.assign(static_cast<std::size_t>(commanded_->body_count()), Command{});
+  origins_.assign(newest_.size(), {});
+  counted_seqs_.assign(newest_.size(), 0);
 }
 
 void Endpoint::finish_loading() {
@@ -273,6 +384,7 @@ void Endpoint::finish_loading() {
   if (!result->world) return reject(loading_for_, loading_, ErrorCode::scene_error, result->error);
   const bool asked = ask(loading_for_, loading_, Request::Kind::replace_world, [&](Request& request) {
     commanded_ = result->world.get();
+    holders_ = Holders(commanded_->body_count(), is_shared(*commanded_));
     begin_epoch(request);
     request.world = std::move(result->world);
   });
@@ -348,10 +460,15 @@ void Endpoint::update_command(const Sender& sender, const Stream& stream, Change
     return reject(sender, stream, ErrorCode::bad_value,
                   "field 'spin' must not be given for '" + stream.needle + "', which is a guide and does not spin");
   }
-  Command& command = newest_[static_cast<std::size_t>(body)];
-  command.seq = stream.seq;
-  change(command);
-  link_.commands[static_cast<std::size_t>(body)].put({commanded_epoch_, command});
+  if (!holders_.holds(sender.identity, body)) {
+    return reject(sender, stream, ErrorCode::not_holder,
+                  "this client does not hold '" + stream.needle + "' and cannot command it; 'acquire' it first");
+  }
+  const auto i = static_cast<std::size_t>(body);
+  count_command(origins_[i], std::exchange(counted_seqs_[i], stream.seq), stream.seq, stream.time);
+  newest_[i].seq = stream.seq;
+  change(newest_[i]);
+  link_.commands[i].put({commanded_epoch_, newest_[i], origins_[i]});
 }
 
 // ---- States ----

@@ -16,6 +16,8 @@
 
 #include "protocol/codec.h"
 #include "server/runtime/link.h"
+#include "server/transport/connection_monitor.h"
+#include "server/transport/holders.h"
 #include "server/transport/publisher.h"
 #include "server/transport/rate_limiter.h"
 #include "server/runtime/scene_loader.h"
@@ -52,6 +54,7 @@ class Endpoint {
     std::string identity;    // the client's routing frame
     bool delimited = false;  // whether an empty frame stood before the payload, as REQ sends it
     std::uint64_t seq = 0;   // of the request
+    int connection = -1;     // that the message came through
   };
 
   bool wait_for_work(int signals);
@@ -67,6 +70,8 @@ class Endpoint {
 
   void handle(const Sender& sender, const protocol::Hello& request);
   void handle(const Sender& sender, const protocol::Describe& request);
+  void handle(const Sender& sender, const protocol::Acquire& request);
+  void handle(const Sender& sender, const protocol::Release& request);
   void handle(const Sender& sender, const protocol::Hash& request);
   void handle(const Sender& sender, const protocol::Snapshot& request);
   void handle(const Sender& sender, const protocol::Pause& request);
@@ -85,6 +90,14 @@ class Endpoint {
   bool ask(const Sender& sender, const Message& message, Request::Kind kind, Prepare&& prepare);
   template <class Message>
   void ask_for_state(const Sender& sender, const Message& message, Request::Kind kind);
+  // False, and an error to the client, if it may not change the world, because others hold needles and it does not.
+  template <class Message>
+  bool may_change_world(const Sender& sender, const Message& message);
+  // The bodies of these names; nothing, and an error to the client, if one is unknown.
+  template <class Message>
+  std::optional<std::vector<int>> find_bodies(const Sender& sender, const Message& message);
+  void answer_holding(const Sender& sender, std::uint64_t seq);
+  void forget_lost_clients();
   template <class Message>
   void ask_in_real_time(const Sender& sender, const Message& message, Request::Kind kind);
   void begin_epoch(Request& request);
@@ -104,6 +117,7 @@ class Endpoint {
   Link& link_;
   zmq::context_t context_;
   zmq::socket_t commands_;
+  ConnectionMonitor connections_;
   Publisher publisher_;
   SceneLoader loader_;
 
@@ -112,6 +126,11 @@ class Endpoint {
   std::uint64_t published_epoch_ = 0;
   std::uint64_t commanded_epoch_ = 0;
   std::vector<Command> newest_;  // per body of commanded_: pose and spin together, whichever message they came in
+  std::vector<CommandOrigin> origins_;       // likewise
+  std::vector<std::uint64_t> counted_seqs_;  // likewise: number of its holder's newest command, 0 before the first
+  Holders holders_;                          // of the bodies of commanded_
+  std::unordered_map<int, std::string> clients_;  // that hold something, by their connections
+  const std::uint64_t instance_;                  // of this start of the server
   bool paused_ = false;
   bool copying_ = false;  // a copy of the state is on its way
 

@@ -82,7 +82,12 @@ void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
   force.time = record.time;
   force.needle = world.hello.needles[static_cast<std::size_t>(record.needle)].name;
   force.seq = needle.command_seq;
-  force.age = record.age;
+  force.age = record.watch.age();
+  force.echo = record.origin.time;
+  force.fresh = record.watch.fresh_share();
+  force.lost = record.origin.lost;
+  force.reordered = record.origin.reordered;
+  force.stale = record.watch.stale();
   force.phase = needle.phase;
   force.depth = needle.inserted_depth;
   force.unheld = needle.unheld;
@@ -95,6 +100,8 @@ void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
   force.base_torque = to_wire(needle.base_torque);
   force.base_force_in_base = to_wire(base_from_world * needle.base_force);
   force.base_torque_in_base = to_wire(base_from_world * needle.base_torque);
+  force.haptic_force = to_wire(record.watch.force_share() * needle.base_force);
+  force.haptic_torque = to_wire(record.watch.force_share() * needle.base_torque);
   force.cutting_force = to_wire(needle.cutting_force);
   force.friction_force = to_wire(needle.friction_force);
   force.lateral_force = to_wire(needle.lateral_force);

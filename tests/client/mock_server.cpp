@@ -79,6 +79,12 @@ class Session {
     reply.regions = {"tissue"};
     send(reply);
   }
+  void operator()(const protocol::Acquire& acquire) {
+    protocol::Holding holding;
+    holding.seq = acquire.seq;
+    holding.needles = acquire.needles;
+    send(holding);
+  }
   void operator()(const protocol::Step& step) {
     for (std::uint32_t i = 0; i < step.ticks; ++i) tick();
     done(step.seq);
@@ -123,7 +129,7 @@ class Session {
   template <class Reply>
   void send(const Reply& reply) {
     std::string bytes = protocol::encode(reply);
-    bytes[3] = static_cast<char>(script_.version);  // map header, "v" (two bytes), its value
+    bytes[bytes.find('v') + 1] = static_cast<char>(script_.version);
     commands_.send(zmq::buffer(identity_), zmq::send_flags::sndmore);
     commands_.send(zmq::buffer(bytes));
   }

@@ -23,7 +23,7 @@ struct MockScript {
   double pace = 1;                          // of this rate, at which they come in real time
   std::uint64_t first_seq = 0;              // in the states before the first pose
   bool mute = false;                        // hears requests, answers none
-  std::uint8_t version = 1;                 // written into replies
+  std::uint8_t version = protocol::kVersion;  // written into replies
   bool rejects_poses = false;               // answers each with bad_value
   bool rejects_requests = false;            // answers each with busy
   std::uint64_t shape_ticks = 10;           // between two shapes

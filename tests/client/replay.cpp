@@ -448,7 +448,7 @@ TEST_CASE("lost states return 4 and are counted") {
 TEST_CASE("another version of the protocol returns 5") {
   const Workplace here;
   MockScript script;
-  script.version = 2;
+  script.version = 1;
   MockServer server(script);
   CHECK(here.replay(server).status == 5);
 }

@@ -336,7 +336,7 @@ class Picture(RecordedRun):
                 messages.append({"type": "needle", "needle": name, "positions": packed(points, "<f8"),
                                  "orientations": packed([[1, 0, 0, 0]] * 11, "<f8"), **state})
         with open(self.path("run.shapes"), "wb") as file:
-            file.writelines(msgpack.packb({"v": 1, **message}) for message in messages)
+            file.writelines(msgpack.packb({"v": 2, **message}) for message in messages)
 
     def write_all(self):
         self.write_run()

@@ -46,7 +46,10 @@ protocol::Pose pose_down(const std::string& body, double x, double height, std::
 
 // A server in lockstep with the scene above.
 struct Bench {
-  Bench() { commands.load(server.folder().write("guided.yaml", kScene), kPatience); }
+  Bench() {
+    commands.load(server.folder().write("guided.yaml", kScene), kPatience);
+    commands.acquire({"probe", "collar"}, kPatience);
+  }
 
   // Pushes the needle by 40 mm at 20 mm/s.
   void insert() {

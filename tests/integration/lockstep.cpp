@@ -10,7 +10,7 @@ namespace {
 // The forces of a run of 60 commands, 10 ticks each, as encoded bytes. Poses and steps are sent without a pause.
 std::vector<std::string> record_run() {
   ServerProcess server({"--lockstep"});
-  client::CommandLink commands(server.commands());
+  client::CommandLink commands = hold(server);
   client::StateLink states = subscribe(server, {"force"});
   std::uint64_t end = 0;
   for (std::uint64_t i = 1; i <= 60; ++i) {
@@ -26,7 +26,7 @@ std::vector<std::string> record_run() {
 
 TEST_CASE("no tick runs by itself; a step runs as many as it says, with the commands sent before it") {
   ServerProcess server({"--lockstep"});
-  client::CommandLink commands(server.commands());
+  client::CommandLink commands = hold(server);
   CHECK(commands.hello(kPatience).lockstep);
   client::StateLink states = subscribe(server, {"force"});
   REQUIRE(commands.send(pose_at(0.5, 3)));

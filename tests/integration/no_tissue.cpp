@@ -10,7 +10,7 @@ TEST_CASE("a scene without tissue has a tissue without nodes, and its needles mo
   ServerProcess server({"--lockstep"},
                        "acus_scene: 1\nname: alone\ntissue: {rung: none}\n"
                        "needles: [{beams: 5, base: {position: [0, 0, 0.5]}}]\n");
-  client::CommandLink commands(server.commands());
+  client::CommandLink commands = hold(server);
   const protocol::HelloReply hello = commands.hello(kPatience);
   CHECK(hello.tissue.nodes == 0);
   CHECK(hello.tissue.tetrahedra == 0);

@@ -51,7 +51,7 @@ void check_bounded(const protocol::Force& force) {
 
 TEST_CASE("late ticks: the scene's policy takes effect, states say so, forces and answers keep coming") {
   ServerProcess server({}, kHeavyScene);
-  client::CommandLink commands(server.commands());
+  client::CommandLink commands = hold(server);
   client::StateLink states = subscribe(server, {"force", "needle"});
   REQUIRE(commands.send(inside(1)));
 
@@ -78,7 +78,7 @@ TEST_CASE("late ticks: the scene's policy takes effect, states say so, forces an
 
 TEST_CASE("in lockstep no tick is late and nothing gives way") {
   ServerProcess server({"--lockstep"}, kHeavyScene);
-  client::CommandLink commands(server.commands());
+  client::CommandLink commands = hold(server);
   client::StateLink states = subscribe(server, {"force", "needle"});
   REQUIRE(commands.send(inside(1)));
   commands.step(3, kPatience);

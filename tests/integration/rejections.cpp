@@ -53,7 +53,7 @@ class RawClient {
 // The forces of a needle that moves up, as bytes, while another client does something now and then.
 std::vector<std::string> forces_beside(const std::function<void(RawClient&)>& disturb) {
   ServerProcess server({"--lockstep"});
-  client::CommandLink commands(server.commands());
+  client::CommandLink commands = hold(server);
   client::StateLink states = subscribe(server, {"force"});
   RawClient other(server, zmq::socket_type::dealer);
   std::vector<std::string> forces;
@@ -88,14 +88,15 @@ TEST_CASE("each kind of bad message gets its own error, and the server goes on")
       {std::string(1000, '\x91'), "too_complex"},
       {"\xc1", "invalid_msgpack"},
       {"\x01", "not_a_map"},
-      {with_version(good, 2), "wrong_version"},
+      {with_version(good, 1), "wrong_version"},
       {encode(protocol::Done{}), "unknown_type"},
-      {"\x81\xa1v\x01", "missing_field"},
+      {"\x81\xa1v\x02", "missing_field"},
       {with_version(good, '\xc0'), "wrong_field_type"},
       {encode(not_finite), "not_finite"},
       {encode(not_unit), "not_unit_quaternion"},
       {encode(no_ticks), "bad_value"},
-      {encode(pose_at(0.5, 1, "nobody")), "unknown_needle"}};
+      {encode(pose_at(0.5, 1, "nobody")), "unknown_needle"},
+      {good, "not_holder"}};
   for (const auto& [bytes, code] : cases) {
     CAPTURE(code);
     RawClient client(server, zmq::socket_type::dealer);

@@ -60,7 +60,7 @@ TEST_CASE("pause stops simulation time and resume goes on") {
 
 TEST_CASE("reset begins a new epoch at tick 0, and forgets the commands given before") {
   ServerProcess server;
-  client::CommandLink commands(server.commands());
+  client::CommandLink commands = hold(server);
   client::StateLink states = subscribe(server, {"force"});
   REQUIRE(commands.send(pose_at(0.5, 7)));
   while (receive<protocol::Force>(states).seq != 7) {
@@ -91,6 +91,7 @@ TEST_CASE("load swaps the scene, and a scene that cannot be used changes nothing
   CHECK(commands.hello(kPatience).needles.size() == 2);
 
   client::StateLink states = subscribe(server, {"force"});
+  commands.acquire({"right"}, kPatience);
   REQUIRE(commands.send(pose_at(0.5, 9, "right")));
   protocol::Force force = receive<protocol::Force>(states);
   while (force.seq != 9) force = receive<protocol::Force>(states);
@@ -99,10 +100,11 @@ TEST_CASE("load swaps the scene, and a scene that cannot be used changes nothing
 
 TEST_CASE("loading again and again, under load, harms nothing") {
   ServerProcess server;
-  client::CommandLink commands(server.commands());
+  client::CommandLink commands = hold(server);
   client::StateLink states = subscribe(server, {"force", "needle", "tissue", "event"});
   const std::string pair = server.folder().write("pair.yaml", small_scene("pair", {"left", "needle"}));
   for (int i = 0; i < 10; ++i) {
+    commands.acquire({"needle"}, kPatience);
     for (int k = 0; k < 20; ++k) CHECK(commands.send(pose_at(0.5, 1 + k)));
     CHECK(commands.load(i % 2 == 0 ? pair : server.scene(), kPatience).epoch == static_cast<std::uint64_t>(i + 1));
   }

@@ -62,6 +62,12 @@ template protocol::TissueShape receive(client::StateLink&);
 template protocol::Event receive(client::StateLink&);
 template protocol::Stats receive(client::StateLink&);
 
+client::CommandLink hold(const ServerProcess& server, const std::vector<std::string>& needles) {
+  client::CommandLink commands(server.commands());
+  commands.acquire(needles, kPatience);
+  return commands;
+}
+
 protocol::Pose pose_at(double height, std::uint64_t seq, const std::string& needle) {
   protocol::Pose pose;
   pose.needle = needle;

@@ -42,6 +42,9 @@ class ServerProcess {
   std::optional<Process> process_;
 };
 
+// A link that holds needles and guides, so that it may command them.
+client::CommandLink hold(const ServerProcess& server, const std::vector<std::string>& needles = {"needle"});
+
 // A link that listens to the topics for certain: it has seen a `stats`.
 client::StateLink subscribe(const ServerProcess& server, const std::vector<std::string>& topics);
 

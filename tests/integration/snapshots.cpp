@@ -11,6 +11,7 @@ namespace {
 
 // Pushes the needle `ticks` ticks further, with a pose for each.
 void push(client::CommandLink& commands, std::uint64_t from, std::uint64_t ticks) {
+  commands.acquire({"needle"}, kPatience);
   for (std::uint64_t i = from + 1; i <= from + ticks; ++i) {
     REQUIRE(commands.send(pose_at(0.5 - 1e-4 * static_cast<double>(i), i)));
     commands.step(1, kPatience);

@@ -10,7 +10,7 @@ namespace acus::testing {
 
 TEST_CASE("poses come back in the forces, and no tick is missing") {
   ServerProcess server;
-  client::CommandLink commands(server.commands());
+  client::CommandLink commands = hold(server);
   client::StateLink states = subscribe(server, {"force"});
   protocol::Force last = receive<protocol::Force>(states);
   for (std::uint64_t i = 1; i <= 200; ++i) {
@@ -28,7 +28,7 @@ TEST_CASE("poses come back in the forces, and no tick is missing") {
 
 TEST_CASE("spin alone turns the needle and leaves it where it was commanded to be") {
   ServerProcess server({"--lockstep"});
-  client::CommandLink commands(server.commands());
+  client::CommandLink commands = hold(server);
   client::StateLink states = subscribe(server, {"force"});
   REQUIRE(commands.send(pose_at(0.501, 1)));
   commands.step(200, kPatience);

@@ -23,7 +23,7 @@ std::function<void(Packer&)> value(const T& x) {
 }
 
 Values good_pose() {
-  return {{"v", value(1)},
+  return {{"v", value(kVersion)},
           {"type", value(std::string("pose"))},
           {"needle", value(std::string("needle"))},
           {"seq", value(7)},
@@ -126,7 +126,7 @@ TEST_CASE("not_a_map") {
 
 TEST_CASE("wrong_version") {
   CHECK(rejection(pose_with("v", 0)) == "wrong_version");
-  CHECK(rejection(pose_with("v", 2)) == "wrong_version");
+  CHECK(rejection(pose_with("v", 1)) == "wrong_version");
 }
 
 TEST_CASE("unknown_type") {
@@ -181,7 +181,7 @@ TEST_CASE("bad_value") {
     step.ticks = ticks;
     CHECK(rejection(encode(step)) == "bad_value");
   }
-  Values step{{"v", value(1)}, {"type", value(std::string("step"))}, {"seq", value(1)}, {"ticks", value(1ull << 40)}};
+  Values step{{"v", value(kVersion)}, {"type", value(std::string("step"))}, {"seq", value(1)}, {"ticks", value(1ull << 40)}};
   CHECK(rejection(pack(step)) == "bad_value");
 }
 
@@ -210,7 +210,7 @@ TEST_CASE("bad_value: positions outside the workspace, and spins beyond all use"
 
 TEST_CASE("packed arrays must hold whole elements") {
   Values shape{
-      {"v", value(1)},      {"type", value(std::string("tissue"))},
+      {"v", value(kVersion)},      {"type", value(std::string("tissue"))},
       {"epoch", value(1)},  {"tick", value(1)},
       {"time", value(0.0)}, {"positions", [](Packer& packer) { packer.pack_bin(5).pack_bin_body("12345", 5); }}};
   try {
