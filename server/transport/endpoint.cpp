@@ -21,6 +21,7 @@ using protocol::ErrorCode;
 using std::chrono::milliseconds;
 
 constexpr double kErrorsPerSecond = 10;            // to one client, about its streams
+constexpr double kLogLinesPerSecond = 10;          // about one client
 constexpr int kMessagesPerTurn = 64;               // received before states have their turn
 constexpr std::size_t kMaxTypeTold = 100, kMaxSentence = 2000;  // bytes of an error's texts
 constexpr int kRecordsPerTurn = 1024;              // passed on before messages have theirs
@@ -91,6 +92,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       holders_(world.body_count(), is_shared(world)),
       instance_(draw_instance()),
       error_limit_(kErrorsPerSecond),
+      log_limit_(kLogLinesPerSecond),
       stats_begun_(Clock::now()) {
   commands_.set(zmq::sockopt::linger, kLinger);
   commands_.set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
@@ -154,12 +156,13 @@ void Endpoint::forget_lost_clients() {
 bool Endpoint::receive_message() {
   zmq::message_t frame, payload;
   if (!commands_.recv(frame, zmq::recv_flags::dontwait)) return false;
-  Sender sender{frame.to_string(), false, 0, connection_of(frame)};
+  Sender sender{frame.to_string(), false, 0, -1};
   int frames = 0;
   for (bool more = frame.more(); more; more = payload.more(), ++frames) {
     if (frames == 1) sender.delimited = payload.size() == 0;
     [[maybe_unused]] const auto received = commands_.recv(payload, zmq::recv_flags::none);
   }
+  sender.connection = connection_of(payload);
   try {
     if (frames != (sender.delimited ? 2 : 1)) {
       throw DecodeError(ErrorCode::invalid_msgpack, "a message must be one frame, or an empty frame and one more");
@@ -220,6 +223,11 @@ void Endpoint::handle(const Sender& sender, const protocol::Describe& request) {
   send(sender, reply);
 }
 
+// Not more often than anybody could read.
+void Endpoint::log(const Sender& sender, const std::string& what) {
+  if (log_limit_.allow(sender.identity, Clock::now())) spdlog::info("client {} {}", shown(sender.identity), what);
+}
+
 template <class Message>
 std::optional<std::vector<int>> Endpoint::find_bodies(const Sender& sender, const Message& message) {
   std::vector<int> bodies;
@@ -236,13 +244,15 @@ std::optional<std::vector<int>> Endpoint::find_bodies(const Sender& sender, cons
 void Endpoint::answer_holding(const Sender& sender, std::uint64_t seq) {
   protocol::Holding holding{seq, commanded_epoch_, {}};
   for (const int body : holders_.held_by(sender.identity)) holding.needles.push_back(commanded_->body_name(body));
-  spdlog::info("client {} holds {}", shown(sender.identity), holding.needles.empty() ? "nothing" : fmt::format("{}", fmt::join(holding.needles, ", ")));
+  log(sender, holding.needles.empty() ? "holds nothing" : fmt::format("holds {}", fmt::join(holding.needles, ", ")));
   send(sender, holding);
 }
 
 void Endpoint::handle(const Sender& sender, const protocol::Acquire& request) {
   const auto bodies = find_bodies(sender, request);
   if (!bodies) return;
+  forget_lost_clients();
+  if (!connections_.is_open(sender.connection)) return;  // its last words; nobody would ever release what it holds
   for (const int body : *bodies) {
     if (holders_.free_for(sender.identity, body)) continue;
     return reject(sender, request, ErrorCode::held,
@@ -268,7 +278,7 @@ void Endpoint::handle(const Sender& sender, const protocol::Release& request) {
 template <class Message>
 bool Endpoint::may_change_world(const Sender& sender, const Message& message) {
   if (holders_.may_change_world(sender.identity)) {
-    spdlog::debug("client {} asks for '{}'", shown(sender.identity), Message::kType);
+    if (!std::is_same_v<Message, protocol::Step>) log(sender, fmt::format("asks for '{}'", Message::kType));
     return true;
   }
   reject(sender, message, ErrorCode::not_holder,

@@ -96,6 +96,7 @@ class Endpoint {
   // The bodies of these names; nothing, and an error to the client, if one is unknown.
   template <class Message>
   std::optional<std::vector<int>> find_bodies(const Sender& sender, const Message& message);
+  void log(const Sender& sender, const std::string& what);
   void answer_holding(const Sender& sender, std::uint64_t seq);
   void forget_lost_clients();
   template <class Message>
@@ -139,7 +140,7 @@ class Endpoint {
   protocol::Load loading_;                             // the request that the loader works on,
   Sender loading_for_;                                 // and whose it is
 
-  RateLimiter error_limit_;
+  RateLimiter error_limit_, log_limit_;
   std::uint64_t rejected_ = 0;
   TopicSet wanted_ = 0;
   TickStatistics statistics_;

@@ -67,6 +67,23 @@ TEST_CASE("one client at a time holds a needle, until it releases it or is gone"
   CHECK(second.hello(kPatience).held.size() == 2);
 }
 
+TEST_CASE("who acquires with its last words holds nothing") {
+  ServerProcess server;
+  client::CommandLink(server.commands()).hello(kPatience);
+  for (int i = 0; i < 50; ++i) {
+    zmq::context_t context;
+    zmq::socket_t socket(context, zmq::socket_type::dealer);
+    socket.connect(server.commands());
+    socket.send(zmq::buffer(encode(protocol::Acquire{1, {"needle"}})));
+  }
+  client::CommandLink next(server.commands());
+  const auto deadline = std::chrono::steady_clock::now() + 10s;
+  while (refusal([&] { next.acquire({"needle"}, kPatience); }) == "held" && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(10ms);
+  REQUIRE(next.send(pose_at(0.4, 1)));
+  CHECK(rejection(next) == "none");
+}
+
 TEST_CASE("a scene may let any number of clients hold a needle") {
   ServerProcess server({"--lockstep"}, small_scene("shared") + "clients: {holding: any}\n");
   client::CommandLink first = hold(server), second = hold(server);
