@@ -22,7 +22,8 @@ class ConnectionMonitor {
   std::unordered_set<int> open_;
 };
 
-// Which connection a message came through, by a frame that its client sent: the routing frame does not always tell. Descriptors are used again, after next_ended() has told of their end.
+// Which connection a message came through, by a frame that its client sent: the routing frame does not always tell.
+// Descriptors are used again, after next_ended() has told of their end.
 int connection_of(zmq::message_t& message);
 
 }  // namespace acus

@@ -55,6 +55,10 @@ std::string shown(const std::string& client) {
   return text;
 }
 
+std::string unknown(const std::string& name) {
+  return "the scene has no needle or guide '" + name + "'; 'hello' lists them";
+}
+
 bool has_spin(const protocol::Pose& pose) { return pose.spin.has_value(); }
 bool has_spin(const protocol::Spin&) { return true; }
 
@@ -234,8 +238,7 @@ std::optional<std::vector<int>> Endpoint::find_bodies(const Sender& sender, cons
   for (const std::string& name : message.needles) {
     bodies.push_back(commanded_->find_body(name));
     if (bodies.back() >= 0) continue;
-    reject(sender, message, ErrorCode::unknown_needle,
-           "the scene has no needle or guide '" + name + "'; 'hello' lists them");
+    reject(sender, message, ErrorCode::unknown_needle, unknown(name));
     return std::nullopt;
   }
   return bodies;
@@ -463,8 +466,7 @@ template <class Stream, class Change>
 void Endpoint::update_command(const Sender& sender, const Stream& stream, Change&& change) {
   const int body = commanded_->find_body(stream.needle);
   if (body < 0) {
-    return reject(sender, stream, ErrorCode::unknown_needle,
-                  "the scene has no needle or guide '" + stream.needle + "'; 'hello' lists them");
+    return reject(sender, stream, ErrorCode::unknown_needle, unknown(stream.needle));
   }
   if (commanded_->is_guide(body) && has_spin(stream)) {
     return reject(sender, stream, ErrorCode::bad_value,

@@ -46,6 +46,7 @@ class BaseMotion {
     pending_.reset();
     return base_.spun_pose();
   }
+  void come_to_rest() { command(acus::come_to_rest(limits_, base_)); }
   const Pose& pose() const { return base_.pose; }
   double spin() const { return base_.spin; }
   std::uint64_t command_seq() const { return base_.command_seq; }
@@ -354,6 +355,30 @@ TEST_CASE("a smoothing of next to no time is none") {
     for (std::uint64_t tick = 0; tick < 3; ++tick) m->advance(tick);
   }
   CHECK(motion.pose().position == at_once.pose().position);
+}
+
+TEST_CASE("a base that is to rest rests a time constant's way on, without turning back or beyond") {
+  for (const double tau : {0.0, 2e-3, 0.05}) {
+    CAPTURE(tau);
+    Needle n = needle(tau);
+    n.max_speed = 0.1;
+    BaseMotion motion(n, 1e-3);
+    Pose far = n.base;
+    far.position.x() += 10;
+    far.orientation = rotation_exp({0, 0, 1});
+    motion.command({.seq = 3, .pose = far, .spin = 2.0});
+    for (std::uint64_t tick = 1; tick <= 50; ++tick) motion.advance(tick);
+    const Pose at = motion.pose();
+    motion.come_to_rest();
+    double x = at.position.x();
+    for (std::uint64_t tick = 51; tick <= 600; ++tick) {
+      motion.advance(tick);
+      CHECK(motion.pose().position.x() >= x - 1e-15);
+      x = motion.pose().position.x();
+    }
+    CHECK(x - at.position.x() == doctest::Approx(0.1 * tau).epsilon(1e-3).scale(1e-6));
+    CHECK(motion.command_seq() == 3);
+  }
 }
 
 }  // namespace

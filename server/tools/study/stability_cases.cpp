@@ -349,7 +349,9 @@ namespace {
 // A tip that may not go in, and whose base jumps by the tissue's thickness, is through within the tick. On the way back
 // the surface beneath holds it.
 bool is_caught_beneath(const StabilityRun& run) {
-  const auto has = [&](const char* name) { return run.first->name == name || (run.partner && run.partner->name == name); };
+  const auto has = [&](const char* name) {
+    return run.first->name == name || (run.partner && run.partner->name == name);
+  };
   return has("f_p infinite") && (has("base jumps 100 mm") || has("entry and exit in one tick"));
 }
 
