@@ -101,10 +101,10 @@ protocol::DescribeReply CommandLink::describe(Timeout timeout) {
   return request<protocol::DescribeReply>(protocol::Describe{}, timeout);
 }
 protocol::Holding CommandLink::acquire(const std::vector<std::string>& needles, Timeout timeout) {
-  return request<protocol::Holding>(protocol::Acquire{0, needles}, timeout);
+  return request<protocol::Holding>(protocol::Acquire{{0, needles}}, timeout);
 }
 protocol::Holding CommandLink::release(const std::vector<std::string>& needles, Timeout timeout) {
-  return request<protocol::Holding>(protocol::Release{0, needles}, timeout);
+  return request<protocol::Holding>(protocol::Release{{0, needles}}, timeout);
 }
 protocol::HashReply CommandLink::hash(Timeout timeout) {
   return request<protocol::HashReply>(protocol::Hash{}, timeout);

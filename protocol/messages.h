@@ -70,12 +70,10 @@ struct Shutdown : BareRequest {
   static constexpr const char* kType = "shutdown";
 };
 
-// Makes the client the one that commands some needles and guides: all of them, or none if one is another's. A client
-// that disconnects releases what it holds.
-struct Acquire {
-  static constexpr const char* kType = "acquire";
+// A request about needles and guides, by name; answered by Holding.
+struct HoldRequest {
   std::uint64_t seq = 0;
-  std::vector<std::string> needles;  // and guides, by name; answered by Holding
+  std::vector<std::string> needles;
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -83,16 +81,14 @@ struct Acquire {
     visit("needles", self.needles);
   }
 };
-struct Release {
-  static constexpr const char* kType = "release";
-  std::uint64_t seq = 0;
-  std::vector<std::string> needles;  // and guides, by name; answered by Holding
 
-  template <class Self, class Visit>
-  static void fields(Self& self, Visit&& visit) {
-    visit("seq", self.seq);
-    visit("needles", self.needles);
-  }
+// Makes the client the one that commands them: all of them, or none if one is another's.
+struct Acquire : HoldRequest {
+  static constexpr const char* kType = "acquire";
+};
+// Gives back those of them that the client holds. A client that disconnects releases all it holds.
+struct Release : HoldRequest {
+  static constexpr const char* kType = "release";
 };
 
 struct Load {

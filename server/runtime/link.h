@@ -92,6 +92,7 @@ struct Link {
   SpscQueue<Request> requests{kMaxRequests};
   std::atomic<TopicSet> wanted{0};  // topics with a subscriber
   std::atomic<bool> stop{false};
+  std::atomic<std::uint64_t> abandoned{0};  // the newest request whose client is gone: `step` goes no further
   Wakeup to_simulation;
 
   // Simulation thread to socket thread.

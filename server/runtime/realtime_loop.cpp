@@ -155,7 +155,7 @@ void RealtimeLoop::handle(Request& request) {
       begin_epoch(request.epoch);
       break;
     case Request::Kind::step:
-      for (std::uint32_t i = 0; i < request.ticks && !over(); ++i) {
+      for (std::uint32_t i = 0; i < request.ticks && !over() && !is_abandoned(request); ++i) {
         const double computing = tick();
         publish_tick({.computing = computing, .ended = computing});
       }
@@ -165,6 +165,10 @@ void RealtimeLoop::handle(Request& request) {
       break;
   }
   acknowledge(request);
+}
+
+bool RealtimeLoop::is_abandoned(const Request& request) const {
+  return link_.abandoned.load(std::memory_order_relaxed) == request.id;
 }
 
 void RealtimeLoop::replace_world(Request& request) {

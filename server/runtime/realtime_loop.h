@@ -49,6 +49,7 @@ class RealtimeLoop {
 
   void take_requests();
   void handle(Request& request);
+  bool is_abandoned(const Request& request) const;
   void replace_world(Request& request);
   void begin_epoch(std::uint64_t epoch);
   void acknowledge(Request& request, std::unique_ptr<LoadedScene> retired = nullptr);

@@ -149,6 +149,8 @@ void Endpoint::receive_messages() {
 // Before the messages of those that came after them, which may have their connections' numbers.
 void Endpoint::forget_lost_clients() {
   while (const auto connection = connections_.next_ended()) {
+    for (const auto& [id, sender] : waiting_)
+      if (sender.connection == *connection) link_.abandoned.store(id, std::memory_order_relaxed);
     const auto client = clients_.extract(*connection);
     if (client.empty()) continue;
     holders_.release_all(client.mapped());
@@ -377,7 +379,7 @@ bool Endpoint::ask(const Sender& sender, const Message& message, Request::Kind k
   request->kind = kind;
   request->id = ++last_request_;
   prepare(*request);
-  waiting_[request->id] = {sender.identity, sender.delimited, message.seq};
+  waiting_[request->id] = {sender.identity, sender.delimited, message.seq, sender.connection};
   link_.requests.commit();
   link_.to_simulation.signal();
   return true;

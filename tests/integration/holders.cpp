@@ -74,7 +74,7 @@ TEST_CASE("who acquires with its last words holds nothing") {
     zmq::context_t context;
     zmq::socket_t socket(context, zmq::socket_type::dealer);
     socket.connect(server.commands());
-    socket.send(zmq::buffer(encode(protocol::Acquire{1, {"needle"}})));
+    socket.send(zmq::buffer(encode(protocol::Acquire{{1, {"needle"}}})));
   }
   client::CommandLink next(server.commands());
   const auto deadline = std::chrono::steady_clock::now() + 10s;
@@ -122,7 +122,7 @@ TEST_CASE("poses that waited while the server was away do not move the next one'
     REQUIRE(socket.recv(message));
     return protocol::decode_reply(message.to_string_view());
   };
-  socket.send(zmq::buffer(encode(protocol::Acquire{1, {"needle"}})));
+  socket.send(zmq::buffer(encode(protocol::Acquire{{1, {"needle"}}})));
   CHECK(std::get<protocol::Holding>(reply()).needles.size() == 1);
   const std::uint64_t instance = client::CommandLink(server.commands()).hello(kPatience).instance;
 

@@ -44,6 +44,19 @@ TEST_CASE("no tick runs by itself; a step runs as many as it says, with the comm
   }
 }
 
+TEST_CASE("a long step ends with its client, and others are answered") {
+  ServerProcess server({"--lockstep"});
+  client::CommandLink other(server.commands());
+  other.hello(kPatience);
+  {
+    client::CommandLink commands(server.commands());
+    CHECK_THROWS_AS(commands.step(100'000, 100ms), client::Vanished);
+  }
+  const std::uint64_t tick = other.hash(kPatience).tick;
+  CHECK(tick > 0);
+  CHECK(tick < 100'000);
+}
+
 TEST_CASE("a long step loses no state, although the subscriber reads only afterwards") {
   constexpr std::uint64_t kTicks = 20000;
   ServerProcess server({"--lockstep"});
