@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -19,6 +20,7 @@
 #include <vector>
 
 #include "client/replay.h"
+#include "client/run_summary.h"
 #include "client/text_histogram.h"
 #include "client/timing_log.h"
 #include "protocol/endpoint_address.h"
@@ -34,12 +36,14 @@ enum ExitCode {
   kVanished = 3,
   kStatesLost = 4,
   kMismatch = 5,
-  kInterrupted = 6
+  kInterrupted = 6,
+  kLimitExceeded = 7
 };
 
 constexpr const char* kFooter =
     "Exit status: 0 done, 1 bad arguments, files or trajectory, 2 the server refused, 3 the server was not there or\n"
-    "vanished, 4 states were lost, 5 the server speaks another protocol, 6 interrupted.";
+    "vanished, 4 states were lost, 5 the server speaks another protocol, 6 interrupted,\n"
+    "7 a limit on the timing was exceeded.";
 
 std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
@@ -62,6 +66,8 @@ struct Arguments {
   std::string out;
   std::string shapes;
   std::string timing;
+  std::string summary;
+  TimingLimits limits;
   double timeout_s = 10;
   ReplayOptions replay;
 };
@@ -98,8 +104,12 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--timeout", arguments.timeout_s, "to wait for the server to appear, to answer or to publish (s)")
       ->check(CLI::Range(0.001, 86'400.0))
       ->capture_default_str();
-  app.add_flag("--lockstep", arguments.replay.lockstep, "one tick per pose, for a server that runs in lockstep")
-      ->excludes(timing);
+  app.add_option("--summary", arguments.summary, "file to write with what is printed at the end, as JSON");
+  CLI::App& limits =
+      declare(app, arguments.limits, "the round trip from a pose to the first state that used it");
+  limits.excludes(
+      app.add_flag("--lockstep", arguments.replay.lockstep, "one tick per pose, for a server that runs in lockstep")
+          ->excludes(timing));
   app.add_flag("--shutdown", arguments.replay.shutdown, "end the server after the run");
 }
 
@@ -241,6 +251,7 @@ void check_distinct(const Arguments& arguments) {
     results.push_back({"the events of --out", RunLog::events_path_beside(arguments.out)});
   }
   if (!arguments.shapes.empty()) results.push_back({"--shapes", arguments.shapes});
+  if (!arguments.summary.empty()) results.push_back({"--summary", arguments.summary});
   if (!arguments.timing.empty()) {
     results.push_back({"--timing", arguments.timing});
     results.push_back({"the statistics of --timing", TimingLog::stats_path_beside(arguments.timing)});
@@ -257,6 +268,12 @@ void check_distinct(const Arguments& arguments) {
                                "'; give each its own");
     }
   }
+}
+
+void write_summary(const std::string& path, const std::string& json) {
+  std::ofstream file(path);
+  file << json << std::flush;
+  if (!file) throw std::runtime_error("--summary: '" + path + "' cannot be written; does its folder exist?");
 }
 
 int replay_trajectory(Arguments& arguments) {
@@ -294,11 +311,17 @@ int replay_trajectory(Arguments& arguments) {
     timing->close();
     std::printf("written     %s, %s\n", timing->path().c_str(), timing->stats_path().c_str());
   }
+  const std::vector<TimingLimit> limits = compare(arguments.limits, measured_timing(replay));
+  if (!arguments.summary.empty() && replay.statistics().states() > 0) {
+    write_summary(arguments.summary, run_summary(replay, arguments.replay, limits));
+    std::printf("written     %s\n", arguments.summary.c_str());
+  }
   const std::uint64_t lost = replay.statistics().lost() + (shapes ? shapes->lost() : 0);
   if (code == kDone && lost > 0) {
     std::fprintf(stderr, "acus-replay: %llu states were lost\n", static_cast<unsigned long long>(lost));
     code = kStatesLost;
   }
+  if (!all_held("acus-replay", limits) && code == kDone) code = kLimitExceeded;
   return code;
 }
 

@@ -120,6 +120,11 @@ protocol::Done CommandLink::load(const std::string& scene, Timeout timeout) {
   load.scene = scene;
   return request<protocol::Done>(load, timeout);
 }
+protocol::Done CommandLink::load_text(const std::string& scene, Timeout timeout) {
+  protocol::Load load;
+  load.text = scene;
+  return request<protocol::Done>(load, timeout);
+}
 protocol::Done CommandLink::restore(const std::vector<std::uint8_t>& snapshot, Timeout timeout) {
   protocol::Restore restore;
   restore.snapshot = snapshot;

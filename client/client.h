@@ -73,7 +73,8 @@ class CommandLink {
   protocol::Done pause(Timeout timeout);
   protocol::Done resume(Timeout timeout);
   protocol::Done reset(Timeout timeout);
-  protocol::Done load(const std::string& scene, Timeout timeout);
+  protocol::Done load(const std::string& scene, Timeout timeout);       // path on the server's machine
+  protocol::Done load_text(const std::string& scene, Timeout timeout);  // YAML
   protocol::Done restore(const std::vector<std::uint8_t>& snapshot, Timeout timeout);
   protocol::Done step(std::uint32_t ticks, Timeout timeout);
   protocol::Done shutdown(Timeout timeout);

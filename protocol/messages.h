@@ -94,12 +94,14 @@ struct Release : HoldRequest {
 struct Load {
   static constexpr const char* kType = "load";
   std::uint64_t seq = 0;
-  std::string scene;  // path on the server's machine
+  std::optional<std::string> scene;  // path on the server's machine, or
+  std::optional<std::string> text;   // the scene itself, YAML
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("seq", self.seq);
     visit("scene", self.scene);
+    visit("text", self.text);
   }
 };
 

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -86,6 +87,11 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->check(CLI::PositiveNumber)
       ->default_str("unlimited");
   app.add_flag("--lockstep", arguments.loop.lockstep, "Run ticks only when a client's 'step' asks for them");
+  app.add_option("--scenes", arguments.endpoint.folders,
+                 "Folder that clients may load scenes and meshes from, with all below it; may be given again")
+      ->type_name("FOLDER")
+      ->check(CLI::ExistingDirectory)
+      ->default_str("that of SCENE");
   app.add_option("--restore", arguments.restore,
                  "Go on from a snapshot of this scene, in a file: the bytes of a client's 'snapshot'")
       ->type_name("FILE");
@@ -160,7 +166,7 @@ int run(const Arguments& arguments) {
   const Termination termination;
   std::unique_ptr<LoadedScene> world;
   try {
-    world = load_scene(arguments.scene, arguments.endpoint.rate);
+    world = load_scene(read_scene(arguments.scene), arguments.endpoint.rate);
     if (!arguments.restore.empty()) restore(arguments.restore, world->simulation);
   } catch (const std::runtime_error& error) {
     spdlog::error("{}", error.what());
@@ -203,6 +209,8 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kEnded : kBadCommandLine;
   }
   arguments.endpoint.lockstep = arguments.loop.lockstep;
+  if (arguments.endpoint.folders.empty())
+    arguments.endpoint.folders = {std::filesystem::path(arguments.scene).parent_path().string()};
   try {
     return run(arguments);
   } catch (const std::exception& error) {

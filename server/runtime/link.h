@@ -30,6 +30,8 @@ struct EpochCommand {
   CommandOrigin origin;
 };
 
+inline constexpr std::uint64_t kNoRequest = ~std::uint64_t{0};
+
 // What a client asked for, for the simulation thread to do between two ticks.
 struct Request {
   enum class Kind : std::uint8_t { pause, resume, reset, replace_world, hash, snapshot, restore, step, shutdown };
@@ -92,7 +94,7 @@ struct Link {
   SpscQueue<Request> requests{kMaxRequests};
   std::atomic<TopicSet> wanted{0};  // topics with a subscriber
   std::atomic<bool> stop{false};
-  std::atomic<std::uint64_t> abandoned{0};  // the newest request whose client is gone: `step` goes no further
+  std::atomic<std::uint64_t> abandoned{kNoRequest};  // whose client is gone: `step` goes no further
   Wakeup to_simulation;
 
   // Simulation thread to socket thread.

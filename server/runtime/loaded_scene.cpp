@@ -133,8 +133,7 @@ const std::string& LoadedScene::body_name(int body) const {
   return is_guide(body) ? hello.guides[i - hello.needles.size()].name : hello.needles[i].name;
 }
 
-std::unique_ptr<LoadedScene> load_scene(const std::string& scene_path, std::optional<double> rate) {
-  Scene scene = read_scene(scene_path);
+std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate) {
   if (rate) scene.rate = *rate;
   const spdlog::stopwatch since_start;
   auto world = std::make_unique<LoadedScene>(scene, [](const char* what) { spdlog::info("loading: {}", what); });

@@ -56,8 +56,7 @@ struct LoadedScene {
   const std::string& body_name(int body) const;
 };
 
-// Reads the scene and builds its world, step by step as the log says; `rate` (Hz) replaces the scene's. Throws
-// SceneError.
-std::unique_ptr<LoadedScene> load_scene(const std::string& scene_path, std::optional<double> rate);
+// Builds the world of a scene, step by step as the log says; `rate` (Hz) replaces the scene's. Throws SceneError.
+std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate);
 
 }  // namespace acus

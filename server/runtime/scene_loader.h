@@ -12,6 +12,7 @@
 #include "server/runtime/loaded_scene.h"
 #include "server/runtime/privileges.h"
 #include "server/runtime/wakeup.h"
+#include "server/scene/scene_folders.h"
 
 namespace acus {
 
@@ -20,20 +21,28 @@ struct LoadResult {
   std::string error;                   // why, then
 };
 
+// What a client asks for.
+struct SceneSource {
+  std::string path;  // on this machine, or
+  std::string text;  // YAML, whose mesh lies in the first of the folders that clients may load from
+};
+
 class SceneLoader {
  public:
-  // `done` is signalled when a result is there; `rate` (Hz) replaces that of every scene.
-  SceneLoader(Wakeup& done, std::optional<double> rate) : done_(done), rate_(rate) {}
+  // `done` is signalled when a result is there; `rate` (Hz) replaces that of every scene. Nothing outside `folders` is
+  // read.
+  SceneLoader(Wakeup& done, std::optional<double> rate, SceneFolders folders)
+      : done_(done), rate_(rate), folders_(std::move(folders)) {}
 
   bool busy() const { return loading_.valid(); }
 
   // Begins to load. Must not be busy.
-  void start(const std::string& scene_path) {
+  void start(const SceneSource& source) {
     std::promise<LoadResult> promise;
     loading_ = promise.get_future();
-    loader_ = std::jthread([this, scene_path, result = std::move(promise)]() mutable {
+    loader_ = std::jthread([this, source, result = std::move(promise)]() mutable {
       lower_priority();
-      result.set_value(load(scene_path));
+      result.set_value(load(source));
       done_.signal();
     });
   }
@@ -52,16 +61,22 @@ class SceneLoader {
   }
 
  private:
-  LoadResult load(const std::string& scene_path) const {
+  LoadResult load(const SceneSource& source) const {
     try {
-      return {load_scene(scene_path, rate_), ""};
+      return {load_scene(read(source), rate_), ""};
     } catch (const std::exception& error) {
       return {nullptr, error.what()};
     }
   }
 
+  Scene read(const SceneSource& source) const {
+    if (source.text.empty()) return read_scene(source.path, &folders_);
+    return parse_scene(source.text, "the scene's text", folders_.first().string(), &folders_);
+  }
+
   Wakeup& done_;
   const std::optional<double> rate_;
+  const SceneFolders folders_;
   std::future<LoadResult> loading_;
   std::jthread loader_;
   std::future<void> destroying_;

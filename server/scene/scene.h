@@ -208,6 +208,8 @@ struct Clients {
   double ramp = 0.05;              // s, >= 0: in which the haptic force then falls to zero, and comes back
 };
 
+class SceneFolders;
+
 // Where a field stands in its file, both counted from 1.
 struct Place {
   int line = 0;
@@ -235,10 +237,12 @@ struct Scene {
 void validate(const Scene& scene);
 
 // Reads and checks a YAML scene; throws SceneError. Nothing of the file is ignored: an unknown field is an error.
-Scene read_scene(const std::string& path);
+// With `allowed`, scene and mesh must lie in these folders.
+Scene read_scene(const std::string& path, const SceneFolders* allowed = nullptr);
 
 // The same from text; `name` stands for the file in messages, relative mesh files are looked up in `folder`.
-Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder);
+Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder,
+                  const SceneFolders* allowed = nullptr);
 
 // The scene's mesh at its place in the world, with topology; throws SceneError (broken file, inverted or unconnected
 // tetrahedra, too many of them, nodes outside the workspace). A scene without tissue has a mesh without nodes, which

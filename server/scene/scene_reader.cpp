@@ -17,6 +17,7 @@
 
 #include "server/scene/scene_error.h"
 #include "server/scene/scene_fields.h"
+#include "server/scene/scene_folders.h"
 
 namespace acus {
 namespace {
@@ -360,23 +361,26 @@ std::string read_text(const std::string& path) {
 
 }  // namespace
 
-Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder) {
+Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder,
+                  const SceneFolders* allowed) {
   const YAML::Node root = parse_yaml(text, name);
   Scene scene;
   scene.file = name;
   Reader(scene).read_scene(root);
   std::optional<GmshMesh>& gmsh = scene.tissue.gmsh;
   if (gmsh && !gmsh->file.empty()) gmsh->file = (std::filesystem::path(folder) / gmsh->file).string();
+  if (gmsh && allowed) allowed->check(gmsh->file, "mesh");
   validate(scene);
   return scene;
 }
 
-Scene read_scene(const std::string& path) {
+Scene read_scene(const std::string& path, const SceneFolders* allowed) {
+  if (allowed) allowed->check(path, "scene");
   std::error_code error;
   const bool regular = std::filesystem::is_regular_file(path, error);
   if (error) throw SceneError(path + ": expected a scene file, found: " + error.message());
   if (!regular) throw SceneError(path + ": expected a scene file, found a folder or a device");
-  return parse_scene(read_text(path), path, std::filesystem::path(path).parent_path().string());
+  return parse_scene(read_text(path), path, std::filesystem::path(path).parent_path().string(), allowed);
 }
 
 }  // namespace acus

@@ -87,7 +87,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       commands_(context_, zmq::socket_type::router),
       connections_(context_, commands_),
       publisher_(context_, options.states, options.lockstep),
-      loader_(link.to_sockets, options.rate),
+      loader_(link.to_sockets, options.rate, SceneFolders(options.folders)),
       published_(&world),
       commanded_(&world),
       newest_(static_cast<std::size_t>(world.body_count())),
@@ -316,9 +316,13 @@ void Endpoint::handle(const Sender& sender, const protocol::Reset& request) {
 void Endpoint::handle(const Sender& sender, const protocol::Load& request) {
   if (!may_change_world(sender, request)) return;
   if (loader_.busy()) return reject(sender, request, ErrorCode::busy, "another scene is being loaded; try again later");
+  if (request.scene.has_value() == request.text.has_value())
+    return reject(sender, request, ErrorCode::bad_value, "'load' needs either 'scene', a path, or 'text', a scene");
+  if (request.text && request.text->empty())
+    return reject(sender, request, ErrorCode::bad_value, "field 'text' must be a scene, found nothing");
   loading_ = request;
   loading_for_ = sender;
-  loader_.start(request.scene);
+  loader_.start({request.scene.value_or(""), request.text.value_or("")});
 }
 
 void Endpoint::handle(const Sender& sender, const protocol::Restore& request) {

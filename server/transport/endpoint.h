@@ -29,7 +29,8 @@ struct EndpointOptions {
   std::string commands = protocol::kDefaultCommandsEndpoint;
   std::string states = protocol::kDefaultStatesEndpoint;
   bool lockstep = false;
-  std::optional<double> rate;  // Hz, instead of that of every scene
+  std::optional<double> rate;        // Hz, instead of that of every scene
+  std::vector<std::string> folders;  // that clients may load scenes and meshes from; at least one
 };
 
 class Endpoint {

@@ -53,6 +53,13 @@ class Scenes(unittest.TestCase):
 
 
 class Program(unittest.TestCase):
+    def test_a_limit_decides_over_the_exit_status(self):
+        options = [scene("cube_1000"), TRAJECTORY, "--ticks", "20", "--no-calibration", "--quiet"]
+        done = bench(*options, "--max-p99-ms", "0")
+        self.assertEqual(done.returncode, 5, done.stderr)
+        self.assertIn("acus-bench: --max-p99-ms 0 was exceeded: ", done.stderr)
+        self.assertEqual(bench(*options, "--max-p99-ms", "1e6", "--max-late-per-1000", "1000").returncode, 0)
+
     def test_rung_and_solver_are_those_asked_for(self):
         options = ["--ticks", "20", "--rung", "exact", "--solver", "gauss_seidel", "--needle", "rigid", "--quiet"]
         with tempfile.TemporaryDirectory() as folder:

@@ -445,6 +445,24 @@ TEST_CASE("lost states return 4 and are counted") {
   CHECK(contains(outcome.output, ", 1 lost"));
 }
 
+TEST_CASE("a limit on the timing decides over the exit status, and the summary tells what was measured") {
+  const Workplace here;
+  MockServer server;
+  const std::string summary = here.path("summary.json");
+  const auto missed = here.replay(server, "--max-p99-ms 0 --max-late-per-1000 1000 --summary " + summary);
+  INFO(missed.output);
+  CHECK(missed.status == 7);
+  CHECK(contains(missed.output, "acus-replay: --max-p99-ms 0 was exceeded: "));
+  CHECK(!contains(missed.output, "--max-late-per-1000 1000 was"));
+  const std::string json = here.read("summary.json");
+  for (const char* text : {"\"scene\": \"mock scene\"", "\"round_trip_p99_ms\": ", "\"states_lost\": 0",
+                           "\"option\": \"--max-p99-ms\"", "\"held\": false"})
+    CHECK_MESSAGE(contains(json, text), text);
+  CHECK(here.replay(server, "--max-ms 60000").status == 0);
+  CHECK(here.replay(server, "--lockstep --max-ms 1").status == 1);
+  CHECK(here.replay(server, "--summary " + here.path("motion.csv")).status == 1);
+}
+
 TEST_CASE("another version of the protocol returns 5") {
   const Workplace here;
   MockScript script;

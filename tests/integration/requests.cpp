@@ -2,6 +2,8 @@
 // Each request does what the contract says.
 #include <doctest/doctest.h>
 
+#include <filesystem>
+#include <functional>
 #include <thread>
 
 #include "tests/integration/server_process.h"
@@ -96,6 +98,43 @@ TEST_CASE("load swaps the scene, and a scene that cannot be used changes nothing
   protocol::Force force = receive<protocol::Force>(states);
   while (force.seq != 9) force = receive<protocol::Force>(states);
   CHECK(force.needle == "right");
+}
+
+TEST_CASE("a scene comes as text, too, and nothing outside the server's scene folders is read") {
+  ServerProcess server;
+  client::CommandLink commands(server.commands());
+  CHECK(commands.load_text(small_scene("from text", {"a", "b"}), kPatience).epoch == 1);
+  CHECK(commands.hello(kPatience).scene == "from text");
+  CHECK(refusal([&] { commands.load_text("acus_scene: 1\nnonsense: 1\n", kPatience); }) == "scene_error");
+  CHECK(refusal([&] { commands.load_text("", kPatience); }) == "bad_value");
+
+  const TemporaryFolder elsewhere;
+  const std::string outside = elsewhere.write("outside.yaml", small_scene("outside"));
+  const auto why = [&](const std::function<void()>& request) -> std::string {
+    try {
+      request();
+      return "";
+    } catch (const client::Refused& refused) {
+      return refused.error.message;
+    }
+  };
+  const std::string expected = "expected a file in the folders that clients may load from";
+  for (const std::string& file : {outside, elsewhere / "absent.yaml", std::string("/etc/passwd")})
+    CHECK(why([&] { commands.load(file, kPatience); }).find(expected) != std::string::npos);
+  const std::string link = server.folder() / "link.yaml";
+  std::filesystem::create_symlink(outside, link);
+  CHECK(why([&] { commands.load(link, kPatience); }).find(expected) != std::string::npos);
+  std::string with_mesh = small_scene("mesh");
+  const std::string box = "    box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}\n";
+  with_mesh.replace(with_mesh.find(box), box.size(), "    gmsh: {file: /etc/passwd, metres_per_unit: 1}\n");
+  CHECK(why([&] { commands.load_text(with_mesh, kPatience); }).find(expected) != std::string::npos);
+  CHECK(commands.hello(kPatience).scene == "from text");
+
+  ServerProcess open({"--scenes", elsewhere.path()});
+  client::CommandLink allowed(open.commands());
+  allowed.load(outside, kPatience);
+  CHECK(allowed.hello(kPatience).scene == "outside");
+  CHECK(refusal([&] { allowed.load(open.scene(), kPatience); }) == "scene_error");
 }
 
 TEST_CASE("loading again and again, under load, harms nothing") {

@@ -73,9 +73,9 @@ Matrix3X path_at_rest(const Simulation& simulation, int path);
 double curvature(const std::vector<double>& depth, const std::vector<double>& offset, double from, double to,
                  std::size_t least);
 
-// What every run must keep to: finite numbers in every report, no ghost and no tip found inside, and no flag but two, each
-// in fewer than 1 % of the ticks: tangent_projected of a needle near buckling, forces_unbalanced where rung warped is far
-// from its balance for a moment.
+// What every run must keep to: finite numbers in every report, no ghost and no tip found inside, and no flag but
+// tangent_projected of a needle near buckling and forces_unbalanced where rung warped is far from its balance for a moment,
+// each in fewer than 1 % of the ticks, and energy_gained of a needle that snaps, once.
 void check_sound(const SceneRun& run);
 
 }  // namespace acus::test

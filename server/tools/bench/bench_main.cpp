@@ -15,6 +15,7 @@
 #include <string>
 #include <system_error>
 
+#include "client/timing_limits.h"
 #include "server/tools/bench/bench_report.h"
 #include "server/scene/scene_fields.h"
 
@@ -22,7 +23,7 @@ namespace {
 
 using namespace acus;
 
-enum ExitCode : int { kDone = 0, kBadCommandLine = 1, kBadInput = 2, kFailed = 3 };
+enum ExitCode : int { kDone = 0, kBadCommandLine = 1, kBadInput = 2, kFailed = 3, kLimitExceeded = 5 };
 
 constexpr const char* kDescription =
     "Runs a scene along a trajectory without sockets, as fast as it goes on one core, and prints how long each "
@@ -44,8 +45,9 @@ constexpr const char* kFooter =
     "  acus-bench SCENE TRAJECTORY --skip 0.5 --repeat 5\n"
     "                                            five times through, each without its first half second\n"
     "  acus-bench SCENE TRAJECTORY --rung exact --ticks 200 --json - | jq .tick\n"
+    "  acus-bench SCENE TRAJECTORY --quiet --max-p99-ms 0.8       exit status 5 if 1 tick of 100 takes longer\n"
     "\nExit status: 0 measured; 1 bad command line; 2 the scene or the trajectory cannot be used, or no "
-    "tick counted; 3 anything else; 4 not built for this processor.";
+    "tick counted; 3 anything else; 4 not built for this processor; 5 a limit on\nthe timing was exceeded.";
 
 constexpr const char* kNothingCounted =
     "no tick counted, so there are no times: the first 5 ticks of each 200 never do; ask for more --ticks, a shorter "
@@ -58,6 +60,7 @@ struct Arguments {
   std::optional<NeedleRung> needle;
   std::optional<int> core;
   MeasurementPlan plan;
+  client::TimingLimits limits;
   bool no_calibration = false;
   bool quiet = false;
 };
@@ -95,6 +98,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--min-rows", arguments.plan.min_rows, "Count only ticks with at least so many rows of laws")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  declare(app, arguments.limits, "a tick");
   app.add_flag("--no-calibration", arguments.no_calibration, "Run the ticks alone, without anything to compare with");
   app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
 }
@@ -187,6 +191,13 @@ void print(const Arguments& arguments, const BenchRun& run, const Simulation& si
   if (!arguments.json.empty()) write_json(arguments.json, json);
 }
 
+// A tick that takes longer than the time that it simulates would be late.
+client::MeasuredTiming timing_of(const std::vector<double>& ticks, const Simulation& simulation) {
+  const double period = 1 / simulation.scene().rate;
+  const auto late = std::count_if(ticks.begin(), ticks.end(), [&](double seconds) { return seconds > period; });
+  return {1e3 * static_cast<double>(late) / static_cast<double>(ticks.size()), client::distribution_of(ticks)};
+}
+
 int run(const Arguments& arguments) {
   const Say say = [&](const std::string& text) {
     if (!arguments.quiet) std::fprintf(stderr, "acus-bench: %s\n", text.c_str());
@@ -210,9 +221,12 @@ int run(const Arguments& arguments) {
   Calibration calibration = prepare_calibration(arguments, experiment->simulation, say);
   run.measured = measure_telling(*experiment, calibration, arguments.plan, say);
   print(arguments, run, experiment->simulation, calibration);
-  if (!run.measured.times.whole.wall.empty()) return kDone;
-  std::fprintf(stderr, "acus-bench: %s\n", kNothingCounted);
-  return kBadInput;
+  if (run.measured.times.whole.wall.empty()) {
+    std::fprintf(stderr, "acus-bench: %s\n", kNothingCounted);
+    return kBadInput;
+  }
+  const auto limits = compare(arguments.limits, timing_of(run.measured.times.whole.wall, experiment->simulation));
+  return all_held("acus-bench", limits) ? kDone : kLimitExceeded;
 }
 
 }  // namespace

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The folders that scenes and their meshes are read from when a client asks for them, with all that lies below them.
+// Links are followed first: what counts is where a file is.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace acus {
+
+class SceneFolders {
+ public:
+  SceneFolders() = default;  // none
+  explicit SceneFolders(const std::vector<std::string>& folders);
+
+  bool contain(const std::string& file) const;
+  // Throws SceneError, whether the file is there or not, if it is outside. `what` is what the file is, "scene".
+  void check(const std::string& file, const std::string& what) const;
+
+  const std::filesystem::path& first() const { return folders_.front(); }
+
+ private:
+  std::vector<std::filesystem::path> folders_;  // canonical
+};
+
+}  // namespace acus

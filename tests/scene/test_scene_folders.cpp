@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <doctest/doctest.h>
+
+#include <filesystem>
+
+#include "server/scene/scene.h"
+#include "server/scene/scene_folders.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace acus;
+
+TEST_CASE("what lies below a folder is in it, whether it is there or not; what lies beside it is not") {
+  const TemporaryFolder root;
+  for (const char* folder : {"a/deep", "ab"}) std::filesystem::create_directories(root / folder);
+  const SceneFolders folders({root / "a"});
+  CHECK(folders.contain(root / "a/scene.yaml"));
+  CHECK(folders.contain(root / "a/deep/scene.yaml"));
+  CHECK(folders.contain(root / "ab/../a/scene.yaml"));
+  CHECK_FALSE(folders.contain(root / "ab/scene.yaml"));
+  CHECK_FALSE(folders.contain(root / "a/../scene.yaml"));
+  CHECK_FALSE(folders.contain(root / "scene.yaml"));
+  CHECK_FALSE(folders.contain("/"));
+  CHECK_FALSE(folders.contain(""));
+  CHECK_FALSE(SceneFolders().contain(root / "a/scene.yaml"));
+}
+
+TEST_CASE("links count as what they lead to") {
+  const TemporaryFolder root;
+  for (const char* folder : {"a", "b"}) std::filesystem::create_directories(root / folder);
+  root.write("b/secret.yaml", "");
+  std::filesystem::create_symlink(root / "b/secret.yaml", root / "a/link.yaml");
+  std::filesystem::create_directory_symlink(root / "b", root / "a/folder");
+  std::filesystem::create_symlink(root / "a/circle", root / "a/circle");
+  const SceneFolders folders({root / "a"});
+  CHECK_FALSE(folders.contain(root / "a/link.yaml"));
+  CHECK_FALSE(folders.contain(root / "a/folder/secret.yaml"));
+  CHECK_FALSE(folders.contain(root / "a/circle"));
+  CHECK(SceneFolders({root / "a", root / "b"}).contain(root / "a/link.yaml"));
+  CHECK_THROWS_WITH_AS(folders.check(root / "a/link.yaml", "scene"), doctest::Contains("--scenes"), SceneError);
+}
