@@ -3,6 +3,9 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <poll.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <filesystem>
@@ -189,10 +192,18 @@ int run(const Arguments& arguments) {
   return kEnded;
 }
 
+// Waits for nobody: a pipe whose reader is gone or does not read takes no line.
+struct LogSink : spdlog::sinks::stderr_color_sink_mt {
+  void log(const spdlog::details::log_msg& message) override {
+    pollfd file{STDERR_FILENO, POLLOUT, 0};
+    if (poll(&file, 1, 0) == 1 && (file.revents & POLLOUT)) spdlog::sinks::stderr_color_sink_mt::log(message);
+  }
+};
+
 // A server outlives who reads its log: lines that cannot be written are lost, and nothing else happens.
 void begin_log() {
   std::signal(SIGPIPE, SIG_IGN);
-  spdlog::set_default_logger(spdlog::stderr_color_mt("acus-server"));
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("acus-server", std::make_shared<LogSink>()));
   spdlog::set_error_handler([](const std::string&) {});
 }
 

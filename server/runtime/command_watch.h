@@ -31,8 +31,15 @@ class CommandWatch {
     const bool was_stale = stale_;
     stale_ = commanded_ && age() > limits_.stale_after;
     const double step = limits_.ramp > 0 ? limits_.time_step / limits_.ramp : 1;
-    share_ = std::clamp(share_ + (stale_ ? -step : step), 0.0, 1.0);
+    if (stale_ || commanded_) share_ = std::clamp(share_ + (stale_ ? -step : step), 0.0, 1.0);
     return stale_ && !was_stale;
+  }
+
+  // A new epoch of the same world: no command was given in it. A force that is ramped down stays so till the first.
+  void begin_epoch() {
+    const double share = share_;
+    *this = CommandWatch(limits_);
+    share_ = share;
   }
 
   bool stale() const { return stale_; }
@@ -54,18 +61,19 @@ class CommandWatch {
 struct CommandOrigin {
   double time = 0;              // s, of the newest command, on its client's clock
   std::uint64_t lost = 0;       // numbers that never came
-  std::uint64_t reordered = 0;  // commands whose number was not above the one before
+  std::uint64_t reordered = 0;  // commands whose number was not above those before
 };
 
-// Takes the next command's number and time in. The first one counts from itself; another client counts anew.
-inline void count_command(CommandOrigin& origin, std::uint64_t last_seq, std::uint64_t seq, double time) {
+// Takes a client's next command in: its number, after the largest one before (0: this is the first), and its time. One
+// that comes late was counted as lost.
+inline void count_command(CommandOrigin& origin, std::uint64_t& largest_seq, std::uint64_t seq, double time) {
   origin.time = time;
-  if (last_seq == 0) return;
-  if (seq > last_seq) {
-    origin.lost += seq - last_seq - 1;
-  } else {
+  if (largest_seq > 0 && seq > largest_seq) origin.lost += seq - largest_seq - 1;
+  if (seq <= largest_seq) {
     ++origin.reordered;
+    if (seq < largest_seq && origin.lost > 0) --origin.lost;
   }
+  largest_seq = std::max(largest_seq, seq);
 }
 
 }  // namespace acus

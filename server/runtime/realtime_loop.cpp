@@ -58,7 +58,7 @@ CommandLimits command_limits_of(const LoadedScene& world, bool lockstep) {
 RealtimeLoop::RealtimeLoop(std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link)
     : world_(std::move(world)), options_(options), link_(link), overrun_(overrun_policy_of(*world_)) {
   link_.tick.store(world_->simulation.report().tick, std::memory_order_relaxed);
-  begin_epoch(0);
+  watch_commands();
 }
 
 void RealtimeLoop::run() {
@@ -174,6 +174,7 @@ bool RealtimeLoop::is_abandoned(const Request& request) const {
 void RealtimeLoop::replace_world(Request& request) {
   std::unique_ptr<LoadedScene> retired = std::exchange(world_, std::move(request.world));
   begin_epoch(request.epoch);
+  watch_commands();
   acknowledge(request, std::move(retired));
 }
 
@@ -181,6 +182,12 @@ void RealtimeLoop::replace_world(Request& request) {
 void RealtimeLoop::begin_epoch(std::uint64_t epoch) {
   epoch_ = epoch;
   overrun_ = overrun_policy_of(*world_);
+  for (CommandWatch& watch : watches_) watch.begin_epoch();
+  origins_.assign(watches_.size(), {});
+}
+
+// Of a world that none was watched for yet.
+void RealtimeLoop::watch_commands() {
   const auto bodies = static_cast<std::size_t>(world_->body_count());
   watches_.assign(bodies, CommandWatch(command_limits_of(*world_, options_.lockstep)));
   origins_.assign(bodies, {});
@@ -226,10 +233,12 @@ bool RealtimeLoop::take_command(int body) {
 
 // A body whose client has fallen silent comes to rest.
 void RealtimeLoop::take_commands() {
+  const bool refused = (world_->simulation.report().flags & kNotFinite) != 0;  // with what it had been told
   for (int body = 0; body < kMaxBodies; ++body) {
     const bool fresh = take_command(body);
     if (body >= world_->body_count()) continue;
-    if (watches_[static_cast<std::size_t>(body)].tick(fresh)) world_->simulation.come_to_rest(body);
+    CommandWatch& watch = watches_[static_cast<std::size_t>(body)];
+    if (watch.tick(fresh) || (refused && watch.stale())) world_->simulation.come_to_rest(body);
   }
 }
 

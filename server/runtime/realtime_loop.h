@@ -52,6 +52,7 @@ class RealtimeLoop {
   bool is_abandoned(const Request& request) const;
   void replace_world(Request& request);
   void begin_epoch(std::uint64_t epoch);
+  void watch_commands();
   void acknowledge(Request& request, std::unique_ptr<LoadedScene> retired = nullptr);
 
   double tick();

@@ -23,7 +23,10 @@ bool is_below(const std::filesystem::path& file, const std::filesystem::path& fo
 }  // namespace
 
 SceneFolders::SceneFolders(const std::vector<std::string>& folders) {
-  for (const std::string& folder : folders) folders_.push_back(canonical(folder.empty() ? "." : folder));
+  for (const std::string& folder : folders) {
+    folders_.push_back(canonical(folder.empty() ? "." : folder));
+    if (folders_.back().empty()) throw SceneError("folder \"" + folder + "\": expected one that can be found");
+  }
 }
 
 bool SceneFolders::contain(const std::string& file) const {

@@ -28,7 +28,8 @@ constexpr int kRecordsPerTurn = 1024;              // passed on before messages 
 constexpr int kLinger = 1000;                      // ms to deliver the last answers
 constexpr std::int64_t kMaxFrameBytes = 32 << 20;  // beyond it the client is disconnected
 constexpr int kMaxAnswers = 100;                   // of one client that wait for it to read
-constexpr int kHeartbeat = 1000, kHeartbeatTimeout = 5000;  // ms: of a client whose host is gone without a word
+// Of a client whose host is gone without a word, about 5 s: in ms, and in s and tries, one a second.
+constexpr int kHeartbeat = 1000, kHeartbeatTimeout = 5000, kKeepaliveIdle = 2, kKeepaliveCount = 3;
 constexpr auto kStatsPeriod = milliseconds(1000);
 constexpr auto kBlockedPoll = milliseconds(1);  // between two tries to send a state that is held back
 
@@ -92,7 +93,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       commanded_(&world),
       newest_(static_cast<std::size_t>(world.body_count())),
       origins_(newest_.size()),
-      counted_seqs_(newest_.size()),
+      commanded_at_(newest_.size()),
       holders_(world.body_count(), is_shared(world)),
       instance_(draw_instance()),
       error_limit_(kErrorsPerSecond),
@@ -101,8 +102,14 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
   commands_.set(zmq::sockopt::linger, kLinger);
   commands_.set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
   commands_.set(zmq::sockopt::sndhwm, kMaxAnswers);
-  commands_.set(zmq::sockopt::heartbeat_ivl, kHeartbeat);
-  commands_.set(zmq::sockopt::heartbeat_timeout, kHeartbeatTimeout);
+  commands_.set(zmq::sockopt::tcp_keepalive, 1);
+  commands_.set(zmq::sockopt::tcp_keepalive_idle, kKeepaliveIdle);
+  commands_.set(zmq::sockopt::tcp_keepalive_intvl, 1);
+  commands_.set(zmq::sockopt::tcp_keepalive_cnt, kKeepaliveCount);
+  if (!options.lockstep) {  // there a client's messages may wait for minutes, its answers among them
+    commands_.set(zmq::sockopt::heartbeat_ivl, kHeartbeat);
+    commands_.set(zmq::sockopt::heartbeat_timeout, kHeartbeatTimeout);
+  }
   listen(commands_, "--commands", options.commands);
 }
 
@@ -151,11 +158,22 @@ void Endpoint::forget_lost_clients() {
   while (const auto connection = connections_.next_ended()) {
     for (const auto& [id, sender] : waiting_)
       if (sender.connection == *connection) link_.abandoned.store(id, std::memory_order_relaxed);
-    const auto client = clients_.extract(*connection);
-    if (client.empty()) continue;
-    holders_.release_all(client.mapped());
-    spdlog::info("client {} is gone and holds nothing any more", shown(client.mapped()));
+    forget_client(*connection);
   }
+}
+
+void Endpoint::forget_client(int connection) {
+  const auto client = clients_.extract(connection);
+  if (client.empty()) return;
+  holders_.release_all(client.mapped());
+  log({.identity = client.mapped()}, "is gone and holds nothing any more");
+}
+
+// Descriptors are used again, and a message may be read after its connection has ended: another client that speaks
+// through a connection says that the one before is gone.
+void Endpoint::keep_one_client(const Sender& sender) {
+  const auto known = clients_.find(sender.connection);
+  if (known != clients_.end() && known->second != sender.identity) forget_client(sender.connection);
 }
 
 // Frames: identity, an empty one if the client is a REQ, payload. False if no message waits.
@@ -169,6 +187,7 @@ bool Endpoint::receive_message() {
     [[maybe_unused]] const auto received = commands_.recv(payload, zmq::recv_flags::none);
   }
   sender.connection = connection_of(payload);
+  keep_one_client(sender);
   try {
     if (frames != (sender.delimited ? 2 : 1)) {
       throw DecodeError(ErrorCode::invalid_msgpack, "a message must be one frame, or an empty frame and one more");
@@ -215,7 +234,7 @@ void Endpoint::handle(const Sender& sender, const protocol::Hello& request) {
   reply.instance = instance_;
   reply.requests = request_types();
   reply.epoch = published_epoch_;
-  for (int body = 0; body < commanded_->body_count(); ++body)
+  for (int body = 0; published_ == commanded_ && body < commanded_->body_count(); ++body)
     if (holders_.held(body)) reply.held.push_back(commanded_->body_name(body));
   reply.lockstep = options_.lockstep;
   reply.paused = paused_;
@@ -236,6 +255,12 @@ void Endpoint::log(const Sender& sender, const std::string& what) {
 
 template <class Message>
 std::optional<std::vector<int>> Endpoint::find_bodies(const Sender& sender, const Message& message) {
+  if (message.needles.size() > static_cast<std::size_t>(commanded_->body_count())) {
+    reject(sender, message, ErrorCode::bad_value,
+           "field 'needles' must have at most as many names as the scene has needles and guides, " +
+               std::to_string(commanded_->body_count()) + ", found " + std::to_string(message.needles.size()));
+    return std::nullopt;
+  }
   std::vector<int> bodies;
   for (const std::string& name : message.needles) {
     bodies.push_back(commanded_->find_body(name));
@@ -266,8 +291,8 @@ void Endpoint::handle(const Sender& sender, const protocol::Acquire& request) {
   }
   for (const int body : *bodies) {
     if (holders_.holds(sender.identity, body)) continue;
+    if (!holders_.held(body)) newest_[static_cast<std::size_t>(body)] = {};  // what others wanted ends with them
     holders_.acquire(sender.identity, body);
-    counted_seqs_[static_cast<std::size_t>(body)] = 0;
   }
   clients_[sender.connection] = sender.identity;
   answer_holding(sender, request.seq);
@@ -344,6 +369,8 @@ void Endpoint::handle(const Sender& sender, const protocol::Step& request) {
   if (!options_.lockstep) {
     return reject(sender, request, ErrorCode::wrong_mode, "'step' needs a server that was started with --lockstep");
   }
+  forget_lost_clients();
+  if (!connections_.is_open(sender.connection)) return;  // its client is gone, and with it whoever wanted the ticks
   if (!may_change_world(sender, request)) return;
   ask(sender, request, Request::Kind::step, [&](Request& step) { step.ticks = request.ticks; });
 }
@@ -394,13 +421,14 @@ void Endpoint::begin_epoch(Request& request) {
   request.epoch = ++commanded_epoch_;
   newest_.assign(static_cast<std::size_t>(commanded_->body_count()), Command{});
   origins_.assign(newest_.size(), {});
-  counted_seqs_.assign(newest_.size(), 0);
+  commanded_at_.assign(newest_.size(), {});
 }
 
 void Endpoint::finish_loading() {
   std::optional<LoadResult> result = loader_.take();
   if (!result) return;
   if (!result->world) return reject(loading_for_, loading_, ErrorCode::scene_error, result->error);
+  if (!may_change_world(loading_for_, loading_)) return loader_.destroy(std::move(result->world));  // others came meanwhile
   const bool asked = ask(loading_for_, loading_, Request::Kind::replace_world, [&](Request& request) {
     commanded_ = result->world.get();
     holders_ = Holders(commanded_->body_count(), is_shared(*commanded_));
@@ -483,7 +511,11 @@ void Endpoint::update_command(const Sender& sender, const Stream& stream, Change
                   "this client does not hold '" + stream.needle + "' and cannot command it; 'acquire' it first");
   }
   const auto i = static_cast<std::size_t>(body);
-  count_command(origins_[i], std::exchange(counted_seqs_[i], stream.seq), stream.seq, stream.time);
+  count_command(origins_[i], holders_.newest_seq(sender.identity, body), stream.seq, stream.time);
+  const auto now = Clock::now();
+  const std::chrono::duration<double> silence = now - std::exchange(commanded_at_[i], now);
+  // What was commanded before a silence ended with it.
+  if (!options_.lockstep && silence.count() > commanded_->simulation.scene().clients.stale_after) newest_[i] = {};
   newest_[i].seq = stream.seq;
   change(newest_[i]);
   link_.commands[i].put({commanded_epoch_, newest_[i], origins_[i]});

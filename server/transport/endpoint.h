@@ -100,6 +100,8 @@ class Endpoint {
   void log(const Sender& sender, const std::string& what);
   void answer_holding(const Sender& sender, std::uint64_t seq);
   void forget_lost_clients();
+  void forget_client(int connection);
+  void keep_one_client(const Sender& sender);
   template <class Message>
   void ask_in_real_time(const Sender& sender, const Message& message, Request::Kind kind);
   void begin_epoch(Request& request);
@@ -129,7 +131,7 @@ class Endpoint {
   std::uint64_t commanded_epoch_ = 0;
   std::vector<Command> newest_;  // per body of commanded_: pose and spin together, whichever message they came in
   std::vector<CommandOrigin> origins_;       // likewise
-  std::vector<std::uint64_t> counted_seqs_;  // likewise: number of its holder's newest command, 0 before the first
+  std::vector<Clock::time_point> commanded_at_;  // likewise
   Holders holders_;                          // of the bodies of commanded_
   std::unordered_map<int, std::string> clients_;  // that hold something, by their connections
   const std::uint64_t instance_;                  // of this start of the server

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Who holds which needle or guide. Only a client that holds one may command it; of a scene that does not share them, one
+// Who holds which needle or guide. Only a client that holds one may command it; of a scene that does not share them one
 // client at a time holds it. Clients are told apart by their routing frames.
 #pragma once
 
 #include <algorithm>
-#include <set>
+#include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -24,10 +25,12 @@ class Holders {
       if (holds(client, body)) bodies.push_back(body);
     return bodies;
   }
+  // Number of the newest command of a holder to the body; 0 before the first.
+  std::uint64_t& newest_seq(const Client& client, int body) { return of(body).at(client); }
 
   // Whether the client may hold the body beside those who do.
   bool free_for(const Client& client, int body) const { return shared_ || !held(body) || holds(client, body); }
-  void acquire(const Client& client, int body) { of(body).insert(client); }
+  void acquire(const Client& client, int body) { of(body).try_emplace(client, 0); }
   void release(const Client& client, int body) { of(body).erase(client); }
   void release_all(const Client& client) {
     for (auto& clients : holders_) clients.erase(client);
@@ -40,12 +43,14 @@ class Holders {
   }
 
  private:
+  using Clients = std::map<Client, std::uint64_t>;
+
   int count() const { return static_cast<int>(holders_.size()); }
-  std::set<Client>& of(int body) { return holders_.at(static_cast<std::size_t>(body)); }
-  const std::set<Client>& of(int body) const { return holders_.at(static_cast<std::size_t>(body)); }
+  Clients& of(int body) { return holders_.at(static_cast<std::size_t>(body)); }
+  const Clients& of(int body) const { return holders_.at(static_cast<std::size_t>(body)); }
 
   bool shared_;
-  std::vector<std::set<Client>> holders_;  // per body
+  std::vector<Clients> holders_;  // per body
 };
 
 }  // namespace acus

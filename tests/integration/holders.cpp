@@ -54,6 +54,7 @@ TEST_CASE("one client at a time holds a needle, until it releases it or is gone"
     CHECK(refusal([&] { second.acquire({"right", "left"}, kPatience); }) == "held");
     CHECK(second.hello(kPatience).held == std::vector<std::string>{"left"});  // all or nothing
     CHECK(refusal([&] { second.acquire({"none"}, kPatience); }) == "unknown_needle");
+    CHECK(refusal([&] { second.acquire({"right", "right", "right"}, kPatience); }) == "bad_value");
     CHECK(second.acquire({"right"}, kPatience).needles == std::vector<std::string>{"right"});
     CHECK(first.acquire({"left"}, kPatience).needles.size() == 1);  // its own, once more
     CHECK(first.release({"left", "right"}, kPatience).needles.empty());
@@ -130,7 +131,7 @@ TEST_CASE("poses that waited while the server was away do not move the next one'
   CHECK(server.process().wait(kPatience) == -SIGKILL);
   for (std::uint64_t i = 1; i <= 5; ++i) socket.send(zmq::buffer(encode(pose_at(0.3, i))));
   Process next(server.command_line({"--lockstep"}));
-  CHECK(name_of(std::get<protocol::Error>(reply()).code) == "not_holder");
+  CHECK(std::get<protocol::Error>(reply()).code == protocol::ErrorCode::not_holder);
   client::CommandLink commands(server.commands());
   client::StateLink states = subscribe(server, {"force"});
   commands.step(1, kPatience);
@@ -168,6 +169,32 @@ TEST_CASE("a needle whose client falls silent comes to rest, says so, and goes o
   CHECK_FALSE(force.stale);
   CHECK(force.lost == 2);
   CHECK(std::abs(force.base_position[2] - rest) < 0.011);  // a tick's way at the needle's speed
+}
+
+TEST_CASE("what one holder wanted ends with it") {
+  ServerProcess server({"--lockstep"});
+  client::StateLink states = subscribe(server, {"force"});
+  client::CommandLink first = hold(server), second(server.commands());
+  const auto height_after = [&](std::uint32_t ticks) {
+    const std::uint64_t end = second.step(ticks, kPatience).tick;
+    protocol::Force force = receive<protocol::Force>(states);
+    while (force.tick < end) force = receive<protocol::Force>(states);
+    return force.base_position[2];
+  };
+  first.release({"needle"}, kPatience);
+  const double start = height_after(1);
+  first.acquire({"needle"}, kPatience);
+  REQUIRE(first.send(pose_at(start + 0.01, 1)));
+  first.release({"needle"}, kPatience);
+  second.acquire({"needle"}, kPatience);
+  CHECK(height_after(100) == doctest::Approx(start + 0.01).epsilon(1e-6));
+  REQUIRE(second.send(pose_at(start, 1)));
+  CHECK(height_after(100) == doctest::Approx(start).epsilon(1e-6));
+  second.release({"needle"}, kPatience);
+  first.acquire({"needle"}, kPatience);
+  REQUIRE(first.send(protocol::Spin{"needle", 2, 0, 0.5}));
+  first.release({"needle"}, kPatience);
+  CHECK(height_after(100) == doctest::Approx(start).epsilon(1e-6));  // its old pose came not back
 }
 
 TEST_CASE("in lockstep no client is late") {

@@ -50,7 +50,7 @@ TEST_CASE("a long step ends with its client, and others are answered") {
   other.hello(kPatience);
   {
     client::CommandLink commands(server.commands());
-    CHECK_THROWS_AS(commands.step(100'000, 100ms), client::Vanished);
+    for (int i = 0; i < 5; ++i) CHECK_THROWS_AS(commands.step(100'000, 50ms), client::Vanished);
   }
   const std::uint64_t tick = other.hash(kPatience).tick;
   CHECK(tick > 0);
