@@ -428,7 +428,8 @@ void Endpoint::finish_loading() {
   std::optional<LoadResult> result = loader_.take();
   if (!result) return;
   if (!result->world) return reject(loading_for_, loading_, ErrorCode::scene_error, result->error);
-  if (!may_change_world(loading_for_, loading_)) return loader_.destroy(std::move(result->world));  // others came meanwhile
+  // Others may have come meanwhile.
+  if (!may_change_world(loading_for_, loading_)) return loader_.destroy(std::move(result->world));
   const bool asked = ask(loading_for_, loading_, Request::Kind::replace_world, [&](Request& request) {
     commanded_ = result->world.get();
     holders_ = Holders(commanded_->body_count(), is_shared(*commanded_));
