@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -19,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/log_file.h"
 #include "client/replay.h"
 #include "client/run_summary.h"
 #include "client/text_histogram.h"
@@ -270,12 +270,6 @@ void check_distinct(const Arguments& arguments) {
   }
 }
 
-void write_summary(const std::string& path, const std::string& json) {
-  std::ofstream file(path);
-  file << json << std::flush;
-  if (!file) throw std::runtime_error("--summary: '" + path + "' cannot be written; does its folder exist?");
-}
-
 int replay_trajectory(Arguments& arguments) {
   check_distinct(arguments);
   const auto trajectory = read_trajectory(arguments.trajectory);
@@ -288,6 +282,9 @@ int replay_trajectory(Arguments& arguments) {
 
   std::optional<TimingLog> timing;
   if (!arguments.timing.empty()) timing.emplace(arguments.timing);
+
+  std::optional<LogFile> summary;
+  if (!arguments.summary.empty()) summary.emplace(arguments.summary);
 
   const bool punctual = arguments.replay.lockstep || raise_priority();
   Progress progress(arguments.replay.passes * (trajectory.end() - trajectory.begin()));
@@ -311,10 +308,12 @@ int replay_trajectory(Arguments& arguments) {
     timing->close();
     std::printf("written     %s, %s\n", timing->path().c_str(), timing->stats_path().c_str());
   }
-  const std::vector<TimingLimit> limits = compare(arguments.limits, measured_timing(replay));
-  if (!arguments.summary.empty() && replay.statistics().states() > 0) {
-    write_summary(arguments.summary, run_summary(replay, arguments.replay, limits));
-    std::printf("written     %s\n", arguments.summary.c_str());
+  const MeasuredTiming measured = measured_timing(replay);
+  const std::vector<TimingLimit> limits = compare(arguments.limits, measured);
+  if (summary && replay.statistics().states() > 0) {
+    summary->out() << run_summary(replay, arguments.replay, measured, limits);
+    summary->close();
+    std::printf("written     %s\n", summary->path().c_str());
   }
   const std::uint64_t lost = replay.statistics().lost() + (shapes ? shapes->lost() : 0);
   if (code == kDone && lost > 0) {

@@ -32,9 +32,7 @@ Json flags_of(const RunStatistics& statistics) {
   return flags;
 }
 
-Json timing_of(const Replay& replay) {
-  const Punctuality& server = replay.statistics().punctuality();
-  const MeasuredTiming measured = measured_timing(replay);
+Json timing_of(const Punctuality& server, const MeasuredTiming& measured) {
   return {{"ticks", server.ticks},
           {"late_ticks", server.late},
           {"late_per_1000", measured.late_per_1000},
@@ -64,7 +62,8 @@ MeasuredTiming measured_timing(const Replay& replay) {
   return {ticks > 0 ? 1e3 * static_cast<double>(server.late) / ticks : 0, distribution_of(std::move(times))};
 }
 
-std::string run_summary(const Replay& replay, const ReplayOptions& options, const std::vector<TimingLimit>& limits) {
+std::string run_summary(const Replay& replay, const ReplayOptions& options, const MeasuredTiming& measured,
+                        const std::vector<TimingLimit>& limits) {
   const RunStatistics& statistics = replay.statistics();
   Json json{{"scene", replay.server().scene},
             {"lockstep", options.lockstep},
@@ -80,7 +79,7 @@ std::string run_summary(const Replay& replay, const ReplayOptions& options, cons
             {"flags", flags_of(statistics)},
             {"needles", needles_of(statistics)}};
   if (!options.lockstep) {
-    json["timing"] = timing_of(replay);
+    json["timing"] = timing_of(statistics.punctuality(), measured);
     json["limits"] = limits_of(limits);
   }
   return json.dump(2) + "\n";

@@ -13,6 +13,7 @@ namespace acus::client {
 MeasuredTiming measured_timing(const Replay& replay);
 
 // One JSON object; times in milliseconds, lengths in metres, forces in newtons.
-std::string run_summary(const Replay& replay, const ReplayOptions& options, const std::vector<TimingLimit>& limits);
+std::string run_summary(const Replay& replay, const ReplayOptions& options, const MeasuredTiming& measured,
+                        const std::vector<TimingLimit>& limits);
 
 }  // namespace acus::client

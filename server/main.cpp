@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // acus-server: loads a scene, simulates it on one thread and serves it on another.
+#include <poll.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-
-#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>

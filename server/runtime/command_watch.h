@@ -31,7 +31,7 @@ class CommandWatch {
     const bool was_stale = stale_;
     stale_ = commanded_ && age() > limits_.stale_after;
     const double step = limits_.ramp > 0 ? limits_.time_step / limits_.ramp : 1;
-    if (stale_ || commanded_) share_ = std::clamp(share_ + (stale_ ? -step : step), 0.0, 1.0);
+    if (commanded_) share_ = std::clamp(share_ + (stale_ ? -step : step), 0.0, 1.0);
     return stale_ && !was_stale;
   }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/simulation/snapshot.h"
 
-#include <xxhash.h>
-
 #include <bit>
 #include <cstring>
 
+#include "server/math/hasher.h"
 #include "server/simulation/state_bytes.h"
 #include "server/simulation/state_check.h"
 
@@ -28,7 +27,11 @@ static_assert(sizeof(Header) == 32);
 
 using Checksum = std::uint64_t;
 
-Checksum checksum(std::span<const std::byte> bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
+Checksum checksum(std::span<const std::byte> bytes) {
+  Hasher hasher;
+  hasher.bytes(bytes.data(), bytes.size());
+  return hasher.digest();
+}
 
 }  // namespace
 

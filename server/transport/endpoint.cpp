@@ -42,6 +42,12 @@ std::uint64_t comparable_hash(State& state) {
   return hash(state);
 }
 
+// For the log; a step is too common.
+bool changes_world(Request::Kind kind) {
+  using enum Request::Kind;
+  return kind != hash && kind != snapshot && kind != step;
+}
+
 std::uint64_t draw_instance() {
   std::random_device device;
   return (std::uint64_t{device()} << 32 | device()) | 1;  // not 0
@@ -64,20 +70,20 @@ bool has_spin(const protocol::Pose& pose) { return pose.spin.has_value(); }
 bool has_spin(const protocol::Spin&) { return true; }
 
 // The types of what is always answered.
-std::vector<std::string> request_types() {
+template <class... Messages>
+std::vector<std::string> types_of_requests(const std::variant<Messages...>*) {
   std::vector<std::string> types;
-  const auto add = [&]<class Message>(const Message*) {
-    if (!kIsStream<Message>) types.emplace_back(Message::kType);
-  };
-  [&]<class... Messages>(const std::variant<Messages...>*) {
-    (add(static_cast<const Messages*>(nullptr)), ...);
-  }(static_cast<const protocol::Command*>(nullptr));
+  ((kIsStream<Messages> ? void() : types.push_back(Messages::kType)), ...);
+  return types;
+}
+
+const std::vector<std::string>& request_types() {
+  static const std::vector<std::string> types = types_of_requests(static_cast<const protocol::Command*>(nullptr));
   return types;
 }
 
 bool is_request(std::string_view type) {
-  static const std::vector<std::string> types = request_types();
-  return std::find(types.begin(), types.end(), type) != types.end();
+  return std::ranges::find(request_types(), type) != request_types().end();
 }
 
 }  // namespace
@@ -91,9 +97,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       loader_(link.to_sockets, options.rate, SceneFolders(options.folders)),
       published_(&world),
       commanded_(&world),
-      newest_(static_cast<std::size_t>(world.body_count())),
-      origins_(newest_.size()),
-      commanded_at_(newest_.size()),
+      bodies_(static_cast<std::size_t>(world.body_count())),
       holders_(world.body_count(), is_shared(world)),
       instance_(draw_instance()),
       error_limit_(kErrorsPerSecond),
@@ -291,7 +295,7 @@ void Endpoint::handle(const Sender& sender, const protocol::Acquire& request) {
   }
   for (const int body : *bodies) {
     if (holders_.holds(sender.identity, body)) continue;
-    if (!holders_.held(body)) newest_[static_cast<std::size_t>(body)] = {};  // what others wanted ends with them
+    if (!holders_.held(body)) bodies_[static_cast<std::size_t>(body)].newest = {};  // what others wanted ends with them
     holders_.acquire(sender.identity, body);
   }
   clients_[sender.connection] = sender.identity;
@@ -307,10 +311,7 @@ void Endpoint::handle(const Sender& sender, const protocol::Release& request) {
 
 template <class Message>
 bool Endpoint::may_change_world(const Sender& sender, const Message& message) {
-  if (holders_.may_change_world(sender.identity)) {
-    if (!std::is_same_v<Message, protocol::Step>) log(sender, fmt::format("asks for '{}'", Message::kType));
-    return true;
-  }
+  if (holders_.may_change_world(sender.identity)) return true;
   reject(sender, message, ErrorCode::not_holder,
          std::string("other clients hold needles of this scene and this one does not: '") + Message::kType +
              "' would change the world for them; 'acquire' a needle that is free, or wait until they release theirs");
@@ -407,6 +408,7 @@ bool Endpoint::ask(const Sender& sender, const Message& message, Request::Kind k
     reject(sender, message, ErrorCode::busy, "too many requests wait to be carried out; try again later");
     return false;
   }
+  if (changes_world(kind)) log(sender, fmt::format("asks for '{}'", Message::kType));
   request->kind = kind;
   request->id = ++last_request_;
   prepare(*request);
@@ -419,9 +421,7 @@ bool Endpoint::ask(const Sender& sender, const Message& message, Request::Kind k
 // What was commanded before ends with its epoch.
 void Endpoint::begin_epoch(Request& request) {
   request.epoch = ++commanded_epoch_;
-  newest_.assign(static_cast<std::size_t>(commanded_->body_count()), Command{});
-  origins_.assign(newest_.size(), {});
-  commanded_at_.assign(newest_.size(), {});
+  bodies_.assign(static_cast<std::size_t>(commanded_->body_count()), {});
 }
 
 void Endpoint::finish_loading() {
@@ -512,14 +512,15 @@ void Endpoint::update_command(const Sender& sender, const Stream& stream, Change
                   "this client does not hold '" + stream.needle + "' and cannot command it; 'acquire' it first");
   }
   const auto i = static_cast<std::size_t>(body);
-  count_command(origins_[i], holders_.newest_seq(sender.identity, body), stream.seq, stream.time);
+  auto& [newest, origin, at] = bodies_[i];
+  count_command(origin, holders_.newest_seq(sender.identity, body), stream.seq, stream.time);
   const auto now = Clock::now();
-  const std::chrono::duration<double> silence = now - std::exchange(commanded_at_[i], now);
+  const std::chrono::duration<double> silence = now - std::exchange(at, now);
   // What was commanded before a silence ended with it.
-  if (!options_.lockstep && silence.count() > commanded_->simulation.scene().clients.stale_after) newest_[i] = {};
-  newest_[i].seq = stream.seq;
-  change(newest_[i]);
-  link_.commands[i].put({commanded_epoch_, newest_[i], origins_[i]});
+  if (!options_.lockstep && silence.count() > commanded_->simulation.scene().clients.stale_after) newest = {};
+  newest.seq = stream.seq;
+  change(newest);
+  link_.commands[i].put({commanded_epoch_, newest, origin});
 }
 
 // ---- States ----

@@ -58,6 +58,13 @@ class Endpoint {
     int connection = -1;     // that the message came through
   };
 
+  // What a needle or guide was told.
+  struct Commanded {
+    Command newest;  // pose and spin together, whichever message they came in
+    CommandOrigin origin;
+    Clock::time_point at;
+  };
+
   bool wait_for_work(int signals);
   bool listening() const;
 
@@ -129,10 +136,8 @@ class Endpoint {
   const LoadedScene* commanded_;  // the world that commands go to: the same, or one on its way to the simulation thread
   std::uint64_t published_epoch_ = 0;
   std::uint64_t commanded_epoch_ = 0;
-  std::vector<Command> newest_;  // per body of commanded_: pose and spin together, whichever message they came in
-  std::vector<CommandOrigin> origins_;       // likewise
-  std::vector<Clock::time_point> commanded_at_;  // likewise
-  Holders holders_;                          // of the bodies of commanded_
+  std::vector<Commanded> bodies_;  // of commanded_
+  Holders holders_;                // likewise
   std::unordered_map<int, std::string> clients_;  // that hold something, by their connections
   const std::uint64_t instance_;                  // of this start of the server
   bool paused_ = false;

@@ -3,29 +3,20 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 
+#include "server/math/hasher.h"
 #include "server/simulation/simulation.h"
-
-struct XXH3_state_s;
 
 namespace acus::test {
 
 class TraceHash {
  public:
-  TraceHash();
-
   // The tick that the simulation has just made, but for how long it took.
   void add(const Simulation& simulation);
-  std::uint64_t value() const;
+  std::uint64_t value() const { return hasher_.digest(); }
 
  private:
-  void add_report(const TickReport& report);
-
-  struct Free {
-    void operator()(XXH3_state_s* state) const;
-  };
-  std::unique_ptr<XXH3_state_s, Free> state_;
+  Hasher hasher_;
 };
 
 }  // namespace acus::test

@@ -4,9 +4,10 @@
 // 9, transitions.h, path_growth.h). What it remembers from tick to tick is insertion_state.h.
 //
 // Outside, the tip has a contact row along the surface normal, capped by f_p, and two rows of contact friction. At the cap
-// the surface gives way and a path is born at the contact point, or goes on there if the needle is through. Inside, the tip has a cutting row against the path's
-// end, capped by f_c, and two lateral rows; every path vertex alongside the shaft has two lateral rows across the path
-// and one friction row along it, with torsional friction one about it, and on a border that holds a support.
+// the surface gives way and a path is born at the contact point, or goes on there if the needle is through. Inside, the
+// tip has a cutting row against the path's end, capped by f_c, and two lateral rows; every path vertex alongside the shaft
+// has two lateral rows across the path and one friction row along it, with torsional friction one about it, and on a
+// border that holds a support.
 #pragma once
 
 #include <optional>

@@ -59,7 +59,7 @@ struct StabilitySeries {
   std::ptrdiff_t intrusions = 0;  // tips found inside without path or contact
   bool touched = false;           // a needle did, in some tick
   bool withdrawn = false;         // no needle touched the tissue in one of the last kLeastRest ticks
-  std::size_t last_inside = 0;    // last tick in which one did
+  std::size_t last_inside = 0;    // last tick in which a needle was in the tissue
   double seconds = 0;             // of processor time in the ticks
 
   std::size_t ticks() const { return flags.size(); }
