@@ -7,10 +7,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -80,7 +84,8 @@ std::string check_endpoint(const std::string& endpoint) {
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.add_option("trajectory", arguments.trajectory,
-                 "CSV with the columns t,needle,x,y,z,qw,qx,qy,qz[,spin]; 'needle' may name a guide, too")
+                 "CSV with the columns t,needle,x,y,z,qw,qx,qy,qz[,spin]; 'needle' may name a guide, too. A recording of "
+                 "a server (acus-server --record) is handed to acus-export, which runs it again")
       ->required();
   app.add_option("--commands", arguments.replay.commands, "the server's endpoint for commands")
       ->check(check_endpoint)
@@ -324,6 +329,23 @@ int replay_trajectory(Arguments& arguments) {
   return code;
 }
 
+// Whether it begins as zstd files do: no CSV does.
+bool is_recording(const std::string& path) {
+  constexpr char kMagic[4] = {'\x28', '\xb5', '\x2f', '\xfd'};
+  char begin[sizeof kMagic] = {};
+  std::ifstream(path, std::ios::binary).read(begin, sizeof begin);
+  return std::equal(std::begin(begin), std::end(begin), std::begin(kMagic));
+}
+
+// What was recorded of a server is simulated again: acus-export, beside this program, can.
+int run_again(const std::string& recording) {
+  const std::string program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "acus-export";
+  execl(program.c_str(), program.c_str(), recording.c_str(), nullptr);
+  std::fprintf(stderr, "acus-replay: %s is a recording, which '%s' runs again, but that cannot be started: %s\n",
+               recording.c_str(), program.c_str(), std::strerror(errno));
+  return kBadInput;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -336,6 +358,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kBadInput;
   }
+  if (is_recording(arguments.trajectory)) return run_again(arguments.trajectory);
   arguments.replay.timeout = std::chrono::round<Timeout>(std::chrono::duration<double>(arguments.timeout_s));
   arguments.replay.interrupt = &interrupted;
   try {

@@ -130,6 +130,16 @@ protocol::Done CommandLink::restore(const std::vector<std::uint8_t>& snapshot, T
   restore.snapshot = snapshot;
   return request<protocol::Done>(std::move(restore), timeout);
 }
+
+protocol::Done CommandLink::record(const std::string& file, Timeout timeout) {
+  protocol::Record record;
+  record.file = file;
+  return request<protocol::Done>(std::move(record), timeout);
+}
+
+protocol::Done CommandLink::end_recording(Timeout timeout) {
+  return request<protocol::Done>(protocol::Record(), timeout);
+}
 protocol::Done CommandLink::step(std::uint32_t ticks, Timeout timeout) {
   protocol::Step step;
   step.ticks = ticks;

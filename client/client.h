@@ -76,6 +76,9 @@ class CommandLink {
   protocol::Done load(const std::string& scene, Timeout timeout);       // path on the server's machine
   protocol::Done load_text(const std::string& scene, Timeout timeout);  // YAML
   protocol::Done restore(const std::vector<std::uint8_t>& snapshot, Timeout timeout);
+  // Records into a new file of the server's folder for recordings, from the next tick on, until it shall end.
+  protocol::Done record(const std::string& file, Timeout timeout);
+  protocol::Done end_recording(Timeout timeout);
   protocol::Done step(std::uint32_t ticks, Timeout timeout);
   protocol::Done shutdown(Timeout timeout);
 

@@ -28,7 +28,7 @@ foreach(script plot plot-timing picture)
   install(FILES ${PROJECT_BINARY_DIR}/acus-${script} DESTINATION ${CMAKE_INSTALL_BINDIR})
 endforeach()
 if(TARGET acus-server)
-  install(TARGETS acus-server acus-mesh RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS acus-server acus-mesh acus-export RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/scenes)
 endif()
 if(TARGET acus-bench)  # not where sanitizers are

@@ -35,9 +35,10 @@ enum class ErrorCode : std::uint8_t {
   busy,                 // too many requests are waiting, or a scene is being loaded already; try again
   snapshot_error,       // `restore`: the snapshot cannot be used; nothing has changed
   held,                 // `acquire`: another client holds the needle or guide
-  not_holder            // only a client that holds the needle or guide may do this; `acquire` it first
+  not_holder,           // only a client that holds the needle or guide may do this; `acquire` it first
+  record_error          // `record`: nothing can be recorded, or nothing is
 };
-inline constexpr std::array<const char*, 20> kErrorCodeNames{"truncated",
+inline constexpr std::array<const char*, 21> kErrorCodeNames{"truncated",
                                                              "trailing_bytes",
                                                              "oversized",
                                                              "too_complex",
@@ -56,7 +57,8 @@ inline constexpr std::array<const char*, 20> kErrorCodeNames{"truncated",
                                                              "busy",
                                                              "snapshot_error",
                                                              "held",
-                                                             "not_holder"};
+                                                             "not_holder",
+                                                             "record_error"};
 
 // Where a needle's tip is; travels as the enumerator's name.
 enum class Phase : std::uint8_t {
@@ -85,10 +87,19 @@ inline constexpr std::array<const char*, 8> kEventKindNames{"contact", "release"
 enum class LawSolver : std::uint8_t { gauss_seidel, direct };
 inline constexpr std::array<const char*, 2> kLawSolverNames{"gauss_seidel", "direct"};
 
+// Whether the server records; travels as the enumerator's name.
+enum class RecordingState : std::uint8_t {
+  off,
+  on,
+  failed  // it ended by itself: the file could not be written on, or not fast enough
+};
+inline constexpr std::array<const char*, 3> kRecordingStateNames{"off", "on", "failed"};
+
 constexpr const auto& names_of(ErrorCode) { return kErrorCodeNames; }
 constexpr const auto& names_of(Phase) { return kPhaseNames; }
 constexpr const auto& names_of(EventKind) { return kEventKindNames; }
 constexpr const auto& names_of(LawSolver) { return kLawSolverNames; }
+constexpr const auto& names_of(RecordingState) { return kRecordingStateNames; }
 
 template <class Enum>
 constexpr const char* name_of(Enum value) {

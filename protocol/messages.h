@@ -105,6 +105,19 @@ struct Load {
   }
 };
 
+// Begins a recording, between two ticks, or ends it.
+struct Record {
+  static constexpr const char* kType = "record";
+  std::uint64_t seq = 0;
+  std::optional<std::string> file;  // to record into: a plain name, new in the server's folder; absent: no more
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("file", self.file);
+  }
+};
+
 struct Step {
   static constexpr const char* kType = "step";
   std::uint64_t seq = 0;
@@ -243,6 +256,7 @@ struct HelloReply {
   std::vector<NeedleInfo> needles;
   std::vector<GuideInfo> guides;
   std::vector<std::string> held;  // needles and guides that a client holds, by name
+  std::optional<std::string> recording;  // name of the file, while the server records
   TissueInfo tissue;
   std::vector<TopicInfo> topics;
 
@@ -261,6 +275,7 @@ struct HelloReply {
     visit("needles", self.needles);
     visit("guides", self.guides);
     visit("held", self.held);
+    visit("recording", self.recording);
     visit("tissue", self.tissue);
     visit("topics", self.topics);
   }
@@ -549,6 +564,7 @@ struct Stats {
   std::uint64_t overruns = 0;           // total, deadlines skipped because a tick was late
   std::uint64_t rejected = 0;           // total, messages rejected
   std::uint64_t dropped = 0;            // total, states that the server could not pass on
+  RecordingState recording = RecordingState::off;
   std::vector<std::string> subscribed;  // topics that somebody listens to
 
   template <class Self, class Visit>
@@ -581,13 +597,15 @@ struct Stats {
     visit("overruns", self.overruns);
     visit("rejected", self.rejected);
     visit("dropped", self.dropped);
+    visit("recording", self.recording);
     visit("subscribed", self.subscribed);
   }
 };
 
 // What travels in each direction.
 using Command =
-    std::variant<Hello, Describe, Acquire, Release, Hash, Snapshot, Pause, Resume, Reset, Load, Restore, Step, Shutdown,
+    std::variant<Hello, Describe, Acquire, Release, Hash, Snapshot, Pause, Resume, Reset, Load, Restore, Record, Step,
+                 Shutdown,
                  Pose, Spin>;
 using Reply = std::variant<HelloReply, DescribeReply, Holding, HashReply, SnapshotReply, Done, Error>;
 using State = std::variant<Force, NeedleShape, TissueShape, Event, Stats>;

@@ -28,7 +28,14 @@ namespace {
 
 using namespace acus;
 
-enum ExitCode : int { kEnded = 0, kBadCommandLine = 1, kBadScene = 2, kCannotListen = 3, kFailed = 4 };
+enum ExitCode : int {
+  kEnded = 0,
+  kBadCommandLine = 1,
+  kBadScene = 2,
+  kCannotListen = 3,
+  kFailed = 4,
+  kCannotRecord = 5
+};
 
 constexpr const char* kDescription =
     "Simulates needles in soft tissue in real time and serves them over ZeroMQ.\n"
@@ -42,7 +49,8 @@ constexpr const char* kFooter =
     "  acus-server SCENE --lockstep                          ticks run when a client asks: for replays and tests\n"
     "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
     "\nExit status: 0 ended by SIGINT, SIGTERM, a client's shutdown, or --ticks; 1 bad command line; 2 the scene or the "
-    "snapshot cannot be used;\n3 an endpoint cannot be listened on; 4 anything else. Log lines go to standard error.";
+    "snapshot cannot be used;\n3 an endpoint cannot be listened on; 5 the recording cannot be written; 4 anything else. Log lines go to standard "
+    "error.";
 
 struct Arguments {
   std::string scene;
@@ -97,6 +105,13 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--restore", arguments.restore,
                  "Go on from a snapshot of this scene, in a file: the bytes of a client's 'snapshot'")
       ->type_name("FILE");
+  app.add_option("--record", arguments.endpoint.record,
+                 "Record the run from its first tick into a new file, which acus-export runs again")
+      ->type_name("FILE");
+  app.add_option("--recordings", arguments.endpoint.recordings,
+                 "Folder that clients may record into; without it they may not")
+      ->type_name("FOLDER")
+      ->check(CLI::ExistingDirectory);
   app.add_flag("--check", arguments.check,
                "Load the scene, print what it contains, what it costs and what it leaves out, and exit");
 }
@@ -186,6 +201,9 @@ int run(const Arguments& arguments) {
   } catch (const CannotListen& error) {
     spdlog::error("{}", error.what());
     return kCannotListen;
+  } catch (const RecordingError& error) {
+    spdlog::error("--record {}", error.what());
+    return kCannotRecord;
   }
   serve(*endpoint, std::move(world), arguments.loop, link, termination);
   return kEnded;
@@ -199,9 +217,11 @@ struct LogSink : spdlog::sinks::stderr_color_sink_mt {
   }
 };
 
-// A server outlives who reads its log: lines that cannot be written are lost, and nothing else happens.
+// A server outlives who reads its log: lines that cannot be written are lost, and nothing else happens. So it does a
+// file that may not grow.
 void begin_log() {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   spdlog::set_default_logger(std::make_shared<spdlog::logger>("acus-server", std::make_shared<LogSink>()));
   spdlog::set_error_handler([](const std::string&) {});
 }

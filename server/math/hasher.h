@@ -12,8 +12,9 @@ namespace acus {
 
 class Hasher {
  public:
-  Hasher() { XXH3_64bits_reset(state_.get()); }
+  Hasher() { restart(); }
 
+  void restart() { XXH3_64bits_reset(state_.get()); }
   void bytes(const void* data, std::size_t count) { XXH3_64bits_update(state_.get(), data, count); }
   std::uint64_t digest() const { return XXH3_64bits_digest(state_.get()); }
 

@@ -13,6 +13,39 @@ inline protocol::Quaternion to_wire(const Quaternion& q) { return {q.w(), q.x(),
 inline Vector3 from_wire(const protocol::Vector3& v) { return {v[0], v[1], v[2]}; }
 inline Quaternion from_wire(const protocol::Quaternion& q) { return {q.w, q.x, q.y, q.z}; }
 
+// What a tick says of a needle; the fields that are about its commands and the run are left alone.
+inline void put(const NeedleReport& needle, protocol::Force& force) {
+  const Quaternion base_from_world = needle.base.orientation.conjugate();
+  force.seq = needle.command_seq;
+  force.phase = needle.phase;
+  force.depth = needle.inserted_depth;
+  force.unheld = needle.unheld;
+  force.base_position = to_wire(needle.base.position);
+  force.base_orientation = to_wire(needle.base.orientation);
+  force.spin = needle.spin;
+  force.tip_position = to_wire(needle.tip_position);
+  force.tip_force = to_wire(needle.tip_force);
+  force.base_force = to_wire(needle.base_force);
+  force.base_torque = to_wire(needle.base_torque);
+  force.base_force_in_base = to_wire(base_from_world * needle.base_force);
+  force.base_torque_in_base = to_wire(base_from_world * needle.base_torque);
+  force.cutting_force = to_wire(needle.cutting_force);
+  force.friction_force = to_wire(needle.friction_force);
+  force.lateral_force = to_wire(needle.lateral_force);
+  force.guide_force = to_wire(needle.guide_force);
+}
+
+inline protocol::Event to_wire(const Event& event, std::uint64_t epoch, double time, const Scene& scene) {
+  return {epoch,
+          event.tick,
+          time,
+          scene.needles[static_cast<std::size_t>(event.needle)].name,
+          event.kind,
+          scene.tissue.regions[static_cast<std::size_t>(event.region)].name,
+          to_wire(event.position),
+          event.force};
+}
+
 // Points (3 x n) as x, y, z of one after the other; `packed` holds 3 n numbers already.
 template <class Number>
 void pack(const Eigen::Ref<const Matrix3X>& points, std::vector<Number>& packed) {

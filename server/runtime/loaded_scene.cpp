@@ -96,10 +96,14 @@ protocol::DescribeReply make_describe(const Simulation& simulation) {
 }  // namespace
 
 LoadedScene::LoadedScene(const Scene& scene, const Progress& progress)
-    : simulation(scene, progress),
+    : LoadedScene(scene, read_mesh(scene), progress) {}
+
+LoadedScene::LoadedScene(const Scene& scene, TetrahedralMesh own_mesh, const Progress& progress)
+    : simulation(scene, progress, own_mesh),
       needle_frames(kFrames * scene.needles.size()),
       tissue_frames(kFrames),
       path_points(3, simulation.path_capacity()),
+      recorded(std::make_shared<recorded::World>(record_of(scene, own_mesh, simulation.model().fingerprint))),
       needle_frame_ticks(ticks_between(scene.rate, scene.publish.needle_rate)),
       tissue_frame_ticks(ticks_between(scene.rate, scene.publish.tissue_rate)),
       second_ticks(ticks_between(scene.rate, 1)),
@@ -136,7 +140,9 @@ const std::string& LoadedScene::body_name(int body) const {
 std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate) {
   if (rate) scene.rate = *rate;
   const spdlog::stopwatch since_start;
-  auto world = std::make_unique<LoadedScene>(scene, [](const char* what) { spdlog::info("loading: {}", what); });
+  const auto tell = [](const char* what) { spdlog::info("loading: {}", what); };
+  tell("mesh");
+  auto world = std::make_unique<LoadedScene>(scene, read_mesh(scene), tell);
   spdlog::info("loaded in {:.2f} s", since_start);
   return world;
 }

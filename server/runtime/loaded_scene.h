@@ -9,6 +9,7 @@
 #include <string>
 
 #include "protocol/messages.h"
+#include "server/recording/recording.h"
 #include "server/runtime/exchange.h"
 #include "server/simulation/simulation.h"
 
@@ -19,9 +20,8 @@ struct NeedleFrame {
   protocol::NeedleShape shape;  // buffers sized for the largest needle of the scene; the publisher adds the name
 };
 
-// The state after a tick at a full second of simulation time, for `stats`. The simulation thread fills it where it is not
-// full, the socket thread empties it.
-struct StateOfSecond {
+// A state on its way from the simulation thread, which fills the box where it is not full, to the one that empties it.
+struct StateBox {
   std::atomic<bool> full{false};
   std::uint64_t epoch = 0;
   State state;
@@ -29,6 +29,7 @@ struct StateOfSecond {
 
 struct LoadedScene {
   explicit LoadedScene(const Scene& scene, const Progress& progress = {});  // throws SceneError
+  LoadedScene(const Scene& scene, TetrahedralMesh own_mesh, const Progress& progress);
 
   Simulation simulation;  // of the simulation thread while it has the world
 
@@ -36,11 +37,12 @@ struct LoadedScene {
   SpscQueue<NeedleFrame> needle_frames;
   SpscQueue<protocol::TissueShape> tissue_frames;  // with room for every path at its longest
 
-  StateOfSecond second;
+  StateBox second;  // after a tick at a full second of simulation time, for `stats`
 
   Matrix3X path_points;  // 3 x path_capacity(), m, world: the path being packed, of the simulation thread
 
   // Constant.
+  std::shared_ptr<const recorded::World> recorded;
   std::uint64_t needle_frame_ticks;  // ticks between two needle shapes, >= 1
   std::uint64_t tissue_frame_ticks;  // ticks between two tissue shapes, >= 1
   std::uint64_t second_ticks;        // ticks of a second of simulation time, >= 1

@@ -142,7 +142,7 @@ void RealtimeLoop::handle(Request& request) {
       break;
     case Request::Kind::reset:
       world_->simulation.reset();
-      begin_epoch(request.epoch);
+      begin_epoch(request);
       break;
     case Request::Kind::replace_world:
       return replace_world(request);
@@ -152,7 +152,11 @@ void RealtimeLoop::handle(Request& request) {
       break;
     case Request::Kind::restore:
       world_->simulation.restore(*request.state);
-      begin_epoch(request.epoch);
+      begin_epoch(request);
+      break;
+    case Request::Kind::record:
+      recorder_ = request.recorder;
+      record_epoch(request);
       break;
     case Request::Kind::step:
       for (std::uint32_t i = 0; i < request.ticks && !over() && !is_abandoned(request); ++i) {
@@ -173,17 +177,18 @@ bool RealtimeLoop::is_abandoned(const Request& request) const {
 
 void RealtimeLoop::replace_world(Request& request) {
   std::unique_ptr<LoadedScene> retired = std::exchange(world_, std::move(request.world));
-  begin_epoch(request.epoch);
+  begin_epoch(request);
   watch_commands();
   acknowledge(request, std::move(retired));
 }
 
 // The simulation does not economise: it has just been loaded, reset or restored.
-void RealtimeLoop::begin_epoch(std::uint64_t epoch) {
-  epoch_ = epoch;
+void RealtimeLoop::begin_epoch(Request& request) {
+  epoch_ = request.epoch;
   overrun_ = overrun_policy_of(*world_);
   for (CommandWatch& watch : watches_) watch.begin_epoch();
   origins_.assign(watches_.size(), {});
+  record_epoch(request);
 }
 
 // Of a world that none was watched for yet.
@@ -198,21 +203,70 @@ void RealtimeLoop::acknowledge(Request& request, std::unique_ptr<LoadedScene> re
   link_.epoch.store(epoch_, std::memory_order_relaxed);
   link_.tick.store(report.tick, std::memory_order_relaxed);
   if (Record* record = room_in(link_.records)) {
-    *record = Acknowledgement{request.kind, request.id,   epoch_,             report.tick,
-                              report.time,  world_.get(), std::move(retired), std::move(request.state)};
+    *record = Acknowledgement{request.kind,
+                              request.id,
+                              epoch_,
+                              report.tick,
+                              report.time,
+                              request.recorder != nullptr,
+                              world_.get(),
+                              std::move(retired),
+                              std::move(request.state)};
     link_.records.commit();
   }
   link_.to_sockets.signal();
 }
 
+// ---- Recording ----
+
+void RealtimeLoop::record_epoch(Request& request) {
+  if (!recorder_ || !request.box) return;
+  box_ = request.box.get();
+  box_->state = world_->simulation.state();
+  box_->full.store(true, std::memory_order_relaxed);
+  record(EpochBegun{epoch_, world_->recorded, std::move(request.box)});
+}
+
+// The tick that was just made. A second whose state the recorder still holds is left out.
+void RealtimeLoop::record_tick(bool economizing) {
+  if (!recorder_) return;
+  const TickReport& report = world_->simulation.report();
+  record(recorded::Tick{report.tick, digest(hasher_, report), economizing});
+  if (report.tick % world_->second_ticks != 0 || box_->full.load(std::memory_order_acquire)) return;
+  box_->state = world_->simulation.state();
+  box_->full.store(true, std::memory_order_relaxed);
+  record(SecondOver{});
+}
+
+// In real time a recording with a gap is none: it ends there.
+void RealtimeLoop::record(RecorderItem&& item) {
+  if (!recorder_) return;
+  RecorderItem* room = recorder_->queue().writable();
+  while (!room && options_.lockstep && !link_.stop.load(std::memory_order_relaxed)) {
+    sleep_until(monotonic_now() + kRoomPoll);
+    room = recorder_->queue().writable();
+  }
+  if (!room) {
+    recorder_->give_up();
+    recorder_ = nullptr;
+    return;
+  }
+  *room = std::move(item);
+  recorder_->queue().commit();
+}
+
+// ---- Ticks ----
+
 // Returns the time it took to compute (s).
 double RealtimeLoop::tick() {
   take_commands();
+  const bool economizing = world_->simulation.state().economizing;
   const std::int64_t begin = monotonic_now();
   world_->simulation.step();
   const double computing = seconds_between(begin, monotonic_now());
   ++ticks_;
   link_.tick.store(world_->simulation.report().tick, std::memory_order_relaxed);
+  record_tick(economizing);
   publish();
   return computing;
 }
@@ -224,7 +278,7 @@ bool RealtimeLoop::take_command(int body) {
   if (!taken_[i] || taken_[i]->epoch > epoch_) return false;
   const bool counts = taken_[i]->epoch == epoch_ && body < world_->body_count();
   if (counts) {
-    world_->simulation.command(body, taken_[i]->command);
+    if (world_->simulation.command(body, taken_[i]->command)) record(recorded::Told{body, taken_[i]->command});
     origins_[i] = taken_[i]->origin;
   }
   taken_[i] = nullptr;
@@ -238,7 +292,8 @@ void RealtimeLoop::take_commands() {
     const bool fresh = take_command(body);
     if (body >= world_->body_count()) continue;
     CommandWatch& watch = watches_[static_cast<std::size_t>(body)];
-    if (watch.tick(fresh) || (refused && watch.stale())) world_->simulation.come_to_rest(body);
+    if (watch.tick(fresh) || (refused && watch.stale()))
+      record(recorded::Told{body, world_->simulation.come_to_rest(body)});
   }
 }
 
@@ -255,7 +310,7 @@ void RealtimeLoop::publish() {
 
 // For the other thread to hash; left out if that one has not come to the last yet.
 void RealtimeLoop::keep_full_second(const TickReport& report) {
-  StateOfSecond& second = world_->second;
+  StateBox& second = world_->second;
   if (report.tick % world_->second_ticks != 0 || second.full.load(std::memory_order_acquire)) return;
   second.epoch = epoch_;
   second.state = world_->simulation.state();

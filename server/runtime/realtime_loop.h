@@ -51,7 +51,10 @@ class RealtimeLoop {
   void handle(Request& request);
   bool is_abandoned(const Request& request) const;
   void replace_world(Request& request);
-  void begin_epoch(std::uint64_t epoch);
+  void begin_epoch(Request& request);
+  void record_epoch(Request& request);
+  void record_tick(bool economizing);
+  void record(RecorderItem&& item);
   void watch_commands();
   void acknowledge(Request& request, std::unique_ptr<LoadedScene> retired = nullptr);
 
@@ -82,6 +85,9 @@ class RealtimeLoop {
   std::vector<CommandOrigin> origins_;  // likewise, of the newest command
   std::array<const EpochCommand*, kMaxBodies> taken_{};  // commands for an epoch that has not begun yet
   OverrunPolicy overrun_;
+  Recorder* recorder_ = nullptr;  // if there is one,
+  StateBox* box_ = nullptr;       // and its newest box
+  Hasher hasher_;
   Punctuality punctuality_;
   std::uint64_t epoch_ = 0;
   std::uint64_t ticks_ = 0;

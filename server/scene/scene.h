@@ -219,6 +219,7 @@ struct Place {
 struct Scene {
   std::string name = "scene";
   std::string file;                   // where it was read from, empty if built in code
+  std::string text;                   // what stands there, likewise
   double rate = 1000;                 // Hz, > 0, ticks per second; the time step is h = 1/rate
   Vector3 gravity = Vector3::Zero();  // m/s^2, world
   Tissue tissue;
@@ -244,9 +245,17 @@ Scene read_scene(const std::string& path, const SceneFolders* allowed = nullptr)
 Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder,
                   const SceneFolders* allowed = nullptr);
 
-// The scene's mesh at its place in the world, with topology; throws SceneError (broken file, inverted or unconnected
-// tetrahedra, too many of them, nodes outside the workspace). A scene without tissue has a mesh without nodes, which
-// has no regions and no fixed nodes either.
+// The same without a look at any file: for a scene whose mesh is at hand.
+Scene parse_scene(const std::string& text, const std::string& name);
+
+// The scene's mesh in its own frame, with topology; throws SceneError (broken file, inverted or unconnected tetrahedra).
+// A scene without tissue has a mesh without nodes, which has no regions and no fixed nodes either.
+TetrahedralMesh read_mesh(const Scene& scene);
+
+// The same mesh at its place in the world; throws SceneError (too many tetrahedra, nodes outside the workspace).
+TetrahedralMesh placed(const Scene& scene, TetrahedralMesh mesh);
+
+// Both.
 TetrahedralMesh load_mesh(const Scene& scene);
 
 // Per tetrahedron, the index of its region in scene.tissue.regions; throws SceneError if a tetrahedron has none, a

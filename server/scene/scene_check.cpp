@@ -147,12 +147,6 @@ class Checker {
       fail(path, "expected a volume with box, sphere, half_space or cylinder, found none of them");
   }
 
-  void check_rules(const GmshMesh& mesh, const std::string& path) const {
-    std::error_code ignored;
-    if (scene_.tissue.left_out() || std::filesystem::is_regular_file(mesh.file, ignored)) return;
-    fail(child_path(path, "file"), "expected a mesh file, found no file at \"" + mesh.file + "\"");
-  }
-
   void check_rules(const Needle& needle, const std::string& path) const {
     if (needle.inner_diameter > kLargestBore * needle.outer_diameter) {
       const std::string field = child_path(path, "inner_diameter");

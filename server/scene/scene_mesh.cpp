@@ -153,20 +153,30 @@ void check_interfaces_have_faces(const Scene& scene, const TetrahedralMesh& mesh
 
 }  // namespace
 
-TetrahedralMesh load_mesh(const Scene& scene) {
+TetrahedralMesh read_mesh(const Scene& scene) {
   const Tissue& tissue = scene.tissue;
   if (tissue.left_out()) return {};
   try {
-    TetrahedralMesh mesh = tissue.gmsh ? read_gmsh_mesh(tissue.gmsh->file, tissue.gmsh->metres_per_unit)
-                                       : make_box_mesh(tissue.box.size, tissue.box.cells);
-    const Matrix3 world_from_mesh = tissue.pose.orientation.toRotationMatrix();
-    mesh.nodes = ((world_from_mesh * mesh.nodes).colwise() + tissue.pose.position).eval();
-    check_size_and_place(mesh);
-    return mesh;
+    return tissue.gmsh ? read_gmsh_mesh(tissue.gmsh->file, tissue.gmsh->metres_per_unit)
+                       : make_box_mesh(tissue.box.size, tissue.box.cells);
   } catch (const MeshError& error) {
     throw scene_error(scene, "tissue.mesh", error.what());
   }
 }
+
+TetrahedralMesh placed(const Scene& scene, TetrahedralMesh mesh) {
+  if (scene.tissue.left_out()) return {};
+  const Pose& pose = scene.tissue.pose;
+  mesh.nodes = ((pose.orientation.toRotationMatrix() * mesh.nodes).colwise() + pose.position).eval();
+  try {
+    check_size_and_place(mesh);
+  } catch (const MeshError& error) {
+    throw scene_error(scene, "tissue.mesh", error.what());
+  }
+  return mesh;
+}
+
+TetrahedralMesh load_mesh(const Scene& scene) { return placed(scene, read_mesh(scene)); }
 
 std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh) {
   if (scene.tissue.left_out()) return {};

@@ -359,18 +359,32 @@ std::string read_text(const std::string& path) {
   return text;
 }
 
+void find_mesh(Scene& scene, const std::string& folder, const SceneFolders* allowed) {
+  GmshMesh& mesh = *scene.tissue.gmsh;
+  mesh.file = (std::filesystem::path(folder) / mesh.file).string();
+  if (allowed) allowed->check(mesh.file, "mesh");
+  std::error_code ignored;
+  if (scene.tissue.left_out() || std::filesystem::is_regular_file(mesh.file, ignored)) return;
+  throw scene_error(scene, "tissue.mesh.gmsh.file",
+                    "expected a mesh file, found no file at \"" + mesh.file + "\"");
+}
+
 }  // namespace
 
-Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder,
-                  const SceneFolders* allowed) {
+Scene parse_scene(const std::string& text, const std::string& name) {
   const YAML::Node root = parse_yaml(text, name);
   Scene scene;
   scene.file = name;
+  scene.text = text;
   Reader(scene).read_scene(root);
-  std::optional<GmshMesh>& gmsh = scene.tissue.gmsh;
-  if (gmsh && !gmsh->file.empty()) gmsh->file = (std::filesystem::path(folder) / gmsh->file).string();
-  if (gmsh && allowed) allowed->check(gmsh->file, "mesh");
   validate(scene);
+  return scene;
+}
+
+Scene parse_scene(const std::string& text, const std::string& name, const std::string& folder,
+                  const SceneFolders* allowed) {
+  Scene scene = parse_scene(text, name);
+  if (scene.tissue.gmsh) find_mesh(scene, folder, allowed);
   return scene;
 }
 

@@ -126,10 +126,11 @@ int max_tissue_rows(const Scene& scene, const Needle& needle) {
 
 int max_guide_rows(const Scene& scene) { return kMaxGuideRows * static_cast<int>(scene.guides.size()); }
 
-Model::Model(const Scene& s, const Progress& progress)
+Model::Model(const Scene& s, const Progress& progress, std::optional<TetrahedralMesh> own_mesh)
     : scene(checked(s)),
       h(1 / s.rate),
-      mesh(announced(progress, "mesh", [&] { return load_mesh(s); })),
+      mesh(placed(s, own_mesh ? *std::move(own_mesh)
+                              : announced(progress, "mesh", [&] { return read_mesh(s); }))),
       regions(announced(progress, "regions", [&] { return assign_regions(s, mesh); })),
       interactions(interactions_of(s)),
       element_sizes(element_sizes_of(mesh)),

@@ -20,8 +20,8 @@ namespace acus {
 using Progress = std::function<void(const char* what)>;
 
 struct Model {
-  // Loads the mesh and factorises; throws SceneError.
-  explicit Model(const Scene& scene, const Progress& progress = {});
+  // Factorises, with the scene's mesh as read_mesh() gives it, or reads that first; throws SceneError.
+  explicit Model(const Scene& scene, const Progress& progress = {}, std::optional<TetrahedralMesh> own_mesh = {});
   Model(const Model&) = delete;  // parts refer to each other
   Model& operator=(const Model&) = delete;
 

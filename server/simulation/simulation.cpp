@@ -9,8 +9,8 @@
 
 namespace acus {
 
-Simulation::Simulation(const Scene& scene, const Progress& progress)
-    : model_(scene, progress),
+Simulation::Simulation(const Scene& scene, const Progress& progress, std::optional<TetrahedralMesh> own_mesh)
+    : model_(scene, progress, std::move(own_mesh)),
       state_(make_state(model_)),
       commands_(scene.needles.size() + scene.guides.size()),
       scratch_(std::make_unique<Scratch>(model_, progress)),
@@ -20,10 +20,12 @@ Simulation::Simulation(const Scene& scene, const Progress& progress)
   begin_report();
 }
 
-void Simulation::come_to_rest(int body) {
+Command Simulation::come_to_rest(int body) {
   const int guide = body - model_.needle_count();
-  command(body, guide < 0 ? acus::come_to_rest(model_.needle_limits[body], state_.bases[body])
-                          : acus::come_to_rest(model_.guide_limits[guide], state_.guides[guide].motion));
+  const Command rest = guide < 0 ? acus::come_to_rest(model_.needle_limits[body], state_.bases[body])
+                                 : acus::come_to_rest(model_.guide_limits[guide], state_.guides[guide].motion);
+  command(body, rest);
+  return rest;
 }
 
 bool Simulation::command(int body, const Command& command) {

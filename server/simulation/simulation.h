@@ -35,16 +35,16 @@ struct Energy {
 
 class Simulation {
  public:
-  // Loads the mesh and factorises; throws SceneError.
-  explicit Simulation(const Scene& scene, const Progress& progress = {});
+  // Factorises, with the scene's mesh as read_mesh() gives it, or reads that first; throws SceneError.
+  explicit Simulation(const Scene& scene, const Progress& progress = {}, std::optional<TetrahedralMesh> own_mesh = {});
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
   // The newest command of a needle, or of guide g as number needles + g, taken in by the next tick. Never blocks, never
   // allocates. False for one that is out of range or not finite: it is refused as a whole, the one before stays.
   bool command(int body, const Command& command);
-  // Commands it to come to rest where it is.
-  void come_to_rest(int body);
+  // Commands it to come to rest where it is; returns the command.
+  Command come_to_rest(int body);
 
   // One tick of length h = 1/rate: the ten stages. Never throws; trouble is a flag in the report. Commands that came in are
   // used up, also by a tick that is refused.

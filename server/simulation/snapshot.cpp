@@ -35,9 +35,9 @@ Checksum checksum(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-std::vector<std::byte> make_snapshot(const Model& model, const State& state) {
+std::vector<std::byte> make_snapshot(std::uint64_t fingerprint, const State& state) {
   const std::vector<std::byte> image = to_bytes(state);
-  Header header{{}, state_layout() + kPhysics, model.fingerprint, image.size()};
+  Header header{{}, state_layout() + kPhysics, fingerprint, image.size()};
   std::memcpy(header.magic, kMagic, sizeof kMagic);
   std::vector<std::byte> snapshot(sizeof header + image.size() + sizeof(Checksum));
   std::memcpy(snapshot.data(), &header, sizeof header);

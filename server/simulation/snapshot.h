@@ -29,7 +29,8 @@ struct SnapshotError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-std::vector<std::byte> make_snapshot(const Model& model, const State& state);
+// `fingerprint` is the model's.
+std::vector<std::byte> make_snapshot(std::uint64_t fingerprint, const State& state);
 
 // Throws SnapshotError.
 State read_snapshot(const Model& model, std::span<const std::byte> snapshot);

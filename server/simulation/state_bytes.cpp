@@ -216,6 +216,11 @@ std::uint64_t hash(const State& state) {
   return of.hasher.digest();
 }
 
+std::uint64_t comparable_hash(State& state) {
+  state.economizing = false;
+  return hash(state);
+}
+
 std::vector<std::byte> to_bytes(const State& state) {
   Writer writer;
   Walk<Writer>{writer}.visit(state);

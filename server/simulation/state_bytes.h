@@ -15,6 +15,9 @@ namespace acus {
 // Of all bytes: equal states have equal hashes, and a difference in the last bit of one number shows.
 std::uint64_t hash(const State& state);
 
+// The same but for what gives way at the moment, which is for a run to say; it is set to nothing.
+std::uint64_t comparable_hash(State& state);
+
 std::vector<std::byte> to_bytes(const State& state);
 
 // Overwrites a state of the same model. Throws std::runtime_error, and leaves the state as it was, if the image is not one

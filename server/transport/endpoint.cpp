@@ -36,12 +36,6 @@ constexpr auto kBlockedPoll = milliseconds(1);  // between two tries to send a s
 template <class Message>
 constexpr bool kIsStream = std::is_same_v<Message, protocol::Pose> || std::is_same_v<Message, protocol::Spin>;
 
-// Of a state that is this thread's. What gives way at the moment is not what a run is compared by.
-std::uint64_t comparable_hash(State& state) {
-  state.economizing = false;
-  return hash(state);
-}
-
 // For the log; a step is too common.
 bool changes_world(Request::Kind kind) {
   using enum Request::Kind;
@@ -95,6 +89,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       connections_(context_, commands_),
       publisher_(context_, options.states, options.lockstep),
       loader_(link.to_sockets, options.rate, SceneFolders(options.folders)),
+      recordings_(options.recordings, ACUS_VERSION),
       published_(&world),
       commanded_(&world),
       bodies_(static_cast<std::size_t>(world.body_count())),
@@ -115,6 +110,16 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
     commands_.set(zmq::sockopt::heartbeat_timeout, kHeartbeatTimeout);
   }
   listen(commands_, "--commands", options.commands);
+  if (!options.record.empty()) record_from_the_start();
+}
+
+// The simulation thread finds the request before its first tick.
+void Endpoint::record_from_the_start() {
+  recordings_.begin(options_.record);
+  Request& request = *link_.requests.writable();
+  ask_to_record(request);
+  request.id = ++last_request_;
+  link_.requests.commit();
 }
 
 void Endpoint::run(int signals) {
@@ -240,6 +245,7 @@ void Endpoint::handle(const Sender& sender, const protocol::Hello& request) {
   reply.epoch = published_epoch_;
   for (int body = 0; published_ == commanded_ && body < commanded_->body_count(); ++body)
     if (holders_.held(body)) reply.held.push_back(commanded_->body_name(body));
+  if (recordings_.recorder()) reply.recording = recordings_.name();
   reply.lockstep = options_.lockstep;
   reply.paused = paused_;
   send(sender, reply);
@@ -366,6 +372,24 @@ void Endpoint::handle(const Sender& sender, const protocol::Restore& request) {
   });
 }
 
+void Endpoint::handle(const Sender& sender, const protocol::Record& request) {
+  if (!may_change_world(sender, request)) return;
+  const auto refuse = [&](const std::string& why) { reject(sender, request, ErrorCode::record_error, why); };
+  Recorder* const recorder = recordings_.recorder();
+  if (!request.file && !recorder) return refuse("nothing is being recorded");
+  if (request.file && recorder)
+    return refuse("'" + recordings_.name() + "' is being recorded; end that with a 'record' without 'file' first");
+  try {
+    if (request.file) recordings_.begin_for_client(*request.file);
+  } catch (const RecordingError& error) {
+    return refuse(error.what());
+  }
+  const bool asked = ask(sender, request, Request::Kind::record, [this, &request](Request& record) {
+    if (request.file) ask_to_record(record);
+  });
+  if (!asked && request.file) recordings_.end();
+}
+
 void Endpoint::handle(const Sender& sender, const protocol::Step& request) {
   if (!options_.lockstep) {
     return reject(sender, request, ErrorCode::wrong_mode, "'step' needs a server that was started with --lockstep");
@@ -411,6 +435,8 @@ bool Endpoint::ask(const Sender& sender, const Message& message, Request::Kind k
   if (changes_world(kind)) log(sender, fmt::format("asks for '{}'", Message::kType));
   request->kind = kind;
   request->id = ++last_request_;
+  request->recorder = nullptr;
+  request->box.reset();
   prepare(*request);
   waiting_[request->id] = {sender.identity, sender.delimited, message.seq, sender.connection};
   link_.requests.commit();
@@ -422,6 +448,19 @@ bool Endpoint::ask(const Sender& sender, const Message& message, Request::Kind k
 void Endpoint::begin_epoch(Request& request) {
   request.epoch = ++commanded_epoch_;
   bodies_.assign(static_cast<std::size_t>(commanded_->body_count()), {});
+  if (recordings_.recorder()) request.box = make_box();
+}
+
+void Endpoint::ask_to_record(Request& request) {
+  request.kind = Request::Kind::record;
+  request.recorder = recordings_.recorder();
+  request.box = make_box();
+}
+
+std::unique_ptr<StateBox> Endpoint::make_box() const {
+  auto box = std::make_unique<StateBox>();
+  box->state = make_state(commanded_->simulation.model());
+  return box;
 }
 
 void Endpoint::finish_loading() {
@@ -437,6 +476,10 @@ void Endpoint::finish_loading() {
     request.world = std::move(result->world);
   });
   if (!asked) loader_.destroy(std::move(result->world));
+}
+
+protocol::Standing Endpoint::standing_of(const Sender& sender, const Acknowledgement& acknowledgement) {
+  return {sender.seq, acknowledgement.epoch, acknowledgement.tick, acknowledgement.time};
 }
 
 void Endpoint::finish_request(Acknowledgement& acknowledgement) {
@@ -457,6 +500,8 @@ void Endpoint::finish_request(Acknowledgement& acknowledgement) {
     case Request::Kind::snapshot:
       copying_ = false;
       break;
+    case Request::Kind::record:
+      return finish_recording_request(acknowledgement);
     case Request::Kind::reset:
     case Request::Kind::restore:
     case Request::Kind::step:
@@ -465,8 +510,7 @@ void Endpoint::finish_request(Acknowledgement& acknowledgement) {
   }
   const auto sender = waiting_.extract(acknowledgement.id);
   const std::unique_ptr<State> state = std::move(acknowledgement.state);  // freed here, not in a tick
-  const protocol::Standing standing{sender.mapped().seq, acknowledgement.epoch, acknowledgement.tick,
-                                    acknowledgement.time};
+  const protocol::Standing standing = standing_of(sender.mapped(), acknowledgement);
   if (acknowledgement.kind == Request::Kind::hash) {
     send(sender.mapped(), protocol::HashReply{standing, comparable_hash(*state)});
   } else if (acknowledgement.kind == Request::Kind::snapshot) {
@@ -476,9 +520,22 @@ void Endpoint::finish_request(Acknowledgement& acknowledgement) {
   }
 }
 
+// Nobody waits for an answer to what the command line asked for.
+void Endpoint::finish_recording_request(const Acknowledgement& acknowledgement) {
+  const bool failed = recordings_.state() == protocol::RecordingState::failed;
+  const std::string name = recordings_.name();
+  if (!acknowledgement.recording && recordings_.recorder()) recordings_.end();
+  const auto sender = waiting_.extract(acknowledgement.id);
+  if (sender.empty()) return;
+  const protocol::Standing standing = standing_of(sender.mapped(), acknowledgement);
+  if (!failed) return send(sender.mapped(), protocol::Done{standing});
+  reject(sender.mapped(), protocol::Record{.seq = standing.seq, .file = {}}, ErrorCode::record_error,
+         "'" + name + "' ended by itself, as the server's log says; what it holds up to there can be used");
+}
+
 void Endpoint::send_snapshot(const Sender& sender, const protocol::Standing& standing, const Model& model, State& state) {
   protocol::SnapshotReply reply{standing, comparable_hash(state), {}};
-  const std::vector<std::byte> snapshot = make_snapshot(model, state);
+  const std::vector<std::byte> snapshot = make_snapshot(model.fingerprint, state);
   const auto* first = reinterpret_cast<const std::uint8_t*>(snapshot.data());
   reply.snapshot.assign(first, first + snapshot.size());
   send(sender, reply);
@@ -577,7 +634,8 @@ void Endpoint::publish_stats() {
   stats.overruns = link_.overruns.load(std::memory_order_relaxed);
   stats.rejected = rejected_;
   stats.dropped = link_.dropped.load(std::memory_order_relaxed);
-  if (StateOfSecond& second = published_->second; second.full.load(std::memory_order_acquire)) {
+  stats.recording = recordings_.state();
+  if (StateBox& second = published_->second; second.full.load(std::memory_order_acquire)) {
     if (second.epoch == stats.epoch) stats.hash_tick = second.state.tick, stats.hash = comparable_hash(second.state);
     second.full.store(false, std::memory_order_release);
   }

@@ -20,6 +20,7 @@
 #include "server/transport/holders.h"
 #include "server/transport/publisher.h"
 #include "server/transport/rate_limiter.h"
+#include "server/transport/recordings.h"
 #include "server/runtime/scene_loader.h"
 #include "server/transport/tick_statistics.h"
 
@@ -31,11 +32,13 @@ struct EndpointOptions {
   bool lockstep = false;
   std::optional<double> rate;        // Hz, instead of that of every scene
   std::vector<std::string> folders;  // that clients may load scenes and meshes from; at least one
+  std::string record;                // file to record into from the first tick on; empty: none
+  std::string recordings;            // folder that clients may record into; empty: none
 };
 
 class Endpoint {
  public:
-  // Binds both sockets; throws CannotListen. `world` is the one the simulation thread starts with.
+  // Binds both sockets; throws CannotListen, RecordingError. `world` is the one the simulation thread starts with.
   Endpoint(LoadedScene& world, const EndpointOptions& options, Link& link);
 
   std::string commands_endpoint() const { return commands_.get(zmq::sockopt::last_endpoint); }
@@ -87,6 +90,7 @@ class Endpoint {
   void handle(const Sender& sender, const protocol::Reset& request);
   void handle(const Sender& sender, const protocol::Load& request);
   void handle(const Sender& sender, const protocol::Restore& request);
+  void handle(const Sender& sender, const protocol::Record& request);
   void handle(const Sender& sender, const protocol::Step& request);
   void handle(const Sender& sender, const protocol::Shutdown& request);
   void handle(const Sender& sender, const protocol::Pose& pose);
@@ -112,6 +116,9 @@ class Endpoint {
   template <class Message>
   void ask_in_real_time(const Sender& sender, const Message& message, Request::Kind kind);
   void begin_epoch(Request& request);
+  void record_from_the_start();
+  void ask_to_record(Request& request);
+  std::unique_ptr<StateBox> make_box() const;
 
   // Calls change(command) on the body's newest command and passes it to the simulation thread.
   template <class Stream, class Change>
@@ -120,7 +127,9 @@ class Endpoint {
   void finish_loading();
   bool pass_on_records();
   bool pass_on_frames();
+  static protocol::Standing standing_of(const Sender& sender, const Acknowledgement& acknowledgement);
   void finish_request(Acknowledgement& acknowledgement);
+  void finish_recording_request(const Acknowledgement& acknowledgement);
   void send_snapshot(const Sender& sender, const protocol::Standing& standing, const Model& model, State& state);
   void publish_stats();
 
@@ -131,6 +140,7 @@ class Endpoint {
   ConnectionMonitor connections_;
   Publisher publisher_;
   SceneLoader loader_;
+  Recordings recordings_;
 
   LoadedScene* published_;        // the world whose states come out
   const LoadedScene* commanded_;  // the world that commands go to: the same, or one on its way to the simulation thread

@@ -74,49 +74,27 @@ bool Publisher::flush() {
 }
 
 void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
-  const NeedleReport& needle = record.report;
-  const Quaternion base_from_world = needle.base.orientation.conjugate();
   protocol::Force force;
+  put(record.report, force);
   force.epoch = record.epoch;
   force.tick = record.tick;
   force.time = record.time;
   force.needle = world.hello.needles[static_cast<std::size_t>(record.needle)].name;
-  force.seq = needle.command_seq;
   force.age = record.watch.age();
   force.echo = record.origin.time;
   force.fresh = record.watch.fresh_share();
   force.lost = record.origin.lost;
   force.reordered = record.origin.reordered;
   force.stale = record.watch.stale();
-  force.phase = needle.phase;
-  force.depth = needle.inserted_depth;
-  force.unheld = needle.unheld;
-  force.base_position = to_wire(needle.base.position);
-  force.base_orientation = to_wire(needle.base.orientation);
-  force.spin = needle.spin;
-  force.tip_position = to_wire(needle.tip_position);
-  force.tip_force = to_wire(needle.tip_force);
-  force.base_force = to_wire(needle.base_force);
-  force.base_torque = to_wire(needle.base_torque);
-  force.base_force_in_base = to_wire(base_from_world * needle.base_force);
-  force.base_torque_in_base = to_wire(base_from_world * needle.base_torque);
-  force.haptic_force = to_wire(record.watch.force_share() * needle.base_force);
-  force.haptic_torque = to_wire(record.watch.force_share() * needle.base_torque);
-  force.cutting_force = to_wire(needle.cutting_force);
-  force.friction_force = to_wire(needle.friction_force);
-  force.lateral_force = to_wire(needle.lateral_force);
-  force.guide_force = to_wire(needle.guide_force);
+  force.haptic_force = to_wire(record.watch.force_share() * record.report.base_force);
+  force.haptic_torque = to_wire(record.watch.force_share() * record.report.base_torque);
   force.solver = record.solver;
   force.flags = record.flags;
   encode_and_send(force);
 }
 
 void Publisher::publish(const EventRecord& record, const LoadedScene& world) {
-  const Event& event = record.event;
-  encode_and_send(protocol::Event{record.epoch, event.tick, record.time,
-                                  world.hello.needles[static_cast<std::size_t>(event.needle)].name, event.kind,
-                                  world.describe.regions[static_cast<std::size_t>(event.region)],
-                                  to_wire(event.position), event.force});
+  encode_and_send(to_wire(record.event, record.epoch, record.time, world.simulation.scene()));
 }
 
 void Publisher::publish(NeedleFrame& frame, const LoadedScene& world) {

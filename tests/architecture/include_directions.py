@@ -19,7 +19,8 @@ MODELS = [*MATH, "server/models"]
 CONSTRAINTS = [*MODELS, "server/constraints", "server/constraints/compliance"]
 SCENE = [*MODELS, "server/constraints/compliance", "server/scene"]
 SIMULATION = [*CONSTRAINTS, "server/scene", "server/simulation"]
-RUNTIME = [*SIMULATION, "server/runtime"]
+RECORDING = [*SIMULATION, "server/recording"]
+RUNTIME = [*RECORDING, "server/runtime"]
 TRANSPORT = [*RUNTIME, "server/transport"]
 TOOLS = [*TRANSPORT, "server/tools", "client"]
 ROOMS = {
@@ -31,6 +32,7 @@ ROOMS = {
     "server/constraints": CONSTRAINTS,
     "server/scene": SCENE,
     "server/simulation": SIMULATION,
+    "server/recording": RECORDING,
     "server/runtime": RUNTIME,
     "server/transport": TRANSPORT,
     "server/main.cpp": TRANSPORT,

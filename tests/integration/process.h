@@ -22,6 +22,7 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
+  pid_t id() const { return id_; }
   void send_signal(int signal);
 
   // Its exit status, or minus the signal that ended it; nothing if it still runs after the timeout.

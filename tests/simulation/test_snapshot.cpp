@@ -33,7 +33,7 @@ class Inserted {
     bench.push(1, -0.020, 0.05);
   }
   const Model& model() const { return bench.simulation().model(); }
-  std::vector<std::byte> snapshot() const { return make_snapshot(model(), bench.simulation().state()); }
+  std::vector<std::byte> snapshot() const { return make_snapshot(model().fingerprint, bench.simulation().state()); }
 
   Bench bench;
 };
@@ -113,7 +113,7 @@ TEST_CASE("a state whose indices lead nowhere is refused") {
   const auto refused = [&](auto forge) {
     State state = run.bench.simulation().state();
     forge(state);
-    return !refusal(run.model(), make_snapshot(run.model(), state)).empty();
+    return !refusal(run.model(), make_snapshot(run.model().fingerprint, state)).empty();
   };
   CHECK_FALSE(refused([](State&) {}));
   REQUIRE_FALSE(run.bench.simulation().state().paths[0].empty());

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/recording/recording_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+
+namespace acus {
+
+namespace {
+
+constexpr int kLevel = 3;                             // of compression
+constexpr std::size_t kChunk = std::size_t{1} << 16;  // bytes read at a time
+constexpr std::size_t kMaxFrame = std::size_t{1} << 28;  // bytes, packed and unpacked: a mesh and a state stay below
+constexpr unsigned char kMagic[4] = {0x28, 0xb5, 0x2f, 0xfd};  // of a zstd frame
+
+RecordingError system_error(const std::string& path, const char* what) {
+  return RecordingError(path + ": " + what + ": " + std::strerror(errno));
+}
+
+int open_to_read(const std::string& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) throw system_error(path, "the recording cannot be read");
+  return file;
+}
+
+ssize_t read_retrying(int file, char* to, std::size_t size) {
+  ssize_t count = 0;
+  do count = read(file, to, size);
+  while (count < 0 && errno == EINTR);
+  return count;
+}
+
+}  // namespace
+
+// ---- Writing ----
+
+RecordingWriter::RecordingWriter(std::string path)
+    : path_(std::move(path)), file_(open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644)) {
+  if (file_ >= 0) return;
+  if (errno == EEXIST) throw RecordingError(path_ + ": there is a file of this name already; give the recording another one");
+  throw system_error(path_, "the recording cannot be written");
+}
+
+RecordingWriter::~RecordingWriter() { close(file_); }
+
+void RecordingWriter::flush() {
+  if (pending_.empty()) return;
+  packed_.resize(ZSTD_compressBound(pending_.size()));
+  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
+  const std::size_t size =
+      ZSTD_compress2(context.get(), packed_.data(), packed_.size(), pending_.data(), pending_.size());
+  if (ZSTD_isError(size)) throw RecordingError(path_ + ": " + ZSTD_getErrorName(size));
+  pending_.clear();
+  for (std::size_t written = 0; written < size;) {
+    const ssize_t count = pwrite(file_, packed_.data() + written, size - written, static_cast<off_t>(end_ + written));
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) {
+      const RecordingError error = system_error(path_, "the recording cannot be written on");
+      [[maybe_unused]] const int cut = ftruncate(file_, static_cast<off_t>(end_));  // a reader finds the end anyway
+      throw error;
+    }
+    written += static_cast<std::size_t>(count);
+  }
+  end_ += size;
+}
+
+// ---- Reading ----
+
+RecordingReader::RecordingReader(const std::string& path) : file_(open_to_read(path)) {
+  try {
+    const std::optional<recorded::Item> first = next();
+    const auto* opening = first ? std::get_if<recorded::Opening>(&*first) : nullptr;
+    if (!opening) throw RecordingError("this is no recording of Acus");
+    if (opening->version != recorded::Opening().version)
+      throw RecordingError("the recording has version " + std::to_string(opening->version) + " of the format, this is for " +
+                           std::to_string(recorded::Opening().version));
+    opening_ = *opening;
+  } catch (const RecordingError& error) {
+    close(file_);
+    throw RecordingError(path + ": " + error.what());
+  }
+}
+
+RecordingReader::~RecordingReader() { close(file_); }
+
+std::optional<recorded::Item> RecordingReader::next() {
+  while (!ended_ && items_.empty()) ended_ = !read_frame();
+  if (ended_) return std::nullopt;
+  recorded::Item item = take_item(items_);
+  if (std::holds_alternative<recorded::Ending>(item)) {
+    ended_ = true;
+    problem_ = std::get<recorded::Ending>(item).why;
+  }
+  return item;
+}
+
+// False, and why, where there is no whole frame any more.
+bool RecordingReader::read_frame() {
+  std::size_t size = ZSTD_findFrameCompressedSize(buffer_.data(), buffer_.size());
+  while (ZSTD_isError(size) && buffer_.size() < kMaxFrame && fill())
+    size = ZSTD_findFrameCompressedSize(buffer_.data(), buffer_.size());
+  if (ZSTD_isError(size)) {
+    problem_ = buffer_.empty() ? "its program ended without ending it"
+                               : "its last part, from byte " + std::to_string(offset_) + " on, is not whole";
+    return false;
+  }
+  const unsigned long long content = ZSTD_getFrameContentSize(buffer_.data(), size);
+  if (content <= kMaxFrame) {  // the codes for errors are above it
+    unpacked_.resize(content);
+    const std::size_t unpacked = ZSTD_decompress(unpacked_.data(), unpacked_.size(), buffer_.data(), size);
+    if (!ZSTD_isError(unpacked)) {
+      unpacked_.resize(unpacked);
+      items_ = unpacked_;
+      buffer_.erase(0, size);
+      offset_ += size;
+      return true;
+    }
+  }
+  problem_ = "its part at byte " + std::to_string(offset_) + " is damaged";
+  return false;
+}
+
+// Reads on; false at the end of the file.
+bool RecordingReader::fill() {
+  const std::size_t before = buffer_.size();
+  const std::size_t wanted = std::max(kChunk, before);  // so that long frames are not looked at too often
+  buffer_.resize(before + wanted);
+  const ssize_t count = read_retrying(file_, buffer_.data() + before, wanted);
+  buffer_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(0, count)));
+  return count > 0;
+}
+
+bool RecordingReader::is_recording(const std::string& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return false;
+  char begin[sizeof kMagic] = {};
+  const ssize_t count = read_retrying(file, begin, sizeof begin);
+  close(file);
+  return count == static_cast<ssize_t>(sizeof begin) && std::memcmp(begin, kMagic, sizeof begin) == 0;
+}
+
+}  // namespace acus

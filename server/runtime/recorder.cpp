@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/runtime/recorder.h"
+
+#include <spdlog/spdlog.h>
+#include <time.h>
+
+#include "server/runtime/privileges.h"
+#include "server/simulation/snapshot.h"
+#include "server/simulation/state_bytes.h"
+
+namespace acus {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kMaxItems = 32768;          // in the queue, about 6 MB: 10 s of one needle at 1 kHz
+constexpr auto kPoll = std::chrono::milliseconds(20);
+constexpr auto kFlush = std::chrono::milliseconds(500);
+constexpr std::size_t kMaxPending = 8 << 20;  // bytes of a frame before it is packed, but for what one item has more
+
+std::string now_in_utc() {
+  const time_t now = time(nullptr);
+  tm parts{};
+  gmtime_r(&now, &parts);
+  char text[32];
+  strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+}  // namespace
+
+Recorder::Recorder(const std::string& path, const std::string& server)
+    : path_(path), queue_(kMaxItems), writer_(path), flushed_(Clock::now()) {
+  writer_.add(recorded::Opening{.version = recorded::Opening().version, .server = server, .started = now_in_utc()});
+  writer_.flush();
+  thread_ = std::thread([this] { run(); });
+}
+
+Recorder::~Recorder() {
+  stop_.store(true, std::memory_order_release);
+  thread_.join();
+}
+
+void Recorder::run() {
+  lower_priority();
+  while (true) {
+    const bool last = stop_.load(std::memory_order_acquire);
+    const bool full = gave_up_.load(std::memory_order_acquire);
+    take_items();
+    if (full) end("the disk did not keep up with the simulation");
+    if (last) return end("");
+    if (Clock::now() - flushed_ > kFlush) flush();
+    std::this_thread::sleep_for(kPoll);
+  }
+}
+
+void Recorder::take_items() {
+  while (RecorderItem* item = queue_.readable()) {
+    if (recording()) write(*item);
+    *item = SecondOver{};  // what it held is freed here
+    queue_.release();
+    if (writer_.pending() > kMaxPending) flush();
+  }
+}
+
+void Recorder::write(RecorderItem& item) {
+  if (const auto* tick = std::get_if<recorded::Tick>(&item)) {
+    writer_.add(*tick);
+    last_tick_ = tick->tick;
+  } else if (const auto* told = std::get_if<recorded::Told>(&item)) {
+    writer_.add(*told);
+  } else if (auto* begun = std::get_if<EpochBegun>(&item)) {
+    if (begun->world != world_) writer_.add(*begun->world);
+    world_ = std::move(begun->world);
+    box_ = std::move(begun->state);
+    writer_.add(recorded::Beginning{begun->epoch, make_snapshot(world_->fingerprint, box_->state)});
+    box_->full.store(false, std::memory_order_release);
+  } else {
+    writer_.add(recorded::StateAfter{box_->state.tick, comparable_hash(box_->state)});
+    box_->full.store(false, std::memory_order_release);
+  }
+}
+
+void Recorder::flush() {
+  if (!recording()) return;
+  try {
+    writer_.flush();
+  } catch (const RecordingError& error) {
+    recording_.store(false, std::memory_order_relaxed);
+    spdlog::error("{}; it ends before that, and the simulation goes on", error.what());
+  }
+  flushed_ = Clock::now();
+}
+
+void Recorder::end(const std::string& why) {
+  if (!recording()) return;
+  writer_.add(recorded::Ending{why});
+  flush();
+  if (!recording()) return;
+  recording_.store(false, std::memory_order_relaxed);
+  if (why.empty()) {
+    spdlog::info("recorded into {}, {} bytes, up to tick {}", path_, writer_.bytes(), last_tick_);
+  } else {
+    spdlog::error("{}: {}; the recording ends at tick {}, and the simulation goes on", path_, why, last_tick_);
+  }
+}
+
+}  // namespace acus

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// acus-export: runs a recording again, says whether it comes out the same, and writes what comes out for other programs.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cinttypes>
+#include <cstdio>
+#include <optional>
+
+#include "client/run_log.h"
+#include "server/recording/rerun.h"
+#include "server/runtime/convert.h"
+#include "server/tools/export/vtk_export.h"
+
+namespace {
+
+using namespace acus;
+
+enum ExitCode : int { kSame = 0, kBadArguments = 1, kUnusable = 2, kCannotWrite = 3, kDiffers = 4 };
+
+constexpr const char* kDescription =
+    "Runs a recording of acus-server again and says whether it comes out the same to the last bit; writes the forces as "
+    "CSV and the shapes for ParaView.";
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  acus-export RUN                      does this machine make the same of it?\n"
+    "  acus-export RUN --csv run.csv        forces and events, as acus-replay --out writes them\n"
+    "  acus-export RUN --vtk frames         open frames/tissue.pvd, needles.pvd, paths.pvd in ParaView\n"
+    "\nExit status: 0 it comes out the same, 1 bad arguments, 2 the recording cannot be used, 3 a file cannot be written,\n"
+    "4 it comes out otherwise; the first tick that does is named.";
+
+struct Arguments {
+  std::string recording;
+  std::string csv;
+  std::string vtk;
+  double rate = 30;  // Hz, of frames
+  bool quiet = false;
+};
+
+void declare(CLI::App& app, Arguments& arguments) {
+  app.footer(kFooter);
+  app.set_version_flag("--version", ACUS_VERSION);
+  app.add_option("RECORDING", arguments.recording, "What acus-server --record or a client's 'record' wrote")
+      ->required()
+      ->check(CLI::ExistingFile);
+  app.add_option("--csv", arguments.csv, "CSV to write, a row per tick and needle; events go to NAME.events.csv beside it")
+      ->type_name("FILE");
+  CLI::Option* vtk =
+      app.add_option("--vtk", arguments.vtk, "Folder for VTK files; it is made where it is not there")->type_name("FOLDER");
+  app.add_option("--rate", arguments.rate, "Frames per second of simulation time (Hz), for --vtk")
+      ->needs(vtk)
+      ->check(CLI::Range(0.001, 1e6))
+      ->capture_default_str();
+  app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
+}
+
+// One line on a terminal, rewritten ten times a second of simulation.
+class Progress {
+ public:
+  explicit Progress(bool wanted) : shown_(wanted && isatty(STDERR_FILENO) == 1) {}
+
+  void show(const Rerun& rerun) {
+    if (!shown_ || rerun.seconds() < next_) return;
+    next_ = rerun.seconds() + 0.1;
+    std::fprintf(stderr, "\r%8.1f s, %" PRIu64 " ticks\033[K", rerun.seconds(), rerun.ticks());
+  }
+  ~Progress() {
+    if (next_ > 0) std::fputs("\r\033[K", stderr);
+  }
+
+ private:
+  bool shown_;
+  double next_ = 0;  // s
+};
+
+// As the server published them, but for what depends on the link to its clients.
+void write(client::RunLog& log, const Rerun& rerun) {
+  const Simulation& simulation = rerun.simulation();
+  const TickReport& report = simulation.report();
+  protocol::Force force;
+  force.epoch = rerun.epoch();
+  force.tick = report.tick;
+  force.time = report.time;
+  force.solver = report.solver;
+  force.flags = report.flags;
+  for (std::size_t i = 0; i < report.needles.size(); ++i) {
+    put(report.needles[i], force);
+    force.needle = simulation.scene().needles[i].name;
+    force.haptic_force = force.base_force;
+    force.haptic_torque = force.base_torque;
+    log.write(force, 0);
+  }
+  for (const Event& event : report.events)
+    log.write(to_wire(event, rerun.epoch(), report.time, simulation.scene()));
+}
+
+void print(const Rerun& rerun, const std::string& file) {
+  std::printf("recording   %s, by acus-server %s, %s\n", file.c_str(), rerun.opening().server.c_str(),
+              rerun.opening().started.c_str());
+  std::printf("run again   %" PRIu64 " ticks, %.3f s of simulation time\n", rerun.ticks(), rerun.seconds());
+  if (!rerun.problem().empty()) std::printf("its end     %s\n", rerun.problem().c_str());
+  const std::optional<Difference>& difference = rerun.difference();
+  if (!difference) {
+    std::printf("outcome     the same to the last bit\n");
+  } else if (difference->told) {
+    std::printf("outcome     differs from tick %" PRIu64 " of epoch %" PRIu64 " on\n", difference->tick, difference->epoch);
+  } else {
+    std::printf("outcome     differs: the state after tick %" PRIu64 " of epoch %" PRIu64
+                " is another one; what ticks told was the same up to there\n",
+                difference->tick, difference->epoch);
+  }
+}
+
+int run(const Arguments& arguments) {
+  Rerun rerun(arguments.recording);
+  std::optional<client::RunLog> csv;
+  if (!arguments.csv.empty()) csv.emplace(arguments.csv, false);
+  std::optional<VtkExport> vtk;
+  if (!arguments.vtk.empty()) vtk.emplace(arguments.vtk, arguments.rate);
+  {
+    Progress progress(!arguments.quiet);
+    while (rerun.step()) {
+      if (csv) write(*csv, rerun);
+      if (vtk) vtk->take(rerun);
+      progress.show(rerun);
+    }
+  }
+  if (csv) csv->close();
+  if (vtk) vtk->close();
+  if (!arguments.quiet) print(rerun, arguments.recording);
+  return rerun.difference() ? kDiffers : kSame;
+}
+
+int fail(ExitCode code, const std::exception& error) {
+  std::fprintf(stderr, "acus-export: %s\n", error.what());
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app(kDescription, "acus-export");
+  declare(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kSame : kBadArguments;
+  }
+  try {
+    return run(arguments);
+  } catch (const RecordingError& error) {
+    return fail(kUnusable, error);
+  } catch (const SceneError& error) {
+    return fail(kUnusable, error);
+  } catch (const std::exception& error) {
+    return fail(kCannotWrite, error);
+  }
+}

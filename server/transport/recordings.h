@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The recording that goes on, if one does, and where clients may begin one.
+#pragma once
+
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <string>
+
+#include "protocol/enums.h"
+#include "server/runtime/recorder.h"
+
+namespace acus {
+
+class Recordings {
+ public:
+  // Clients' recordings go into `folder`; empty: they may not begin any. `server` is its version.
+  Recordings(std::string folder, std::string server) : folder_(std::move(folder)), server_(std::move(server)) {}
+
+  // Throw RecordingError. None must go on.
+  void begin(const std::string& path);
+  void begin_for_client(const std::string& name);  // a file's plain name
+
+  // What was recorded goes to its file on a thread of its own. The simulation thread must not use the recorder any more.
+  void end();
+
+  Recorder* recorder() const { return recorder_.get(); }  // null: none goes on
+  std::string name() const;                               // of its file, without the folder; empty likewise
+  protocol::RecordingState state() const;
+
+ private:
+  const std::string folder_, server_;
+  std::unique_ptr<Recorder> recorder_;
+  std::future<void> ending_;
+};
+
+}  // namespace acus

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Recordings of real servers: what is left of them whatever ends the server, and what is refused.
+#include <doctest/doctest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "tests/integration/printed.h"
+
+namespace acus::testing {
+namespace {
+
+// A file that lives as long as this.
+class Output {
+ public:
+  explicit Output(const std::string& path) : file_(std::fopen(path.c_str(), "w")), path_(path) {}
+  ~Output() { std::fclose(file_); }
+  int file() const { return fileno(file_); }
+  std::string text() const {
+    std::ostringstream text;
+    text << std::ifstream(path_).rdbuf();
+    return text.str();
+  }
+
+ private:
+  std::FILE* file_;
+  std::string path_;
+};
+
+struct Rerun {
+  std::optional<int> status;
+  std::string printed;
+
+  bool says(const std::string& words) const { return printed.find(words) != std::string::npos; }
+};
+
+Rerun rerun(const TemporaryFolder& folder, const std::string& recording, const std::string& program = "acus-export") {
+  const Output output(folder / "printed");
+  Process process({std::string(ACUS_BINARY_DIR "/") + program, recording}, output.file());
+  const std::optional<int> status = process.wait(kPatience);
+  return {status, output.text()};
+}
+
+// Sends a pose for each of so many states.
+void push(client::CommandLink& commands, client::StateLink& states, int ticks, std::uint64_t from = 0) {
+  for (std::uint64_t i = from + 1; i <= from + static_cast<std::uint64_t>(ticks); ++i) {
+    REQUIRE(commands.send(pose_at(0.5 - 1e-4 * static_cast<double>(i), i)));
+    receive<protocol::Force>(states);
+  }
+}
+
+std::string refusal(client::CommandLink& commands, const std::string& file) {
+  try {
+    commands.record(file, kPatience);
+    return "accepted";
+  } catch (const client::Refused& refused) {
+    return std::string(name_of(refused.error.code)) + ": " + refused.error.message;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a session in real time is run again to the last bit") {
+  ServerProcess server;
+  const std::string file = server.folder() / "run.acus";
+  ServerProcess recorded({"--record", file});
+  client::CommandLink commands = hold(recorded);
+  CHECK(commands.hello(kPatience).recording == "run.acus");
+  client::StateLink states = subscribe(recorded, {"force"});
+  push(commands, states, 60);
+  commands.reset(kPatience);
+  push(commands, states, 20, 60);
+  recorded.process().send_signal(SIGTERM);
+  CHECK(recorded.process().wait(kPatience) == 0);
+  const Rerun again = rerun(server.folder(), file);
+  CHECK(again.status == 0);
+  CHECK(again.says("the same to the last bit"));
+  CHECK(!again.says("its end"));
+  CHECK(rerun(server.folder(), file, "acus-replay").says("the same to the last bit"));
+}
+
+TEST_CASE("what was recorded a second before the server is killed is run again") {
+  const TemporaryFolder folder;
+  ServerProcess server({"--record", folder / "run"});
+  client::CommandLink commands = hold(server);
+  client::StateLink states = subscribe(server, {"force"});
+  push(commands, states, 20);
+  const std::uint64_t tick = receive<protocol::Stats>(states).tick;
+  for (;;) {  // the server's own clock
+    const auto force = receive<protocol::Force>(states);
+    if (force.time > static_cast<double>(tick) / 200 + 1.0) break;
+  }
+  // Half a second at most, but for a machine that stands still.
+  const auto size = std::filesystem::file_size(folder / "run");
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (std::filesystem::file_size(folder / "run") == size && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(10ms);
+  server.process().send_signal(SIGKILL);
+  CHECK(server.process().wait(kPatience) == -SIGKILL);
+  const Rerun again = rerun(folder, folder / "run");
+  CHECK(again.status == 0);
+  CHECK(again.says("the same to the last bit"));
+  CHECK(again.says("its program ended without ending it"));
+  const std::size_t at = again.printed.find("run again   ");
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stoull(again.printed.substr(at + 12)) >= tick);
+}
+
+TEST_CASE("clients begin and end recordings in the server's folder, under plain new names") {
+  ServerProcess other;
+  const std::string runs = other.folder() / "runs";
+  std::filesystem::create_directory(runs);
+  ServerProcess server({"--lockstep", "--recordings", runs});
+  client::CommandLink commands = hold(server);
+  commands.step(5, kPatience);
+  CHECK_THROWS_AS(commands.end_recording(kPatience), client::Refused);
+  for (const char* name : {"", "../run", "a/b", "/tmp/run", ".hidden", "-x", "a\n", "\xff"}) {
+    CAPTURE(name);
+    CHECK(refusal(commands, name).starts_with("record_error: field 'file' must be a name"));
+  }
+  CHECK(std::filesystem::is_empty(runs));
+  CHECK(commands.record("first.acus", kPatience).tick == 5);
+  CHECK(commands.hello(kPatience).recording == "first.acus");
+  CHECK(refusal(commands, "second.acus").starts_with("record_error: 'first.acus' is being recorded"));
+  CHECK(commands.send(pose_at(0.45, 1)));
+  commands.step(300, kPatience);
+  commands.end_recording(kPatience);
+  CHECK(!commands.hello(kPatience).recording);
+  commands.step(5, kPatience);
+  const auto again = [&](const std::string& name) {
+    for (;;) {  // while the one before is on its way to the disk
+      const std::string answer = refusal(commands, name);
+      if (answer.find("still on its way") == std::string::npos) return answer;
+      std::this_thread::sleep_for(10ms);
+    }
+  };
+  CHECK(again("first.acus").find("there is a file of this name already") != std::string::npos);
+  CHECK(again("second.acus") == "accepted");
+  commands.step(3, kPatience);
+  commands.shutdown(kPatience);
+  CHECK(server.process().wait(kPatience) == 0);
+  const Rerun first = rerun(server.folder(), runs + "/first.acus");
+  CHECK(first.status == 0);
+  CHECK(first.says("run again   300 ticks"));
+  CHECK(rerun(server.folder(), runs + "/second.acus").says("run again   3 ticks"));
+}
+
+TEST_CASE("a server without a folder for recordings keeps none for clients") {
+  ServerProcess server({"--lockstep"});
+  client::CommandLink commands(server.commands());
+  CHECK(refusal(commands, "run").find("start it with --recordings FOLDER") != std::string::npos);
+}
+
+TEST_CASE("a server that cannot record what it shall does not start") {
+  const TemporaryFolder folder;
+  const std::string there = folder.write("there", "precious");
+  ServerProcess server({"--record", there});
+  CHECK(server.process().wait(kPatience) == 5);
+  CHECK(std::filesystem::file_size(there) == 8);
+  ServerProcess nowhere({"--record", folder / "none/run"});
+  CHECK(nowhere.process().wait(kPatience) == 5);
+}
+
+TEST_CASE("when the disk is full the recording ends, and the simulation goes on") {
+  const TemporaryFolder folder;
+  ServerProcess server({"--lockstep", "--record", folder / "run"});
+  client::CommandLink commands = hold(server);
+  client::StateLink states = subscribe(server, {"force"});
+  commands.step(50, kPatience);
+  const auto size = [&] { return std::filesystem::file_size(folder / "run"); };
+  while (size() < 1000) std::this_thread::sleep_for(10ms);  // the beginning is there
+  std::string command = "prlimit --fsize=" + std::to_string(size() + 100) + " --pid ";
+  REQUIRE(std::system((command + std::to_string(server.process().id())).c_str()) == 0);
+  protocol::RecordingState state = protocol::RecordingState::on;
+  for (std::uint64_t i = 1; state == protocol::RecordingState::on; ++i) {
+    REQUIRE(commands.send(pose_at(0.5 - 1e-6 * static_cast<double>(i), i)));
+    commands.step(1, kPatience);
+    while (const auto received = states.receive(0ms))
+      if (const auto* stats = std::get_if<protocol::Stats>(&*received)) state = stats->recording;
+  }
+  CHECK(state == protocol::RecordingState::failed);
+  CHECK_THROWS_WITH_AS(commands.end_recording(kPatience), doctest::Contains("ended by itself"), client::Refused);
+  commands.step(5, kPatience);
+  commands.shutdown(kPatience);
+  CHECK(server.process().wait(kPatience) == 0);
+  const Rerun again = rerun(folder, folder / "run");
+  CHECK(again.status == 0);
+  CHECK(again.says("the same to the last bit"));
+}
+
+}  // namespace acus::testing
