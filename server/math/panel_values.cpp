@@ -67,7 +67,6 @@ void pack_strip(const double* columns, int rows, int width, int below, Real* str
 // A column of a tile.
 using Lane = double __attribute__((vector_size(kTileRows * sizeof(double))));
 using LaneOfFloat = float __attribute__((vector_size(kTileRows * sizeof(float))));
-using LaneOrder = long long __attribute__((vector_size(kTileRows * sizeof(long long))));
 
 inline Lane load(const double* p) {
   Lane v;
@@ -87,8 +86,8 @@ inline void store(double* p, const Lane& v) { std::memcpy(p, &v, sizeof v); }
 
 // a0 + a1, a2 + a3, ... b6 + b7.
 inline Lane pair_sums(const Lane& a, const Lane& b) {
-  return __builtin_shuffle(a, b, LaneOrder{0, 2, 4, 6, 8, 10, 12, 14}) +
-         __builtin_shuffle(a, b, LaneOrder{1, 3, 5, 7, 9, 11, 13, 15});
+  return __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14) +
+         __builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15);
 }
 
 // The sums over each of eight lanes.

@@ -50,6 +50,9 @@ struct Field {
   Range range;
   const char* meaning;
 };
+// C++20 deduces it for aggregates; clang before version 17 does not.
+template <class Struct, class Value>
+Field(const char*, Value Struct::*, const char*, Range, const char*) -> Field<Struct, Value>;
 
 // Fields of the same Struct that stand one level deeper in the file under `name`, exactly one of them at a time.
 template <class... Fields>
@@ -58,6 +61,8 @@ struct Choice {
   const char* meaning;
   std::tuple<Fields...> alternatives;
 };
+template <class... Fields>
+Choice(const char*, const char*, std::tuple<Fields...>) -> Choice<Fields...>;
 
 template <class... Fields>
 constexpr Choice<Fields...> choice(const char* name, const char* meaning, Fields... fields) {

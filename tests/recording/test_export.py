@@ -58,7 +58,7 @@ class Export(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
-        cls.recording = record(cls.folder.name, "inclusion_supported", "inclusion_supported")
+        cls.recording = record(cls.folder.name, "inclusion_soft_needle", "inclusion_soft_needle")
         cls.vtk = os.path.join(cls.folder.name, "frames")
         cls.csv = os.path.join(cls.folder.name, "run.csv")
         cls.result = export(cls.recording, "--vtk", cls.vtk, "--csv", cls.csv, "--rate", "5")

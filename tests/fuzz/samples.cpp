@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/fuzz/samples.h"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "protocol/codec.h"
+#include "server/recording/recording.h"
+#include "server/scene/mesh_answer.h"
+#include "server/simulation/snapshot.h"
+#include "server/simulation/state_bytes.h"
+
+namespace acus::fuzz {
+
+namespace {
+
+std::string contents(const std::filesystem::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+std::vector<std::string> files(const char* folder, const char* ending, std::size_t most) {
+  std::vector<std::string> all;
+  for (const auto& entry : std::filesystem::directory_iterator(std::string(ACUS_SOURCE_DIR) + "/scenes/" + folder))
+    if (entry.path().extension() == ending) all.push_back(contents(entry.path()).substr(0, most));
+  return all;
+}
+
+template <class... Messages>
+void add_messages(std::vector<std::string>& all, const std::variant<Messages...>*) {
+  (all.push_back(protocol::encode(Messages{})), ...);
+}
+
+std::vector<std::string> messages() {
+  std::vector<std::string> all;
+  add_messages(all, static_cast<const protocol::Command*>(nullptr));
+  add_messages(all, static_cast<const protocol::Reply*>(nullptr));
+  add_messages(all, static_cast<const protocol::State*>(nullptr));
+  return all;
+}
+
+RawMesh small_mesh() {
+  const TetrahedralMesh box = make_box_mesh({1, 1, 1}, {1, 1, 1});
+  RawMesh mesh;
+  mesh.coordinates.assign(box.nodes.data(), box.nodes.data() + box.nodes.size());
+  for (const auto& corners : box.tetrahedra) mesh.tetrahedra.insert(mesh.tetrahedra.end(), corners.begin(), corners.end());
+  mesh.groups.assign(box.tetrahedra.size(), 1);
+  mesh.group_names = {"", "liver"};
+  return mesh;
+}
+
+std::string as_text(const std::vector<char>& bytes) { return {bytes.begin(), bytes.end()}; }
+
+std::string image_of(const Simulation& simulation) {
+  const std::vector<std::byte> image = to_bytes(simulation.state());
+  return {reinterpret_cast<const char*>(image.data()), image.size()};
+}
+
+// At a few moments of an insertion.
+std::vector<std::string> images() {
+  Simulation simulation(small_scene());
+  std::vector<std::string> all{image_of(simulation)};
+  for (const int ticks : {5, 60, 60}) {
+    for (int i = 0; i < ticks; ++i) push(simulation);
+    all.push_back(image_of(simulation));
+  }
+  return all;
+}
+
+// What follows on the beginning of a recording.
+std::string items() {
+  Simulation simulation(small_scene());
+  std::string bytes;
+  Hasher hasher;
+  for (int i = 0; i < 5; ++i) {
+    append(bytes, recorded::Told{0, {.seq = 1, .pose = simulation.scene().needles[0].base, .spin = 0.1}});
+    push(simulation);
+    append(bytes, recorded::Tick{simulation.report().tick, digest(hasher, simulation.report()), i == 3});
+  }
+  append(bytes, recorded::Beginning{1, make_snapshot(simulation.model().fingerprint, simulation.state())});
+  append(bytes, recorded::StateAfter{5, hash(simulation.state())});
+  append(bytes, recorded::Ending{"enough"});
+  return bytes;
+}
+
+}  // namespace
+
+std::string small_scene_text() {
+  return R"(acus_scene: 1
+rate: 500
+tissue:
+  mesh:
+    box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}
+  fixed:
+    - box: {max: [.inf, .inf, -0.04]}
+needles:
+  - name: needle
+    length: 0.1
+    beams: 5
+    base: {position: [0.003, 0.002, 0.1505], orientation: [0.7071067811865476, 0, 0.7071067811865476, 0]}
+)";
+}
+
+Scene small_scene() { return parse_scene(small_scene_text(), "small.yaml"); }
+
+void push(Simulation& simulation) {
+  Pose pose = simulation.state().bases[0].target;
+  pose.position.z() -= 4e-4;
+  simulation.command(0, {.seq = simulation.state().tick + 1, .pose = pose, .spin = {}});
+  simulation.step();
+}
+
+std::vector<std::string> samples(const std::string& target) {
+  if (target == "decode") return messages();
+  if (target == "scene") return files(".", ".yaml", 1 << 16);
+  if (target == "mesh_answer") return {as_text(encode_mesh(small_mesh())), as_text(encode_mesh_error("no such file"))};
+  if (target == "mesh_file") return files("meshes", ".msh", 1 << 14);
+  if (target == "trajectory") return files("trajectories", ".csv", 2000);
+  if (target == "snapshot") return images();
+  if (target == "recording") return {items()};
+  throw std::runtime_error("there is no target '" + target + "'");
+}
+
+}  // namespace acus::fuzz

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Inputs that are right, for a fuzzer to begin with: one or more of each kind that the program reads.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "server/simulation/simulation.h"
+
+namespace acus::fuzz {
+
+// Of the target with that name; throws std::runtime_error if there is none.
+std::vector<std::string> samples(const std::string& target);
+
+// A block of 64 nodes and a needle in contact with it, for what goes on from a state.
+Scene small_scene();
+std::string small_scene_text();
+
+// Tells the needle to go on into the block, and makes a tick.
+void push(Simulation& simulation);
+
+}  // namespace acus::fuzz
