@@ -10,7 +10,6 @@
 #include "server/runtime/convert.h"
 #include "server/simulation/snapshot.h"
 #include "server/simulation/state_bytes.h"
-#include "server/transport/listening.h"
 #include "server/transport/readable_text.h"
 
 namespace acus {
@@ -66,6 +65,11 @@ std::string unknown(const std::string& name) {
   return "the scene has no needle or guide '" + name + "'; 'hello' lists them";
 }
 
+std::optional<ZapHandler> make_zap_handler(zmq::context_t& context, const Admission& admission) {
+  if (!admission.curve) return std::nullopt;
+  return std::optional<ZapHandler>(std::in_place, context, admission.curve->clients);
+}
+
 bool has_spin(const protocol::Pose& pose) { return pose.spin.has_value(); }
 bool has_spin(const protocol::Spin&) { return true; }
 
@@ -91,9 +95,10 @@ bool is_request(std::string_view type) {
 Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& link)
     : options_(options),
       link_(link),
+      zap_(make_zap_handler(context_, options.admission)),
       commands_(context_, zmq::socket_type::router),
       connections_(context_, commands_),
-      publisher_(context_, options.states, options.lockstep),
+      publisher_(context_, options.states, options.admission, options.lockstep),
       loader_(link.to_sockets, options.rate, SceneFolders(options.folders)),
       published_(&world),
       commanded_(&world),
@@ -114,7 +119,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
     commands_.set(zmq::sockopt::heartbeat_ivl, kHeartbeat);
     commands_.set(zmq::sockopt::heartbeat_timeout, kHeartbeatTimeout);
   }
-  listen(commands_, "--commands", options.commands);
+  listen(commands_, "--commands", options.commands, options.admission);
 }
 
 void Endpoint::run(int signals) {
@@ -122,6 +127,7 @@ void Endpoint::run(int signals) {
   while (!finished || !all_sent_) {
     if (wait_for_work(signals)) return;
     link_.to_sockets.clear();
+    if (zap_) zap_->answer();
     finished = link_.finished.load(std::memory_order_acquire);
     wanted_ = publisher_.update_subscriptions();
     link_.wanted.store(wanted_, std::memory_order_relaxed);
@@ -139,10 +145,12 @@ bool Endpoint::listening() const { return !options_.lockstep || (waiting_.empty(
 bool Endpoint::wait_for_work(int signals) {
   const auto until_stats = std::chrono::ceil<milliseconds>(stats_begun_ + kStatsPeriod - Clock::now());
   const auto idle = all_sent_ ? std::max(milliseconds(0), until_stats) : milliseconds(0);
-  std::array<zmq::pollitem_t, 5> items{{{nullptr, signals, ZMQ_POLLIN, 0},
+  void* zap = zap_ ? zap_->socket().handle() : nullptr;  // without it the item is a file of number -1, which never is
+  std::array<zmq::pollitem_t, 6> items{{{nullptr, signals, ZMQ_POLLIN, 0},
                                         {nullptr, link_.to_sockets.file(), ZMQ_POLLIN, 0},
                                         {publisher_.socket().handle(), 0, ZMQ_POLLIN, 0},
                                         {connections_.socket().handle(), 0, ZMQ_POLLIN, 0},
+                                        {zap, -1, ZMQ_POLLIN, 0},
                                         {commands_.handle(), 0, ZMQ_POLLIN, 0}}};
   zmq::poll(items.data(), listening() ? items.size() : items.size() - 1, blocked_ ? kBlockedPoll : idle);
   return (items[0].revents & ZMQ_POLLIN) != 0;

@@ -18,10 +18,12 @@
 #include "server/runtime/link.h"
 #include "server/transport/connection_monitor.h"
 #include "server/transport/holders.h"
+#include "server/transport/listening.h"
 #include "server/transport/publisher.h"
 #include "server/transport/rate_limiter.h"
 #include "server/runtime/scene_loader.h"
 #include "server/transport/tick_statistics.h"
+#include "server/transport/zap_handler.h"
 
 namespace acus {
 
@@ -31,6 +33,7 @@ struct EndpointOptions {
   bool lockstep = false;
   std::optional<double> rate;        // Hz, instead of that of every scene
   std::vector<std::string> folders;  // that clients may load scenes and meshes from; at least one
+  Admission admission;
 };
 
 class Endpoint {
@@ -127,6 +130,7 @@ class Endpoint {
   const EndpointOptions options_;
   Link& link_;
   zmq::context_t context_;
+  std::optional<ZapHandler> zap_;  // with keys
   zmq::socket_t commands_;
   ConnectionMonitor connections_;
   Publisher publisher_;

@@ -7,7 +7,6 @@
 
 #include "protocol/codec.h"
 #include "server/runtime/convert.h"
-#include "server/transport/listening.h"
 
 namespace acus {
 namespace {
@@ -28,7 +27,7 @@ std::string random_mark() {
 
 }  // namespace
 
-Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, bool lockstep)
+Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, const Admission& admission, bool lockstep)
     : socket_(context, zmq::socket_type::xpub), asking_(context, zmq::socket_type::sub), subscriptions_(random_mark()) {
   socket_.set(zmq::sockopt::sndhwm, kQueuedStates);
   socket_.set(zmq::sockopt::linger, kLinger);
@@ -37,7 +36,7 @@ Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, bool 
   socket_.bind(kAskingEndpoint);
   asking_.set(zmq::sockopt::linger, 0);
   asking_.connect(kAskingEndpoint);
-  listen(socket_, "--states", endpoint);
+  listen(socket_, "--states", endpoint, admission);
 }
 
 TopicSet Publisher::update_subscriptions() {

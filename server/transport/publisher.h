@@ -12,13 +12,14 @@
 #include "server/runtime/link.h"
 #include "server/runtime/loaded_scene.h"
 #include "server/runtime/topics.h"
+#include "server/transport/listening.h"
 
 namespace acus {
 
 class Publisher {
  public:
   // Binds; throws CannotListen.
-  Publisher(zmq::context_t& context, const std::string& endpoint, bool lockstep);
+  Publisher(zmq::context_t& context, const std::string& endpoint, const Admission& admission, bool lockstep);
 
   zmq::socket_ref socket() { return socket_; }
 
