@@ -21,8 +21,9 @@ void Socket::set_keys(const CurveKeys& keys) {
     socket_.set(zmq::sockopt::curve_publickey, keys.own.public_key);
     socket_.set(zmq::sockopt::curve_secretkey, keys.own.secret_key);
   } catch (const zmq::error_t&) {
-    throw ClientError("endpoint '" + endpoint_ +
-                      "': ZeroMQ does not accept the keys; expected 40 characters of Z85 each, and a ZeroMQ with CURVE");
+    throw ClientError(
+        "endpoint '" + endpoint_ +
+        "': ZeroMQ does not accept the keys; expected 40 characters of Z85 each, and a ZeroMQ with CURVE");
   }
 }
 
@@ -73,9 +74,10 @@ std::string Socket::why_no_peer() const {
       return keyed_ ? "the server does not use keys; connect without them, or start it with --curve-server-key"
                     : "the server admits only clients with keys; give the server's public key and this client's own";
     case Failure::broken_off:
-      return keyed_ ? "the connection ended in the handshake; perhaps the server's public key given here is not that of "
-                      "this server"
-                    : "the connection ended in the handshake; perhaps somebody else than an acus-server listens there";
+      return keyed_
+                 ? "the connection ended in the handshake; perhaps the server's public key given here is not that of "
+                   "this server"
+                 : "the connection ended in the handshake; perhaps somebody else than an acus-server listens there";
   }
   return {};
 }

@@ -11,7 +11,8 @@ namespace acus::protocol {
 namespace {
 
 constexpr std::size_t kKeyLength = 40;
-constexpr std::string_view kZ85 = "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ.-:+=^!/*?&<>()[]{}@%$#";
+constexpr std::string_view kZ85 =
+    "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ.-:+=^!/*?&<>()[]{}@%$#";
 constexpr mode_t kForbidden = S_IWGRP | S_IXGRP | S_IRWXO;
 
 // All that a file says, in its order.

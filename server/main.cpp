@@ -157,6 +157,7 @@ void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const Argumen
   spdlog::info("states on {}", endpoint.states_endpoint());
   if (admission.curve) spdlog::info("admits {} clients by their keys, and encrypts", admission.curve->clients.size());
   if (admission.insecure) spdlog::warn("--insecure: whoever can connect is admitted, and nothing is encrypted");
+  raise_connection_limit();
   if (!options.lockstep) lock_memory();
   RealtimeLoop loop(std::move(world), options, link);
   {
@@ -164,7 +165,7 @@ void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const Argumen
     endpoint.run(termination.file());
   }
   spdlog::info("ended after {} ticks, {} deadlines skipped, {} states dropped, {} messages rejected", loop.ticks(),
-               link.overruns.load(), link.dropped.load(), endpoint.rejected());
+               link.overruns.load(), endpoint.dropped(), endpoint.rejected());
   if (!options.lockstep) report(loop.punctuality());
 }
 

@@ -83,10 +83,11 @@ void set_keys(zmq::socket_t& socket, const CurveServer& curve) {
 void listen(zmq::socket_t& socket, const std::string& option, const std::string& endpoint, const Admission& admission) {
   const std::string cannot = "cannot listen on " + option + " '" + endpoint + "': ";
   if (!admission.curve && !admission.insecure && !protocol::is_local_endpoint(endpoint)) {
-    throw CannotListen(cannot +
-                       "other machines could connect, and whoever does can command the needles; give "
-                       "--curve-server-key and --curve-clients (acus-keygen makes keys), or --insecure if everybody who "
-                       "can reach it may do so");
+    throw CannotListen(
+        cannot +
+        "other machines could connect, and whoever does can command the needles; give "
+        "--curve-server-key and --curve-clients (acus-keygen makes keys), or --insecure if everybody who "
+        "can reach it may do so");
   }
   if (endpoint.starts_with(kIpc) && endpoint != "ipc://*") {
     const std::string obstacle = in_the_way(endpoint.substr(kIpc.size()));

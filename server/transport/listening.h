@@ -31,8 +31,8 @@ struct Admission {
 
 // Binds the socket to the endpoint that the command line's `option` gives. Only peers that speak ZMTP 3 are heard. An
 // ipc endpoint takes the place of a socket that nobody listens on any more, and of nothing else. With keys there has to
-// be a ZapHandler already: without one ZeroMQ asks nobody and admits everybody. Throws CannotListen, also for an endpoint
-// that other machines can reach if `admission` does not allow it.
+// be a ZapHandler already: without one ZeroMQ asks nobody and admits everybody. Throws CannotListen, also for an
+// endpoint that other machines can reach if `admission` does not allow it.
 void listen(zmq::socket_t& socket, const std::string& option, const std::string& endpoint, const Admission& admission);
 
 }  // namespace acus

@@ -74,9 +74,10 @@ bool ZapHandler::admits(const std::string& mechanism, const std::string& key) co
 void ZapHandler::log_refusal(const std::string& address, const std::string& key) {
   ++refused_;
   if (!log_limit_.allow("", RateLimiter::Clock::now())) return;
-  spdlog::warn("a client at {} is refused: its public key '{}' is not among those of --curve-clients ({} since the last "
-               "such line)",
-               address.empty() ? "this machine" : address, key, refused_);
+  spdlog::warn(
+      "a client at {} is refused: its public key '{}' is not among those of --curve-clients ({} since the last "
+      "such line)",
+      address.empty() ? "this machine" : address, key, refused_);
   refused_ = 0;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Says which clients the sockets of a context admit: those whose public keys are known. ZeroMQ asks it once a client has
-// proved that it has the secret key (ZAP, rfc.zeromq.org/spec/27).
+// Says which clients the sockets of a context admit: those whose public keys are known. ZeroMQ asks it once a client
+// has proved that it has the secret key (ZAP, rfc.zeromq.org/spec/27).
 #pragma once
 
 #include <cstdint>

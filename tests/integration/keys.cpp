@@ -165,8 +165,8 @@ TEST_CASE("acus-replay takes keys from files") {
   const std::string motion = server.folder().write(
       "motion.csv", "t,needle,x,y,z,qw,qx,qy,qz\n0,needle,0,0,0.5,1,0,0,0\n0.1,needle,0,0,0.5,1,0,0,0\n");
   const auto status_of = [&](const std::vector<std::string>& options) {
-    std::vector<std::string> line{ACUS_BINARY_DIR "/acus-replay", motion,        "--commands", server.commands(),
-                                  "--states",                     server.states()};
+    std::vector<std::string> line{
+        ACUS_BINARY_DIR "/acus-replay", motion, "--commands", server.commands(), "--states", server.states()};
     line.insert(line.end(), options.begin(), options.end());
     return Process(line).wait(kPatience);
   };

@@ -18,8 +18,9 @@ bool connects(const std::string& endpoint) { return problem(endpoint, EndpointUs
 }  // namespace
 
 TEST_CASE("where other machines can connect is told by the address") {
-  for (const std::string local : {kDefaultCommandsEndpoint, kDefaultStatesEndpoint, "tcp://127.0.0.1:*", "tcp://127.9.8.7:1",
-                                  "tcp://localhost:1", "tcp://[::1]:65535", "ipc:///run/acus/commands", "ipc://*"}) {
+  for (const std::string local :
+       {kDefaultCommandsEndpoint, kDefaultStatesEndpoint, "tcp://127.0.0.1:*", "tcp://127.9.8.7:1", "tcp://localhost:1",
+        "tcp://[::1]:65535", "ipc:///run/acus/commands", "ipc://*"}) {
     CAPTURE(local);
     CHECK(is_local_endpoint(local));
   }
