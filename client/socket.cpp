@@ -55,11 +55,20 @@ bool Socket::connected() {
 
 void Socket::take_event(std::uint16_t number, std::uint32_t value) {
   connected_ = number == ZMQ_EVENT_HANDSHAKE_SUCCEEDED;
-  if (connected_) failure_ = Failure::none;
-  if (number == ZMQ_EVENT_HANDSHAKE_FAILED_AUTH) failure_ = Failure::refused;
-  if (number == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL) failure_ = Failure::broken_off;
-  if (number == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL) {
-    failure_ = value == ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH ? Failure::other_mechanism : Failure::broken_off;
+  failure_ = connected_ ? Failure::none : std::max(failure_, failure_of(number, value));
+}
+
+// Each attempt to connect may end in another way, as the other side may close first: the one that says most counts.
+Socket::Failure Socket::failure_of(std::uint16_t number, std::uint32_t value) {
+  switch (number) {
+    case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH:
+      return Failure::refused;
+    case ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL:
+      return value == ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH ? Failure::other_mechanism : Failure::broken_off;
+    case ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL:
+      return Failure::broken_off;
+    default:
+      return Failure::none;
   }
 }
 

@@ -40,7 +40,7 @@ class Socket {
   // Whether a peer has completed ZeroMQ's handshake and not gone away since.
   bool connected();
 
-  // After no peer was there: what may be wrong, as far as the last attempt to connect tells.
+  // After no peer was there: what may be wrong, as far as the attempts to connect tell.
   std::string why_no_peer() const;
 
   // False if no peer was there until the deadline.
@@ -56,11 +56,12 @@ class Socket {
   bool receive(std::string_view& bytes);
 
  private:
-  enum class Failure { none, refused, other_mechanism, broken_off };
+  enum class Failure { none, broken_off, other_mechanism, refused };  // from what says least to what says most
 
   void set_keys(const CurveKeys& keys);
   void connect();
   void take_event(std::uint16_t number, std::uint32_t value);
+  static Failure failure_of(std::uint16_t number, std::uint32_t value);
   void wait(std::span<zmq::pollitem_t> items, Clock::time_point deadline);
   bool has_message() { return (socket_.get(zmq::sockopt::events) & ZMQ_POLLIN) != 0; }
 
@@ -71,7 +72,7 @@ class Socket {
   zmq::socket_t monitor_;  // events of socket_
   zmq::message_t frame_;
   bool connected_ = false;
-  Failure failure_ = Failure::none;  // of the last handshake
+  Failure failure_ = Failure::none;  // of the handshakes since the last that succeeded
 };
 
 }  // namespace acus::client

@@ -2,8 +2,10 @@
 // What one client does too much of costs the others nothing that they cannot do without. How much time it costs is
 // measured by scripts/flood.
 #include <doctest/doctest.h>
+#include <sys/resource.h>
 
 #include <atomic>
+#include <deque>
 #include <map>
 #include <thread>
 #include <zmq.hpp>
@@ -67,6 +69,21 @@ class Flood {
  private:
   std::atomic<bool> stop_ = false;
   std::thread thread_;
+};
+
+// What programs that this one starts may open, until it goes out of scope.
+class OpenFiles {
+ public:
+  explicit OpenFiles(rlim_t soft_limit) {
+    getrlimit(RLIMIT_NOFILE, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = soft_limit;
+    REQUIRE(setrlimit(RLIMIT_NOFILE, &limit) == 0);
+  }
+  ~OpenFiles() { setrlimit(RLIMIT_NOFILE, &before_); }
+
+ private:
+  rlimit before_;
 };
 
 }  // namespace
@@ -146,6 +163,18 @@ TEST_CASE("a lockstep server that is busy takes a bounded number of large messag
   int sent = 0;
   while (sent < 200 && greedy.try_to_send(std::string(4 << 20, 'x'), 1000ms)) ++sent;
   CHECK(sent < 100);
+}
+
+TEST_CASE("idle connections lock nobody out, as long as the system permits more") {
+  std::optional<ServerProcess> server;
+  {
+    const OpenFiles few(64);
+    server.emplace();
+    client::CommandLink(server->commands()).hello(kPatience);
+  }
+  std::deque<RawPeer> idle;
+  for (int i = 0; i < 100; ++i) idle.emplace_back(server->commands());
+  CHECK(client::CommandLink(server->commands()).hello(kPatience).scene == "small");
 }
 
 TEST_CASE("a message of very many frames is refused, and nobody else waits for its end") {
