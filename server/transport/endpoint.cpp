@@ -22,7 +22,7 @@ using std::chrono::milliseconds;
 constexpr double kErrorsPerSecond = 10;            // to one client, about its streams
 constexpr double kLogLinesPerSecond = 10;          // about one client
 constexpr double kRequestsPerSecond = 20;          // of one client, of those that cost time
-constexpr int kMessagesPerTurn = 64;               // received before states have their turn
+constexpr int kMessagesPerTurn = 16;               // received before states have their turn
 constexpr std::size_t kBytesPerTurn = 1 << 20;     // likewise
 constexpr std::size_t kMaxQuestionBytes = 200;     // of a message that is looked at before its turn
 constexpr std::size_t kMaxTypeTold = 100, kMaxSentence = 2000;  // bytes of an error's texts
