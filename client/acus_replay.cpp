@@ -66,6 +66,7 @@ bool raise_priority() {
 }
 
 struct Arguments {
+  std::string curve_server_key, curve_client_key;  // files
   std::string trajectory;
   std::string out;
   std::string shapes;
@@ -93,6 +94,13 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--states", arguments.replay.states, "the server's endpoint for states")
       ->check(check_endpoint)
       ->capture_default_str();
+  CLI::Option* server_key = app.add_option("--curve-server-key", arguments.curve_server_key,
+                                           "file with the server's public key, for a server that asks for keys");
+  CLI::Option* client_key =
+      app.add_option("--curve-client-key", arguments.curve_client_key,
+                     "file with the key pair of this client, as acus-keygen writes it into NAME.key_secret");
+  server_key->needs(client_key);
+  client_key->needs(server_key);
   app.add_option("--out", arguments.out, "CSV to write, a row per force state; events go to NAME.events.csv beside it");
   app.add_option("--shapes", arguments.shapes,
                  "file to write with the shapes of needles and tissue, as protocol/README.md says; after --out RUN.csv "
@@ -275,8 +283,17 @@ void check_distinct(const Arguments& arguments) {
   }
 }
 
+// Throws KeyError.
+void read_keys(Arguments& arguments) {
+  using namespace acus::protocol;
+  if (arguments.curve_server_key.empty()) return;
+  arguments.replay.keys =
+      CurveKeys{read_public_key(arguments.curve_server_key).key, read_key_pair(arguments.curve_client_key)};
+}
+
 int replay_trajectory(Arguments& arguments) {
   check_distinct(arguments);
+  read_keys(arguments);
   const auto trajectory = read_trajectory(arguments.trajectory);
   std::signal(SIGINT, on_signal);  // from here on a signal ends the run, not the program
   std::signal(SIGTERM, on_signal);

@@ -15,15 +15,15 @@ namespace {
 constexpr int kLingerMilliseconds = 100;    // that closing a link waits for commands to leave
 constexpr int kReconnectMilliseconds = 50;  // between attempts to reach a server that is not there
 
-std::unique_ptr<Socket> open_commands(const std::string& endpoint) {
-  return std::make_unique<Socket>(zmq::socket_type::dealer, endpoint, [](zmq::socket_t& socket) {
+std::unique_ptr<Socket> open_commands(const std::string& endpoint, const std::optional<CurveKeys>& keys) {
+  return std::make_unique<Socket>(zmq::socket_type::dealer, endpoint, keys, [](zmq::socket_t& socket) {
     socket.set(zmq::sockopt::linger, kLingerMilliseconds);
     socket.set(zmq::sockopt::reconnect_ivl, kReconnectMilliseconds);
   });
 }
 
-std::unique_ptr<Socket> open_states(const std::string& endpoint, int capacity) {
-  return std::make_unique<Socket>(zmq::socket_type::sub, endpoint, [capacity](zmq::socket_t& socket) {
+std::unique_ptr<Socket> open_states(const std::string& endpoint, int capacity, const std::optional<CurveKeys>& keys) {
+  return std::make_unique<Socket>(zmq::socket_type::sub, endpoint, keys, [capacity](zmq::socket_t& socket) {
     socket.set(zmq::sockopt::linger, 0);
     socket.set(zmq::sockopt::reconnect_ivl, kReconnectMilliseconds);
     socket.set(zmq::sockopt::rcvhwm, capacity);
@@ -60,7 +60,8 @@ std::string shown(Timeout timeout) { return std::to_string(timeout.count()) + " 
 
 Refused::Refused(const protocol::Error& rejection) : ClientError(told(rejection)), error(rejection) {}
 
-CommandLink::CommandLink(const std::string& endpoint) : socket_(open_commands(endpoint)) {}
+CommandLink::CommandLink(const std::string& endpoint, const std::optional<CurveKeys>& keys)
+    : socket_(open_commands(endpoint, keys)) {}
 CommandLink::~CommandLink() = default;
 CommandLink::CommandLink(CommandLink&&) noexcept = default;
 CommandLink& CommandLink::operator=(CommandLink&&) noexcept = default;
@@ -77,7 +78,7 @@ Answer CommandLink::request(Request request, Timeout timeout) {
   request.seq = ++last_request_;
   const std::string vanished =
       "no answer to '" + std::string(Request::kType) + "' from '" + socket_->endpoint() + "' within " + shown(timeout);
-  if (!socket_->wait_for_peer(deadline) || !send_now(request)) throw Vanished(vanished + ": nobody is there");
+  if (!socket_->wait_for_peer(deadline) || !send_now(request)) throw Vanished(vanished + ": " + socket_->why_no_peer());
 
   while (socket_->wait_for_message(deadline, /*while_connected=*/true)) {
     std::string_view bytes;
@@ -170,7 +171,8 @@ std::optional<protocol::Error> CommandLink::next_rejection() {
   return oldest;
 }
 
-StateLink::StateLink(const std::string& endpoint, int capacity) : socket_(open_states(endpoint, capacity)) {}
+StateLink::StateLink(const std::string& endpoint, int capacity, const std::optional<CurveKeys>& keys)
+    : socket_(open_states(endpoint, capacity, keys)) {}
 StateLink::~StateLink() = default;
 StateLink::StateLink(StateLink&&) noexcept = default;
 StateLink& StateLink::operator=(StateLink&&) noexcept = default;

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "protocol/codec.h"
+#include "protocol/key_file.h"
 #include "protocol/messages.h"
 
 namespace acus::client {
@@ -49,13 +50,20 @@ struct Refused : ClientError {
   protocol::Error error;
 };
 
+// For a server that admits clients by their keys; protocol/key_file.h reads them from files.
+struct CurveKeys {
+  std::string server;     // the server's public key
+  protocol::KeyPair own;  // the client's, whose public key the server knows
+};
+
 class Socket;  // a ZeroMQ socket and its context
 
 // Requests and their answers, and the streams of poses and spins.
 class CommandLink {
  public:
-  // Throws ClientError if ZeroMQ does not accept the endpoint.
-  explicit CommandLink(const std::string& endpoint = protocol::kDefaultCommandsEndpoint);
+  // Throws ClientError if ZeroMQ does not accept the endpoint or the keys.
+  explicit CommandLink(const std::string& endpoint = protocol::kDefaultCommandsEndpoint,
+                       const std::optional<CurveKeys>& keys = std::nullopt);
   ~CommandLink();
   CommandLink(CommandLink&&) noexcept;
   CommandLink& operator=(CommandLink&&) noexcept;
@@ -111,9 +119,12 @@ class CommandLink {
 // The published states of the subscribed topics, in the order in which the server sent them.
 class StateLink {
  public:
+  static constexpr int kCapacity = 100'000;
+
   // Holds at most `capacity` states that were not received yet. Throws ClientError if ZeroMQ does not accept the
-  // endpoint.
-  explicit StateLink(const std::string& endpoint = protocol::kDefaultStatesEndpoint, int capacity = 100'000);
+  // endpoint or the keys.
+  explicit StateLink(const std::string& endpoint = protocol::kDefaultStatesEndpoint, int capacity = kCapacity,
+                     const std::optional<CurveKeys>& keys = std::nullopt);
   ~StateLink();
   StateLink(StateLink&&) noexcept;
   StateLink& operator=(StateLink&&) noexcept;

@@ -85,8 +85,8 @@ Replay::Replay(const Trajectory& trajectory, const ReplayOptions& options, RunLo
       options_(options),
       log_(log),
       shapes_(shapes),
-      commands_(options.commands),
-      states_(options.states),
+      commands_(options.commands, options.keys),
+      states_(options.states, StateLink::kCapacity, options.keys),
       sent_time_(trajectory.begin()) {}
 
 void Replay::run() {

@@ -26,6 +26,7 @@ namespace acus::client {
 struct ReplayOptions {
   std::string commands = protocol::kDefaultCommandsEndpoint;
   std::string states = protocol::kDefaultStatesEndpoint;
+  std::optional<CurveKeys> keys;  // for a server that asks for them
   std::optional<double> rate;  // Hz, > 0, of the poses of each needle; absent: the server's ticks per second
   int passes = 1;              // > 0, through the trajectory, every second one backwards
   bool lockstep = false;

@@ -4,24 +4,32 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdint>
 #include <cstring>
-
-#include "client/client.h"
 
 namespace acus::client {
 namespace {
 
 constexpr const char* kMonitorEndpoint = "inproc://monitor";
+constexpr int kEvents = ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
+                        ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_DISCONNECTED;
 
 }  // namespace
 
+void Socket::set_keys(const CurveKeys& keys) {
+  try {
+    socket_.set(zmq::sockopt::curve_serverkey, keys.server);
+    socket_.set(zmq::sockopt::curve_publickey, keys.own.public_key);
+    socket_.set(zmq::sockopt::curve_secretkey, keys.own.secret_key);
+  } catch (const zmq::error_t&) {
+    throw ClientError(
+        "endpoint '" + endpoint_ +
+        "': ZeroMQ does not accept the keys; expected 40 characters of Z85 each, and a ZeroMQ with CURVE");
+  }
+}
+
 void Socket::connect() {
   try {
-    if (zmq_socket_monitor(socket_.handle(), kMonitorEndpoint,
-                           ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED)) {
-      throw zmq::error_t();
-    }
+    if (zmq_socket_monitor(socket_.handle(), kMonitorEndpoint, kEvents)) throw zmq::error_t();
     monitor_.connect(kMonitorEndpoint);
     socket_.connect(endpoint_);
   } catch (const zmq::error_t& error) {
@@ -36,10 +44,51 @@ bool Socket::connected() {
   zmq::message_t address;
   while (monitor_.recv(event, zmq::recv_flags::dontwait) && monitor_.recv(address, zmq::recv_flags::dontwait)) {
     std::uint16_t number = 0;
-    std::memcpy(&number, event.data(), std::min(sizeof number, event.size()));
-    connected_ = number == ZMQ_EVENT_HANDSHAKE_SUCCEEDED;
+    std::uint32_t value = 0;
+    if (event.size() < sizeof number + sizeof value) continue;
+    std::memcpy(&number, event.data(), sizeof number);
+    std::memcpy(&value, event.data<char>() + sizeof number, sizeof value);
+    take_event(number, value);
   }
   return connected_;
+}
+
+void Socket::take_event(std::uint16_t number, std::uint32_t value) {
+  connected_ = number == ZMQ_EVENT_HANDSHAKE_SUCCEEDED;
+  failure_ = connected_ ? Failure::none : std::max(failure_, failure_of(number, value));
+}
+
+// Each attempt to connect may end in another way, as the other side may close first: the one that says most counts.
+Socket::Failure Socket::failure_of(std::uint16_t number, std::uint32_t value) {
+  switch (number) {
+    case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH:
+      return Failure::refused;
+    case ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL:
+      return value == ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH ? Failure::other_mechanism : Failure::broken_off;
+    case ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL:
+      return Failure::broken_off;
+    default:
+      return Failure::none;
+  }
+}
+
+std::string Socket::why_no_peer() const {
+  switch (failure_) {
+    case Failure::none:
+      return "nobody is there";
+    case Failure::refused:
+      return "the server refuses this client's key; its public key has to be among those of the server's "
+             "--curve-clients";
+    case Failure::other_mechanism:
+      return keyed_ ? "the server does not use keys; connect without them, or start it with --curve-server-key"
+                    : "the server admits only clients with keys; give the server's public key and this client's own";
+    case Failure::broken_off:
+      return keyed_
+                 ? "the connection ended in the handshake; perhaps the server's public key given here is not that of "
+                   "this server"
+                 : "the connection ended in the handshake; perhaps somebody else than an acus-server listens there";
+  }
+  return {};
 }
 
 // Returns at the deadline, or early when one of the sockets has something or a signal came.

@@ -6,11 +6,15 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <zmq.hpp>
+
+#include "client/client.h"
 
 namespace acus::client {
 
@@ -20,9 +24,13 @@ class Socket {
 
   // `configure` sets options before the socket connects. Throws ClientError.
   template <class Configure>
-  Socket(zmq::socket_type type, std::string endpoint, Configure configure)
-      : endpoint_(std::move(endpoint)), socket_(context_, type), monitor_(context_, zmq::socket_type::pair) {
+  Socket(zmq::socket_type type, std::string endpoint, const std::optional<CurveKeys>& keys, Configure configure)
+      : endpoint_(std::move(endpoint)),
+        keyed_(keys.has_value()),
+        socket_(context_, type),
+        monitor_(context_, zmq::socket_type::pair) {
     configure(socket_);
+    if (keys) set_keys(*keys);
     connect();
   }
 
@@ -31,6 +39,9 @@ class Socket {
 
   // Whether a peer has completed ZeroMQ's handshake and not gone away since.
   bool connected();
+
+  // After no peer was there: what may be wrong, as far as the attempts to connect tell.
+  std::string why_no_peer() const;
 
   // False if no peer was there until the deadline.
   bool wait_for_peer(Clock::time_point deadline);
@@ -45,16 +56,23 @@ class Socket {
   bool receive(std::string_view& bytes);
 
  private:
+  enum class Failure { none, broken_off, other_mechanism, refused };  // from what says least to what says most
+
+  void set_keys(const CurveKeys& keys);
   void connect();
+  void take_event(std::uint16_t number, std::uint32_t value);
+  static Failure failure_of(std::uint16_t number, std::uint32_t value);
   void wait(std::span<zmq::pollitem_t> items, Clock::time_point deadline);
   bool has_message() { return (socket_.get(zmq::sockopt::events) & ZMQ_POLLIN) != 0; }
 
   std::string endpoint_;
+  bool keyed_;
   zmq::context_t context_;
   zmq::socket_t socket_;
   zmq::socket_t monitor_;  // events of socket_
   zmq::message_t frame_;
   bool connected_ = false;
+  Failure failure_ = Failure::none;  // of the handshakes since the last that succeeded
 };
 
 }  // namespace acus::client

@@ -17,7 +17,7 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/acusConfigVersion.cmake C
 install(FILES ${PROJECT_BINARY_DIR}/acusConfig.cmake ${PROJECT_BINARY_DIR}/acusConfigVersion.cmake
         DESTINATION ${acus_package_dir})
 
-install(TARGETS acus-replay RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS acus-replay acus-keygen RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 # The Python programs stand beside the modules they share; Python looks for those where a link leads.
 set(acus_scripts_dir ${CMAKE_INSTALL_DATADIR}/acus/client)
 install(FILES client/recording.py client/shapes.py DESTINATION ${acus_scripts_dir})

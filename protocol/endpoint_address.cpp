@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "protocol/endpoint_address.h"
 
+#include <arpa/inet.h>
 #include <sys/un.h>
 
 #include <charconv>
@@ -52,6 +53,17 @@ std::string problem_with_endpoint(std::string_view endpoint, EndpointUse use) {
   if (endpoint.starts_with(kTcp)) return problem_with_tcp(endpoint.substr(kTcp.size()), use);
   if (endpoint.starts_with(kIpc)) return problem_with_ipc(endpoint.substr(kIpc.size()), use);
   return "expected tcp://HOST:PORT or ipc://PATH, found " + quoted(endpoint);
+}
+
+// By its address, not by the name of an interface, which could have any.
+bool is_local_endpoint(std::string_view endpoint) {
+  if (endpoint.starts_with(kIpc)) return true;
+  if (!endpoint.starts_with(kTcp)) return false;
+  const std::string_view address = endpoint.substr(kTcp.size());
+  const std::string host(address.substr(0, address.rfind(':')));
+  in_addr number{};
+  if (inet_pton(AF_INET, host.c_str(), &number) == 1) return ntohl(number.s_addr) >> 24 == IN_LOOPBACKNET;
+  return host == "localhost" || host == "[::1]" || host == "::1";
 }
 
 bool is_wildcard_endpoint(std::string_view endpoint) {

@@ -19,4 +19,7 @@ std::string problem_with_endpoint(std::string_view endpoint, EndpointUse use);
 // Whether the endpoint, given twice, would be two different ones.
 bool is_wildcard_endpoint(std::string_view endpoint);
 
+// Whether nobody but programs of this machine can connect to who listens there.
+bool is_local_endpoint(std::string_view endpoint);
+
 }  // namespace acus::protocol

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "protocol/endpoint_address.h"
+#include "protocol/key_file.h"
 #include "server/transport/endpoint.h"
 #include "server/transport/listening.h"
 #include "server/runtime/privileges.h"
@@ -40,7 +41,7 @@ enum ExitCode : int {
 constexpr const char* kDescription =
     "Simulates needles in soft tissue in real time and serves them over ZeroMQ.\n"
     "Clients send needle poses to one socket and subscribe to forces and shapes on another; protocol/README.md is the "
-    "contract. Both sockets listen on this machine only unless told otherwise.";
+    "contract. Both sockets listen on this machine only unless told otherwise; elsewhere only with keys or --insecure.";
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-server scenes/insertion_pullback.yaml            run until Ctrl-C\n"
@@ -57,6 +58,7 @@ struct Arguments {
   EndpointOptions endpoint;
   LoopOptions loop;
   std::string restore;
+  std::string curve_server_key, curve_clients;  // files
   bool check = false;
 };
 
@@ -91,6 +93,17 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->check(check_endpoint)
       ->capture_default_str();
   app.callback([&arguments] { check_distinct(arguments.endpoint); });
+  CLI::Option* key = app.add_option("--curve-server-key", arguments.curve_server_key,
+                                    "The server's key pair: admit only clients of --curve-clients, and encrypt (CURVE)")
+                         ->type_name("FILE");
+  CLI::Option* clients = app.add_option("--curve-clients", arguments.curve_clients,
+                                        "Public keys of the clients to admit, their files one after the other")
+                             ->type_name("FILE");
+  key->needs(clients);
+  clients->needs(key);
+  app.add_flag("--insecure", arguments.endpoint.admission.insecure,
+               "Listen where other machines can connect, without keys: whoever does can command the needles")
+      ->excludes(key);
   app.add_option("--rate", arguments.endpoint.rate, "Ticks per second instead of every scene's own (Hz)")
       ->check(rate_in_range());
   app.add_option("--ticks", arguments.loop.max_ticks, "End after so many ticks")
@@ -150,11 +163,16 @@ void report(const Punctuality& punctuality) {
                1e3 * static_cast<double>(punctuality.late) / static_cast<double>(ticks), punctuality.economized);
 }
 
-void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link,
+void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const Arguments& arguments, Link& link,
            const Termination& termination) {
+  const LoopOptions& options = arguments.loop;
+  const Admission& admission = arguments.endpoint.admission;
   spdlog::info("scene '{}', {} Hz{}", world->hello.scene, world->hello.rate, options.lockstep ? ", lockstep" : "");
   spdlog::info("commands on {}", endpoint.commands_endpoint());
   spdlog::info("states on {}", endpoint.states_endpoint());
+  if (admission.curve) spdlog::info("admits {} clients by their keys, and encrypts", admission.curve->clients.size());
+  if (admission.insecure) spdlog::warn("--insecure: whoever can connect is admitted, and nothing is encrypted");
+  raise_connection_limit();
   if (!options.lockstep) lock_memory();
   RealtimeLoop loop(std::move(world), options, link);
   {
@@ -162,7 +180,7 @@ void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const LoopOpt
     endpoint.run(termination.file());
   }
   spdlog::info("ended after {} ticks, {} deadlines skipped, {} states dropped, {} messages rejected", loop.ticks(),
-               link.overruns.load(), link.dropped.load(), endpoint.rejected());
+               link.overruns.load(), endpoint.dropped(), endpoint.rejected());
   if (!options.lockstep) report(loop.punctuality());
 }
 
@@ -177,6 +195,13 @@ void restore(const std::string& file, Simulation& simulation) {
     throw std::runtime_error("--restore " + file + ": " + error.what());
   }
   spdlog::info("goes on from tick {}, {} s", simulation.report().tick, simulation.report().time);
+}
+
+// Throws KeyError.
+void read_keys(Arguments& arguments) {
+  if (arguments.curve_server_key.empty()) return;
+  arguments.endpoint.admission.curve = CurveServer{protocol::read_key_pair(arguments.curve_server_key),
+                                                   protocol::read_public_keys(arguments.curve_clients)};
 }
 
 int run(const Arguments& arguments) {
@@ -205,7 +230,7 @@ int run(const Arguments& arguments) {
     spdlog::error("--record {}", error.what());
     return kCannotRecord;
   }
-  serve(*endpoint, std::move(world), arguments.loop, link, termination);
+  serve(*endpoint, std::move(world), arguments, link, termination);
   return kEnded;
 }
 
@@ -242,7 +267,11 @@ int main(int argc, char** argv) {
   if (arguments.endpoint.folders.empty())
     arguments.endpoint.folders = {std::filesystem::path(arguments.scene).parent_path().string()};
   try {
+    read_keys(arguments);
     return run(arguments);
+  } catch (const protocol::KeyError& error) {
+    spdlog::error("{}", error.what());
+    return kBadCommandLine;
   } catch (const std::exception& error) {
     spdlog::error("{}", error.what());
     return kFailed;

@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 
 #include <cerrno>
 #include <cstring>
@@ -63,6 +64,15 @@ void raise_priority(RealtimeThread thread) {
         "the {} without SCHED_FIFO ({}): other programs may make ticks late; raise the limit 'rtprio' (ulimit -r)",
         name, std::strerror(error));
   }
+}
+
+void raise_connection_limit() {
+  rlimit files{};
+  if (getrlimit(RLIMIT_NOFILE, &files) != 0) return;
+  files.rlim_cur = files.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &files);
+  getrlimit(RLIMIT_NOFILE, &files);
+  spdlog::info("room for {} connections, less some files: the limit 'nofile' (ulimit -n)", files.rlim_cur);
 }
 
 void lower_priority() { set_policy(SCHED_OTHER, 0); }

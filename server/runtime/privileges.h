@@ -14,6 +14,9 @@ void lock_memory();
 // wakes it when it asked to be woken, not some tens of microseconds later.
 void raise_priority(RealtimeThread thread);
 
+// Lets the process have as many connections as it may. At the limit ZeroMQ keeps a processor busy with trying.
+void raise_connection_limit();
+
 // Makes the calling thread an ordinary one, for work that can wait.
 void lower_priority();
 

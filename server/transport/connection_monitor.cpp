@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/transport/connection_monitor.h"
 
+#include <spdlog/spdlog.h>
+
 #include <cstdint>
 #include <cstring>
 
@@ -9,13 +11,14 @@ namespace acus {
 namespace {
 
 constexpr const char* kEvents = "inproc://connections";
+constexpr int kEventsHeard = ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL;
+constexpr double kLogLinesPerSecond = 1;
 
 }  // namespace
 
 ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& socket)
-    : events_(context, zmq::socket_type::pair) {
-  if (zmq_socket_monitor(socket.handle(), kEvents, ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED) != 0)
-    throw zmq::error_t();
+    : events_(context, zmq::socket_type::pair), log_limit_(kLogLinesPerSecond) {
+  if (zmq_socket_monitor(socket.handle(), kEvents, kEventsHeard) != 0) throw zmq::error_t();
   events_.set(zmq::sockopt::rcvhwm, 0);  // at a limit ZeroMQ's own thread would wait for this one
   events_.connect(kEvents);
 }
@@ -26,17 +29,27 @@ std::optional<int> ConnectionMonitor::next_ended() {
   while (events_.recv(event, zmq::recv_flags::dontwait)) {
     [[maybe_unused]] const auto received = events_.recv(endpoint, zmq::recv_flags::none);
     std::uint16_t number = 0;
-    std::int32_t connection = -1;
+    std::int32_t value = -1;
     std::memcpy(&number, event.data(), sizeof number);
-    std::memcpy(&connection, event.data<char>() + sizeof number, sizeof connection);
+    std::memcpy(&value, event.data<char>() + sizeof number, sizeof value);
     if (number == ZMQ_EVENT_ACCEPTED) {
-      open_.insert(connection);
+      open_.insert(value);
+    } else if (number == ZMQ_EVENT_DISCONNECTED) {
+      open_.erase(value);
+      return value;
     } else {
-      open_.erase(connection);
-      return connection;
+      log_failure(value);
     }
   }
   return std::nullopt;
+}
+
+void ConnectionMonitor::log_failure(std::int32_t reason) {
+  if (!log_limit_.allow("", RateLimiter::Clock::now())) return;
+  const char* what = "it does not speak ZeroMQ's protocol as this server does";
+  if (reason == ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH) what = "one side has keys and the other has none";
+  if (reason == ZMQ_PROTOCOL_ERROR_ZMTP_CRYPTOGRAPHIC) what = "it has not the key of this server, but another one";
+  spdlog::warn("a connection is refused: {}", what);
 }
 
 int connection_of(zmq::message_t& message) { return zmq_msg_get(message.handle(), ZMQ_SRCFD); }

@@ -3,9 +3,12 @@
 // message. A message may be read after its connection has ended.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <unordered_set>
 #include <zmq.hpp>
+
+#include "server/transport/rate_limiter.h"
 
 namespace acus {
 
@@ -18,7 +21,10 @@ class ConnectionMonitor {
   bool is_open(int connection) const { return open_.contains(connection); }  // as of when next_ended() gave none
 
  private:
+  void log_failure(std::int32_t reason);
+
   zmq::socket_t events_;
+  RateLimiter log_limit_;
   std::unordered_set<int> open_;
 };
 

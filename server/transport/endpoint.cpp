@@ -10,7 +10,6 @@
 #include "server/runtime/convert.h"
 #include "server/simulation/snapshot.h"
 #include "server/simulation/state_bytes.h"
-#include "server/transport/listening.h"
 #include "server/transport/readable_text.h"
 
 namespace acus {
@@ -22,12 +21,17 @@ using std::chrono::milliseconds;
 
 constexpr double kErrorsPerSecond = 10;            // to one client, about its streams
 constexpr double kLogLinesPerSecond = 10;          // about one client
-constexpr int kMessagesPerTurn = 64;               // received before states have their turn
+constexpr double kRequestsPerSecond = 20;          // of one client, of those that cost time
+constexpr int kMessagesPerTurn = 16;               // received before states have their turn
+constexpr std::size_t kBytesPerTurn = 1 << 20;     // likewise
+constexpr std::size_t kMaxQuestionBytes = 200;     // of a message that is looked at before its turn
 constexpr std::size_t kMaxTypeTold = 100, kMaxSentence = 2000;  // bytes of an error's texts
 constexpr int kRecordsPerTurn = 1024;              // passed on before messages have theirs
 constexpr int kLinger = 1000;                      // ms to deliver the last answers
 constexpr std::int64_t kMaxFrameBytes = 32 << 20;  // beyond it the client is disconnected
 constexpr int kMaxAnswers = 100;                   // of one client that wait for it to read
+constexpr int kMaxUnread = 16;                     // messages of one client that wait for this thread
+constexpr int kMaxHandshake = 10'000;              // ms from a connection to the end of its handshake
 // Of a client whose host is gone without a word, about 5 s: in ms, and in s and tries, one a second.
 constexpr int kHeartbeat = 1000, kHeartbeatTimeout = 5000, kKeepaliveIdle = 2, kKeepaliveCount = 3;
 constexpr auto kStatsPeriod = milliseconds(1000);
@@ -35,6 +39,14 @@ constexpr auto kBlockedPoll = milliseconds(1);  // between two tries to send a s
 
 template <class Message>
 constexpr bool kIsStream = std::is_same_v<Message, protocol::Pose> || std::is_same_v<Message, protocol::Spin>;
+
+// Whether it takes this thread, or the simulation's, more than some microseconds.
+template <class Message>
+constexpr bool kIsCostly =
+    std::is_same_v<Message, protocol::Describe> || std::is_same_v<Message, protocol::Hash> ||
+    std::is_same_v<Message, protocol::Snapshot> || std::is_same_v<Message, protocol::Restore> ||
+    std::is_same_v<Message, protocol::Reset> || std::is_same_v<Message, protocol::Load> || std::is_same_v<Message, protocol::Record> ||
+    std::is_same_v<Message, protocol::Pause> || std::is_same_v<Message, protocol::Resume>;
 
 // For the log; a step is too common.
 bool changes_world(Request::Kind kind) {
@@ -58,6 +70,11 @@ std::string shown(const std::string& client) {
 
 std::string unknown(const std::string& name) {
   return "the scene has no needle or guide '" + name + "'; 'hello' lists them";
+}
+
+std::optional<ZapHandler> make_zap_handler(zmq::context_t& context, const Admission& admission) {
+  if (!admission.curve) return std::nullopt;
+  return std::optional<ZapHandler>(std::in_place, context, admission.curve->clients);
 }
 
 bool has_spin(const protocol::Pose& pose) { return pose.spin.has_value(); }
@@ -85,9 +102,11 @@ bool is_request(std::string_view type) {
 Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& link)
     : options_(options),
       link_(link),
+      zap_(make_zap_handler(context_, options.admission)),
       commands_(context_, zmq::socket_type::router),
+      inbox_(commands_),
       connections_(context_, commands_),
-      publisher_(context_, options.states, options.lockstep),
+      publisher_(context_, options.states, options.admission, options.lockstep),
       loader_(link.to_sockets, options.rate, SceneFolders(options.folders)),
       recordings_(options.recordings, ACUS_VERSION),
       published_(&world),
@@ -97,10 +116,13 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       instance_(draw_instance()),
       error_limit_(kErrorsPerSecond),
       log_limit_(kLogLinesPerSecond),
+      request_limit_(kRequestsPerSecond),
       stats_begun_(Clock::now()) {
   commands_.set(zmq::sockopt::linger, kLinger);
   commands_.set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
   commands_.set(zmq::sockopt::sndhwm, kMaxAnswers);
+  commands_.set(zmq::sockopt::rcvhwm, kMaxUnread);
+  commands_.set(zmq::sockopt::handshake_ivl, kMaxHandshake);
   commands_.set(zmq::sockopt::tcp_keepalive, 1);
   commands_.set(zmq::sockopt::tcp_keepalive_idle, kKeepaliveIdle);
   commands_.set(zmq::sockopt::tcp_keepalive_intvl, 1);
@@ -109,7 +131,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
     commands_.set(zmq::sockopt::heartbeat_ivl, kHeartbeat);
     commands_.set(zmq::sockopt::heartbeat_timeout, kHeartbeatTimeout);
   }
-  listen(commands_, "--commands", options.commands);
+  listen(commands_, "--commands", options.commands, options.admission);
   if (!options.record.empty()) record_from_the_start();
 }
 
@@ -127,6 +149,7 @@ void Endpoint::run(int signals) {
   while (!finished || !all_sent_) {
     if (wait_for_work(signals)) return;
     link_.to_sockets.clear();
+    if (zap_) zap_->answer();
     finished = link_.finished.load(std::memory_order_acquire);
     wanted_ = publisher_.update_subscriptions();
     link_.wanted.store(wanted_, std::memory_order_relaxed);
@@ -137,19 +160,23 @@ void Endpoint::run(int signals) {
   }
 }
 
-// In lockstep the next message is not looked at before the request ahead of it is dealt with.
+// In lockstep a message is not dealt with before the request ahead of it.
 bool Endpoint::listening() const { return !options_.lockstep || (waiting_.empty() && !loader_.busy()); }
 
 // Sleeps until something happens or stats are due; true if it is a signal to end.
 bool Endpoint::wait_for_work(int signals) {
   const auto until_stats = std::chrono::ceil<milliseconds>(stats_begun_ + kStatsPeriod - Clock::now());
-  const auto idle = all_sent_ ? std::max(milliseconds(0), until_stats) : milliseconds(0);
-  std::array<zmq::pollitem_t, 5> items{{{nullptr, signals, ZMQ_POLLIN, 0},
+  const bool at_work = !all_sent_ || (listening() && inbox_.has_waiting());
+  const auto idle = at_work ? milliseconds(0) : std::max(milliseconds(0), until_stats);
+  void* zap = zap_ ? zap_->socket().handle() : nullptr;  // without it the item is a file of number -1, which never is
+  std::array<zmq::pollitem_t, 6> items{{{nullptr, signals, ZMQ_POLLIN, 0},
                                         {nullptr, link_.to_sockets.file(), ZMQ_POLLIN, 0},
                                         {publisher_.socket().handle(), 0, ZMQ_POLLIN, 0},
                                         {connections_.socket().handle(), 0, ZMQ_POLLIN, 0},
+                                        {zap, -1, ZMQ_POLLIN, 0},
                                         {commands_.handle(), 0, ZMQ_POLLIN, 0}}};
-  zmq::poll(items.data(), listening() ? items.size() : items.size() - 1, blocked_ ? kBlockedPoll : idle);
+  const bool room = listening() || !inbox_.full();
+  zmq::poll(items.data(), room ? items.size() : items.size() - 1, blocked_ ? kBlockedPoll : idle);
   return (items[0].revents & ZMQ_POLLIN) != 0;
 }
 
@@ -157,8 +184,38 @@ bool Endpoint::wait_for_work(int signals) {
 
 void Endpoint::receive_messages() {
   forget_lost_clients();
-  for (int i = 0; i < kMessagesPerTurn && listening(); ++i) {
-    if (!receive_message()) return;
+  std::size_t bytes = 0;
+  for (int i = 0; i < kMessagesPerTurn && bytes < kBytesPerTurn; ++i) {
+    std::optional<Arrived> message = next_message();
+    if (!message) return;
+    bytes += message->payload.size();
+    if (listening() || may_overtake(*message)) {
+      handle(*message);
+    } else {
+      inbox_.put_aside(std::move(*message));
+    }
+  }
+}
+
+std::optional<Arrived> Endpoint::next_message() {
+  if (listening() && inbox_.has_waiting()) return inbox_.take_waiting();
+  if (!listening() && inbox_.full()) return std::nullopt;
+  return inbox_.receive();
+}
+
+// Whether it may be answered before its turn: a question that has the same answer anyway, of a client that nothing else
+// of is ahead, so that it notices no other order than its own.
+bool Endpoint::may_overtake(const Arrived& message) const {
+  const std::string& client = message.sender.identity;
+  const auto asked = [&](const auto& request) { return request.second.identity == client; };
+  if (!message.framed || message.payload.size() > kMaxQuestionBytes) return false;
+  if (inbox_.has_waiting_of(client) || std::ranges::any_of(waiting_, asked)) return false;
+  if (loader_.busy() && loading_for_.identity == client) return false;
+  try {
+    const protocol::Command command = protocol::decode_command(message.bytes());
+    return std::holds_alternative<protocol::Hello>(command) || std::holds_alternative<protocol::Describe>(command);
+  } catch (const DecodeError&) {
+    return false;
   }
 }
 
@@ -167,6 +224,7 @@ void Endpoint::forget_lost_clients() {
   while (const auto connection = connections_.next_ended()) {
     for (const auto& [id, sender] : waiting_)
       if (sender.connection == *connection) link_.abandoned.store(id, std::memory_order_relaxed);
+    inbox_.forget_connection(*connection);
     forget_client(*connection);
   }
 }
@@ -185,28 +243,30 @@ void Endpoint::keep_one_client(const Sender& sender) {
   if (known != clients_.end() && known->second != sender.identity) forget_client(sender.connection);
 }
 
-// Frames: identity, an empty one if the client is a REQ, payload. False if no message waits.
-bool Endpoint::receive_message() {
-  zmq::message_t frame, payload;
-  if (!commands_.recv(frame, zmq::recv_flags::dontwait)) return false;
-  Sender sender{frame.to_string(), false, 0, -1};
-  int frames = 0;
-  for (bool more = frame.more(); more; more = payload.more(), ++frames) {
-    if (frames == 1) sender.delimited = payload.size() == 0;
-    [[maybe_unused]] const auto received = commands_.recv(payload, zmq::recv_flags::none);
-  }
-  sender.connection = connection_of(payload);
+void Endpoint::handle(const Arrived& message) {
+  const Sender& sender = message.sender;
   keep_one_client(sender);
   try {
-    if (frames != (sender.delimited ? 2 : 1)) {
+    if (!message.framed) {
       throw DecodeError(ErrorCode::invalid_msgpack, "a message must be one frame, or an empty frame and one more");
     }
-    std::visit([&](const auto& message) { handle(sender, message); },
-               protocol::decode_command(payload.to_string_view()));
+    std::visit([&](const auto& command) { handle_if_affordable(sender, command); },
+               protocol::decode_command(message.bytes()));
   } catch (const DecodeError& error) {
     reject(sender, error);
   }
-  return true;
+}
+
+// In real time what one client asks for takes time from all others; in lockstep they wait for each other anyway.
+template <class Message>
+void Endpoint::handle_if_affordable(const Sender& sender, const Message& message) {
+  if (kIsCostly<Message> && !options_.lockstep && !request_limit_.allow(sender.identity, Clock::now())) {
+    const std::string sentence =
+        fmt::format("one client may ask for '{}' and the like {} times a second; try again later", Message::kType,
+                    kRequestsPerSecond);
+    return reject(sender, message, ErrorCode::busy, sentence);
+  }
+  handle(sender, message);
 }
 
 void Endpoint::reject(const Sender& sender, const DecodeError& error) {
@@ -633,7 +693,7 @@ void Endpoint::publish_stats() {
   stats.paused = paused_;
   stats.overruns = link_.overruns.load(std::memory_order_relaxed);
   stats.rejected = rejected_;
-  stats.dropped = link_.dropped.load(std::memory_order_relaxed);
+  stats.dropped = dropped();
   stats.recording = recordings_.state();
   if (StateBox& second = published_->second; second.full.load(std::memory_order_acquire)) {
     if (second.epoch == stats.epoch) stats.hash_tick = second.state.tick, stats.hash = comparable_hash(second.state);

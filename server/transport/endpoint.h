@@ -18,11 +18,14 @@
 #include "server/runtime/link.h"
 #include "server/transport/connection_monitor.h"
 #include "server/transport/holders.h"
+#include "server/transport/inbox.h"
+#include "server/transport/listening.h"
 #include "server/transport/publisher.h"
 #include "server/transport/rate_limiter.h"
 #include "server/transport/recordings.h"
 #include "server/runtime/scene_loader.h"
 #include "server/transport/tick_statistics.h"
+#include "server/transport/zap_handler.h"
 
 namespace acus {
 
@@ -34,6 +37,7 @@ struct EndpointOptions {
   std::vector<std::string> folders;  // that clients may load scenes and meshes from; at least one
   std::string record;                // file to record into from the first tick on; empty: none
   std::string recordings;            // folder that clients may record into; empty: none
+  Admission admission;
 };
 
 class Endpoint {
@@ -49,17 +53,10 @@ class Endpoint {
   void run(int signals);
 
   std::uint64_t rejected() const { return rejected_; }
+  std::uint64_t dropped() const { return link_.dropped.load(std::memory_order_relaxed) + publisher_.dropped(); }
 
  private:
   using Clock = std::chrono::steady_clock;
-
-  // Whom to answer, and about what.
-  struct Sender {
-    std::string identity;    // the client's routing frame
-    bool delimited = false;  // whether an empty frame stood before the payload, as REQ sends it
-    std::uint64_t seq = 0;   // of the request
-    int connection = -1;     // that the message came through
-  };
 
   // What a needle or guide was told.
   struct Commanded {
@@ -72,7 +69,11 @@ class Endpoint {
   bool listening() const;
 
   void receive_messages();
-  bool receive_message();
+  std::optional<Arrived> next_message();
+  bool may_overtake(const Arrived& message) const;
+  void handle(const Arrived& message);
+  template <class Message>
+  void handle_if_affordable(const Sender& sender, const Message& message);
   void reject(const Sender& sender, const protocol::DecodeError& error);
   template <class Message>
   void reject(const Sender& sender, const Message& message, protocol::ErrorCode code, const std::string& sentence);
@@ -136,7 +137,9 @@ class Endpoint {
   const EndpointOptions options_;
   Link& link_;
   zmq::context_t context_;
+  std::optional<ZapHandler> zap_;  // with keys
   zmq::socket_t commands_;
+  Inbox inbox_;
   ConnectionMonitor connections_;
   Publisher publisher_;
   SceneLoader loader_;
@@ -158,7 +161,7 @@ class Endpoint {
   protocol::Load loading_;                             // the request that the loader works on,
   Sender loading_for_;                                 // and whose it is
 
-  RateLimiter error_limit_, log_limit_;
+  RateLimiter error_limit_, log_limit_, request_limit_;
   std::uint64_t rejected_ = 0;
   TopicSet wanted_ = 0;
   TickStatistics statistics_;

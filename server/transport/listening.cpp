@@ -10,6 +10,8 @@
 #include <cstring>
 #include <string_view>
 
+#include "protocol/endpoint_address.h"
+
 namespace acus {
 namespace {
 
@@ -71,15 +73,28 @@ std::string in_the_way(const std::string& path) {
   }
 }
 
+void set_keys(zmq::socket_t& socket, const CurveServer& curve) {
+  socket.set(zmq::sockopt::curve_server, true);
+  socket.set(zmq::sockopt::curve_secretkey, curve.key.secret_key);
+}
+
 }  // namespace
 
-void listen(zmq::socket_t& socket, const std::string& option, const std::string& endpoint) {
+void listen(zmq::socket_t& socket, const std::string& option, const std::string& endpoint, const Admission& admission) {
   const std::string cannot = "cannot listen on " + option + " '" + endpoint + "': ";
+  if (!admission.curve && !admission.insecure && !protocol::is_local_endpoint(endpoint)) {
+    throw CannotListen(
+        cannot +
+        "other machines could connect, and whoever does can command the needles; give "
+        "--curve-server-key and --curve-clients (acus-keygen makes keys), or --insecure if everybody who "
+        "can reach it may do so");
+  }
   if (endpoint.starts_with(kIpc) && endpoint != "ipc://*") {
     const std::string obstacle = in_the_way(endpoint.substr(kIpc.size()));
     if (!obstacle.empty()) throw CannotListen(cannot + obstacle);
   }
   socket.set(zmq::sockopt::zap_domain, std::string(kZapDomain));
+  if (admission.curve) set_keys(socket, *admission.curve);
   try {
     socket.bind(endpoint);
   } catch (const zmq::error_t& error) {

@@ -3,20 +3,23 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <bit>
 #include <random>
 
 #include "protocol/codec.h"
 #include "server/runtime/convert.h"
-#include "server/transport/listening.h"
 
 namespace acus {
 namespace {
 
-constexpr int kQueuedStates = 4096;  // per subscriber
-constexpr int kLinger = 200;         // ms to deliver what is queued at the end
+// Of a subscriber that does not keep up: as many states, or as few large ones as make so many bytes.
+constexpr std::size_t kQueuedStates = 4096, kQueuedBytes = 64 << 20, kFewestQueued = 64;
+constexpr int kLinger = 200;           // ms to deliver what is queued at the end
+constexpr int kMaxHandshake = 10'000;  // ms from a connection to the end of its handshake
 constexpr auto kPatience = std::chrono::seconds(10);
-constexpr int kMaxNotices = 256;                // taken in at a time
-constexpr std::int64_t kMaxNoticeBytes = 1024;  // beyond it the subscriber is disconnected
+constexpr int kMaxNotices = 256;               // taken in at a time
+constexpr std::int64_t kMaxNoticeBytes = 512;  // beyond it the subscriber is disconnected; a handshake needs about 300
 constexpr const char* kAskingEndpoint = "inproc://subscriptions";
 
 std::string random_mark() {
@@ -28,16 +31,20 @@ std::string random_mark() {
 
 }  // namespace
 
-Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, bool lockstep)
-    : socket_(context, zmq::socket_type::xpub), asking_(context, zmq::socket_type::sub), subscriptions_(random_mark()) {
-  socket_.set(zmq::sockopt::sndhwm, kQueuedStates);
+Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, const Admission& admission, bool lockstep)
+    : socket_(context, zmq::socket_type::xpub),
+      asking_(context, zmq::socket_type::sub),
+      subscriptions_(random_mark()),
+      waits_for_room_(lockstep) {
+  bound_queues(1);
   socket_.set(zmq::sockopt::linger, kLinger);
-  socket_.set(zmq::sockopt::xpub_nodrop, lockstep);
+  socket_.set(zmq::sockopt::handshake_ivl, kMaxHandshake);
+  socket_.set(zmq::sockopt::xpub_nodrop, true);
   socket_.set(zmq::sockopt::maxmsgsize, kMaxNoticeBytes);
   socket_.bind(kAskingEndpoint);
   asking_.set(zmq::sockopt::linger, 0);
   asking_.connect(kAskingEndpoint);
-  listen(socket_, "--states", endpoint);
+  listen(socket_, "--states", endpoint, admission);
 }
 
 TopicSet Publisher::update_subscriptions() {
@@ -69,8 +76,18 @@ bool Publisher::flush() {
   if (std::chrono::steady_clock::now() - held_since_ < kPatience) return false;
   spdlog::warn("a subscriber took no states for {} s; states that it has no room for are dropped from here on",
                kPatience.count());
-  socket_.set(zmq::sockopt::xpub_nodrop, false);
-  return flush();
+  waits_for_room_ = false;
+  send_where_room_is(held_topic_, bytes_);
+  held_topic_ = nullptr;
+  return true;
+}
+
+// A queue's limit counts states. It shrinks with the largest state so far, to a power of two so that it seldom does.
+void Publisher::bound_queues(std::size_t bytes) {
+  if (bytes <= largest_) return;
+  largest_ = std::bit_ceil(bytes);
+  socket_.set(zmq::sockopt::sndhwm,
+              static_cast<int>(std::clamp(kQueuedBytes / largest_, kFewestQueued, kQueuedStates)));
 }
 
 void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
@@ -108,12 +125,22 @@ void Publisher::publish(const protocol::Stats& stats) { encode_and_send(stats); 
 template <class Message>
 void Publisher::encode_and_send(const Message& message) {
   protocol::encode(message, bytes_);
+  bound_queues(bytes_.size());
   if (try_to_send(Message::kType, bytes_)) return;
+  if (!waits_for_room_) return send_where_room_is(Message::kType, bytes_);
   held_topic_ = Message::kType;
   held_since_ = std::chrono::steady_clock::now();
 }
 
-// Only a lockstep socket ever says that there is no room, and it says so before the first frame is taken.
+// A subscriber without room loses this state, and further ones, which ZeroMQ does not tell of, until it has room again.
+void Publisher::send_where_room_is(const char* topic, const std::string& bytes) {
+  ++dropped_;
+  socket_.set(zmq::sockopt::xpub_nodrop, false);
+  try_to_send(topic, bytes);
+  socket_.set(zmq::sockopt::xpub_nodrop, true);
+}
+
+// False if a subscriber that may still lose a state has no room, which ZeroMQ says before it takes the first frame.
 bool Publisher::try_to_send(const char* topic, const std::string& bytes) {
   const auto more = zmq::send_flags::sndmore | zmq::send_flags::dontwait;
   if (!socket_.send(zmq::buffer(std::string_view(topic)), more)) return false;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <zmq.hpp>
@@ -12,18 +13,22 @@
 #include "server/runtime/link.h"
 #include "server/runtime/loaded_scene.h"
 #include "server/runtime/topics.h"
+#include "server/transport/listening.h"
 
 namespace acus {
 
 class Publisher {
  public:
   // Binds; throws CannotListen.
-  Publisher(zmq::context_t& context, const std::string& endpoint, bool lockstep);
+  Publisher(zmq::context_t& context, const std::string& endpoint, const Admission& admission, bool lockstep);
 
   zmq::socket_ref socket() { return socket_; }
 
   // Where it listens, with the port that a wildcard was resolved to.
   std::string endpoint() const { return socket_.get(zmq::sockopt::last_endpoint); }
+
+  // States that some subscriber had no room for, the first of each series; the rest cannot be known.
+  std::uint64_t dropped() const { return dropped_; }
 
   // Takes in the notices that wait, and returns the topics that are wanted.
   TopicSet update_subscriptions();
@@ -39,14 +44,19 @@ class Publisher {
 
  private:
   void ask_about_doubts();
+  void bound_queues(std::size_t bytes);
   template <class Message>
   void encode_and_send(const Message& message);
   bool try_to_send(const char* topic, const std::string& bytes);
+  void send_where_room_is(const char* topic, const std::string& bytes);
 
   zmq::socket_t socket_;
   zmq::socket_t asking_;  // SUB, connected to socket_
   Subscriptions subscriptions_;
-  std::string bytes_;  // the encoded state, reused
+  std::string bytes_;        // the encoded state, reused
+  std::size_t largest_ = 0;  // bytes of a state so far, rounded up
+  bool waits_for_room_;
+  std::uint64_t dropped_ = 0;
 
   const char* held_topic_ = nullptr;  // of the state in bytes_ that is held back, if one is
   std::chrono::steady_clock::time_point held_since_;

@@ -20,6 +20,7 @@ run(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/build -G ${GENERATOR} -D 
 run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
 run(${WORK_DIR}/build/consumer)
 run(${prefix}/bin/acus-replay --help)
+run(${prefix}/bin/acus-keygen --help)
 if(EXISTS ${BUILD_DIR}/bin/acus-bench)  # not where sanitizers are
   run(${prefix}/bin/acus-bench --help)
 endif()

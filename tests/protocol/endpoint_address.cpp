@@ -17,6 +17,21 @@ bool connects(const std::string& endpoint) { return problem(endpoint, EndpointUs
 
 }  // namespace
 
+TEST_CASE("where other machines can connect is told by the address") {
+  for (const std::string local :
+       {kDefaultCommandsEndpoint, kDefaultStatesEndpoint, "tcp://127.0.0.1:*", "tcp://127.9.8.7:1", "tcp://localhost:1",
+        "tcp://[::1]:65535", "ipc:///run/acus/commands", "ipc://*"}) {
+    CAPTURE(local);
+    CHECK(is_local_endpoint(local));
+  }
+  for (const std::string open : {"tcp://*:5750", "tcp://0.0.0.0:5750", "tcp://192.0.2.1:5750", "tcp://eth0:5750",
+                                 "tcp://lo:5750", "tcp://128.0.0.1:1", "tcp://127.0.0.1.example.org:1", "tcp://[::]:1",
+                                 "tcp://localhost.example.org:1", "nonsense"}) {
+    CAPTURE(open);
+    CHECK_FALSE(is_local_endpoint(open));
+  }
+}
+
 TEST_CASE("what programs listen on and connect to is accepted") {
   for (const std::string endpoint :
        {kDefaultCommandsEndpoint, kDefaultStatesEndpoint, "tcp://localhost:1", "tcp://[::1]:65535",

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include "protocol/key_file.h"
+
+#include <sys/stat.h>
+
+#include <fstream>
+#include <string_view>
+#include <utility>
+
+namespace acus::protocol {
+namespace {
+
+constexpr std::size_t kKeyLength = 40;
+constexpr std::string_view kZ85 =
+    "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ.-:+=^!/*?&<>()[]{}@%$#";
+constexpr mode_t kForbidden = S_IWGRP | S_IXGRP | S_IRWXO;
+
+// All that a file says, in its order.
+struct Content {
+  std::vector<PublicKey> public_keys;
+  std::vector<std::string> secret_keys;
+};
+
+std::string trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(" \t\r") + 1 - first));
+}
+
+std::string unquoted(const std::string& text) {
+  const bool quoted = text.size() >= 2 && text.front() == text.back() && (text.front() == '"' || text.front() == '\'');
+  return quoted ? text.substr(1, text.size() - 2) : text;
+}
+
+bool is_key(const std::string& text) {
+  return text.size() == kKeyLength && text.find_first_not_of(kZ85) == std::string::npos;
+}
+
+bool is_open_to_others(const std::string& path) {
+  struct stat status {};
+  return stat(path.c_str(), &status) == 0 && (status.st_mode & kForbidden) != 0;
+}
+
+Content read(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw KeyError("the key file '" + path + "' cannot be read");
+  Content content;
+  std::string line, name;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const std::string text = trimmed(line);
+    const auto equals = text.find('=');
+    if (text.starts_with('#') || equals == std::string::npos) continue;
+    const std::string field = trimmed(std::string_view(text).substr(0, equals));
+    const std::string value = unquoted(trimmed(std::string_view(text).substr(equals + 1)));
+    if (field == "name") name = value;
+    if (field != "public-key" && field != "secret-key") continue;
+    if (!is_key(value)) {
+      throw KeyError("the key file '" + path + "', line " + std::to_string(number) + ": expected a " + field +
+                     " of 40 characters of Z85 in quotes, found something else; acus-keygen writes such files");
+    }
+    if (field == "secret-key") {
+      content.secret_keys.push_back(value);
+    } else {
+      content.public_keys.push_back({std::exchange(name, {}), value});
+    }
+  }
+  return content;
+}
+
+}  // namespace
+
+KeyPair read_key_pair(const std::string& path) {
+  const Content content = read(path);
+  if (!content.secret_keys.empty() && is_open_to_others(path))
+    throw KeyError("the key file '" + path + "' holds a secret key and is open to others; chmod 600 '" + path + "'");
+  if (content.public_keys.size() != 1 || content.secret_keys.size() != 1) {
+    throw KeyError("the key file '" + path + "': expected one public and one secret key, found " +
+                   std::to_string(content.public_keys.size()) + " and " + std::to_string(content.secret_keys.size()) +
+                   "; acus-keygen NAME writes them into NAME.key_secret");
+  }
+  return {content.public_keys.front().key, content.secret_keys.front()};
+}
+
+std::vector<PublicKey> read_public_keys(const std::string& path) {
+  const Content content = read(path);
+  if (!content.secret_keys.empty()) {
+    throw KeyError("the key file '" + path +
+                   "' holds a secret key, which only its owner needs; give the public part, which acus-keygen NAME "
+                   "writes into NAME.key");
+  }
+  if (content.public_keys.empty())
+    throw KeyError("the key file '" + path + "' holds no public key; acus-keygen NAME writes one into NAME.key");
+  return content.public_keys;
+}
+
+PublicKey read_public_key(const std::string& path) {
+  const std::vector<PublicKey> keys = read_public_keys(path);
+  if (keys.size() == 1) return keys.front();
+  throw KeyError("the key file '" + path + "': expected one public key, found " + std::to_string(keys.size()));
+}
+
+}  // namespace acus::protocol
