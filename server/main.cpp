@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // acus-server: loads a scene, simulates it on one thread and serves it on another.
 #include <poll.h>
+#include <pthread.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -19,6 +20,7 @@
 #include "server/transport/listening.h"
 #include "server/runtime/privileges.h"
 #include "server/runtime/realtime_loop.h"
+#include "server/runtime/service_manager.h"
 #include "server/scene/scene_fields.h"
 #include "server/simulation/scene_summary.h"
 #include "server/simulation/snapshot.h"
@@ -106,6 +108,7 @@ class SimulationThread {
  public:
   SimulationThread(RealtimeLoop& loop, Link& link, bool real_time)
       : link_(link), thread_([&loop, real_time] {
+          pthread_setname_np(pthread_self(), "acus-simulation");
           if (real_time) raise_priority(RealtimeThread::simulation);
           loop.run();
         }) {}
@@ -135,16 +138,27 @@ void report(const Punctuality& punctuality) {
                1e3 * static_cast<double>(punctuality.late) / static_cast<double>(ticks), punctuality.economized);
 }
 
+// Signs of life come from the socket thread, on behalf of the simulation thread: neither can hang unnoticed.
+void serve_and_tell(Endpoint& endpoint, const Link& link, const Termination& termination) {
+  ServiceManager manager(ServiceManager::address_from_environment());
+  manager.ready(endpoint.standing());
+  endpoint.run(termination.file(), [&] {
+    const auto now = ServiceManager::Clock::now();
+    if (manager.due(now)) manager.keep_informed(now, link.turns.load(std::memory_order_relaxed), endpoint.standing());
+  });
+  manager.stopping();
+}
+
 void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link,
            const Termination& termination) {
-  spdlog::info("scene '{}', {} Hz{}", world->hello.scene, world->hello.rate, options.lockstep ? ", lockstep" : "");
+  spdlog::info("{}", endpoint.standing());
   spdlog::info("commands on {}", endpoint.commands_endpoint());
   spdlog::info("states on {}", endpoint.states_endpoint());
   if (!options.lockstep) lock_memory();
   RealtimeLoop loop(std::move(world), options, link);
   {
     const SimulationThread thread(loop, link, !options.lockstep);
-    endpoint.run(termination.file());
+    serve_and_tell(endpoint, link, termination);
   }
   spdlog::info("ended after {} ticks, {} deadlines skipped, {} states dropped, {} messages rejected", loop.ticks(),
                link.overruns.load(), link.dropped.load(), endpoint.rejected());

@@ -117,7 +117,12 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
   listen(commands_, "--commands", options.commands);
 }
 
-void Endpoint::run(int signals) {
+std::string Endpoint::standing() const {
+  return fmt::format("scene '{}', {} Hz{}{}", published_->hello.scene, published_->hello.rate,
+                     options_.lockstep ? ", lockstep" : "", paused_ ? ", paused" : "");
+}
+
+void Endpoint::run(int signals, const std::function<void()>& each_turn) {
   bool finished = false;
   while (!finished || !all_sent_) {
     if (wait_for_work(signals)) return;
@@ -129,6 +134,7 @@ void Endpoint::run(int signals) {
     finish_loading();
     all_sent_ = pass_on_records();
     publish_stats();
+    each_turn();
   }
 }
 
