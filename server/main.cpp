@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // acus-server: loads a scene, simulates it on one thread and serves it on another.
-#include <poll.h>
 #include <pthread.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -18,9 +14,11 @@
 #include "protocol/endpoint_address.h"
 #include "server/transport/endpoint.h"
 #include "server/transport/listening.h"
+#include "server/runtime/log.h"
 #include "server/runtime/privileges.h"
 #include "server/runtime/realtime_loop.h"
 #include "server/runtime/service_manager.h"
+#include "server/scene/installed_scenes.h"
 #include "server/scene/scene_fields.h"
 #include "server/simulation/scene_summary.h"
 #include "server/simulation/snapshot.h"
@@ -39,6 +37,7 @@ constexpr const char* kDescription =
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-server scenes/insertion_pullback.yaml            run until Ctrl-C\n"
+    "  acus-server insertion_pullback                        likewise, the installed scene of that name\n"
     "  acus-server SCENE --check                             see whether the scene can be used, what it costs and "
     "leaves out\n"
     "  acus-server SCENE --lockstep                          ticks run when a client asks: for replays and tests\n"
@@ -50,6 +49,7 @@ struct Arguments {
   std::string scene;
   EndpointOptions endpoint;
   LoopOptions loop;
+  LogOptions log;
   std::string restore;
   bool check = false;
 };
@@ -77,7 +77,9 @@ void check_distinct(const EndpointOptions& endpoint) {
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
-  app.add_option("SCENE", arguments.scene, "Scene file (YAML); scenes/README.md describes the format")->required();
+  app.add_option("SCENE", arguments.scene, "Scene file (YAML; scenes/README.md describes the format), or the name of a scene in /etc/acus or of an "
+                 "installed one")
+      ->required();
   app.add_option("--commands", arguments.endpoint.commands, "ZeroMQ endpoint for commands (ROUTER)")
       ->check(check_endpoint)
       ->capture_default_str();
@@ -99,6 +101,14 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--restore", arguments.restore,
                  "Go on from a snapshot of this scene, in a file: the bytes of a client's 'snapshot'")
       ->type_name("FILE");
+  app.add_option("--log-level", arguments.log.level, "Least level of the lines in the log")
+      ->type_name("LEVEL")
+      ->transform(CLI::CheckedTransformer(kLogLevels).description("trace, debug, info, warn, error or off"))
+      ->default_str("info");
+  app.add_option("--log-format", arguments.log.format, "Lines for people, or a JSON object a line")
+      ->type_name("FORMAT")
+      ->transform(CLI::CheckedTransformer(kLogFormats).description("text or json"))
+      ->default_str("text");
   app.add_flag("--check", arguments.check,
                "Load the scene, print what it contains, what it costs and what it leaves out, and exit");
 }
@@ -205,25 +215,10 @@ int run(const Arguments& arguments) {
   return kEnded;
 }
 
-// Waits for nobody: a pipe whose reader is gone or does not read takes no line.
-struct LogSink : spdlog::sinks::stderr_color_sink_mt {
-  void log(const spdlog::details::log_msg& message) override {
-    pollfd file{STDERR_FILENO, POLLOUT, 0};
-    if (poll(&file, 1, 0) == 1 && (file.revents & POLLOUT)) spdlog::sinks::stderr_color_sink_mt::log(message);
-  }
-};
-
-// A server outlives who reads its log: lines that cannot be written are lost, and nothing else happens.
-void begin_log() {
-  std::signal(SIGPIPE, SIG_IGN);
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>("acus-server", std::make_shared<LogSink>()));
-  spdlog::set_error_handler([](const std::string&) {});
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  begin_log();
+  begin_log({});  // for what goes wrong before the options are known
   Arguments arguments;
   CLI::App app(kDescription, "acus-server");
   declare(app, arguments);
@@ -232,6 +227,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kEnded : kBadCommandLine;
   }
+  begin_log(arguments.log);
+  arguments.scene = find_scene(arguments.scene, installed_scene_folders());
   arguments.endpoint.lockstep = arguments.loop.lockstep;
   if (arguments.endpoint.folders.empty())
     arguments.endpoint.folders = {std::filesystem::path(arguments.scene).parent_path().string()};
