@@ -77,7 +77,7 @@ def needle_row(needle, held, force):
     if force is None:
         return [name, held] + ["-"] * (len(COLUMNS) - 2)
     phase = readable(force["phase"]) + (" stale" if force["stale"] else "")
-    return [name, held, phase, f"{MM * force['depth']:.1f}", f"{-force['base_force_in_base'][0]:.3f}",
+    return [name, held, phase, f"{MM * force['depth']:.1f}", f"{round(-force['base_force_in_base'][0], 3) + 0.0:.3f}",
             f"{length(force['base_force']):.3f}", f"{length(force['base_torque']):.4f}",
             f"{length(force['tip_force']):.3f}", f"{100 * force['fresh']:.0f} %", f"{MS * force['age']:.1f}",
             str(force["lost"]), str(force["reordered"]), flags_text(force["flags"])]

@@ -39,6 +39,7 @@ class Watch:
         self._sampling = None  # monotonic time since which forces are subscribed to
         self._missing = set()  # needles without a force in this sample
         self._sampled = False  # whether there was a sample
+        self._whole = False  # whether the next stats cover a whole period: ticks count from the subscription on
 
     def close(self):
         self._context.destroy(linger=0)
@@ -109,11 +110,14 @@ class Watch:
             return self._take_force(message)
         if message["type"] != "stats":
             return False
-        self.stats = message
+        silence = self.silence()
+        if self._whole and silence <= SILENT:
+            self.stats = message
+            self._begin_sample()
+        self._whole = True
         self.heard = time.monotonic()
         if self._asked is None:
             self._ask(self.heard)
-        self._begin_sample()
         return True
 
     def _take_force(self, message):

@@ -214,6 +214,9 @@ void Endpoint::reject(const Sender& sender, const DecodeError& error) {
   ++rejected_;
   const bool request = error.type && is_request(*error.type);
   if (!request && !error_limit_.allow(sender.identity, Clock::now())) return;
+  if (spdlog::should_log(spdlog::level::debug) && log_limit_.allow(sender.identity, Clock::now()))
+    spdlog::debug("rejects '{}' of client {}: {}", readable(error.type.value_or(""), kMaxTypeTold),
+                  shown(sender.identity), readable(error.what(), kMaxSentence));
   std::optional<std::string> rejected;
   if (error.type) rejected = readable(*error.type, kMaxTypeTold);
   send(sender, protocol::Error{error.seq, std::move(rejected), error.code(), readable(error.what(), kMaxSentence)});

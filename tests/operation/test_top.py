@@ -15,6 +15,8 @@ import termios
 import time
 import unittest
 
+import pyte
+
 from running_server import PATIENCE, SCENE, WithServer
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -83,6 +85,15 @@ class Once(WithServer):
         self.assertIn("scene 'evil?[2Jname'", page)
         self.assertNotIn("\x1b", page)
 
+    def test_a_reader_that_is_gone_is_no_trouble(self):
+        self.start()
+        end, pipe = os.pipe()
+        os.close(end)
+        command = [TOP, "--commands", self.commands, "--states", self.states, "--once", "--timeout", str(PATIENCE)]
+        with os.fdopen(pipe, "w", encoding="utf-8") as output:
+            done = subprocess.run(command, stdout=output, stderr=subprocess.PIPE, timeout=2 * PATIENCE, check=False)
+        self.assertEqual((done.returncode, done.stderr), (0, b""))
+
     def test_no_server_and_bad_arguments_have_a_status(self):
         self.assertEqual(self.top("--once", "--timeout", "0.3").returncode, 3)
         self.assertEqual(self.top("--timeout", "never").returncode, 1)
@@ -91,13 +102,16 @@ class Once(WithServer):
 
 
 class Terminal(WithServer):
-    """acus-top on a pseudo-terminal whose screen is read as the bytes that come."""
+    """acus-top on a pseudo-terminal, whose screen pyte draws."""
 
     def setUp(self):
         super().setUp()
-        self.screen, terminal = pty.openpty()
-        self.addCleanup(os.close, self.screen)
+        self.file, terminal = pty.openpty()
+        self.addCleanup(os.close, self.file)
+        self.screen = pyte.Screen(100, 24)
+        self.stream = pyte.ByteStream(self.screen)
         self.resize(24, 100)
+        self.before = termios.tcgetattr(self.file)
         self.top = self.start(program=TOP, arguments=["--commands", self.commands, "--states", self.states],
                               stdin=terminal, stdout=terminal, stderr=terminal, start_new_session=True,
                               preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
@@ -105,68 +119,67 @@ class Terminal(WithServer):
         os.close(terminal)
 
     def resize(self, rows, columns):
-        fcntl.ioctl(self.screen, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+        self.screen.resize(rows, columns)
+        fcntl.ioctl(self.file, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
 
-    def shown(self):
+    def draw(self):
         """What comes within a tenth of a second."""
-        if not select.select([self.screen], [], [], 0.1)[0]:
-            return b""
+        if not select.select([self.file], [], [], 0.1)[0]:
+            return
         try:
-            return os.read(self.screen, 65536)
+            self.stream.feed(os.read(self.file, 65536))
         except OSError:  # the other end is closed
-            return b""
+            pass
 
-    def wait_for(self, text):
+    def wait_for(self, *texts):
+        """Until the screen shows all of them at once."""
         deadline = time.monotonic() + PATIENCE
-        seen = b""
-        while text not in seen:
-            self.assertLess(time.monotonic(), deadline, f"{text} was not shown, but {seen[-2000:]}")
-            self.assertIsNone(self.top.poll(), seen)
-            seen += self.shown()
+        while not all(text in "\n".join(self.screen.display) for text in texts):
+            self.assertLess(time.monotonic(), deadline, "\n".join(self.screen.display))
+            self.assertIsNone(self.top.poll(), "it ended")
+            self.draw()
 
-    def quit(self):
-        os.write(self.screen, b"q")
+    def wait_for_end(self):
         deadline = time.monotonic() + PATIENCE
         while self.top.poll() is None:
             self.assertLess(time.monotonic(), deadline)
-            self.shown()
+            self.draw()
         self.assertEqual(self.top.returncode, 0)
 
+    def quit(self):
+        os.write(self.file, b"q")
+        self.wait_for_end()
+
     def test_it_survives_a_server_that_goes_and_comes_back(self):
-        self.wait_for(b"no server has answered yet")
+        self.wait_for("no server has answered yet")
         server = self.start()
-        self.wait_for(b"scene 'small'")
-        self.wait_for(b"of 200 Hz")
-        self.wait_for(b"left")
+        self.wait_for("scene 'small'", "of 200 Hz", "left", "right")
         self.end(server)
-        self.wait_for(b"NO WORD FOR")
+        self.wait_for("scene 'small'", "NO WORD FOR")
         self.write("scene.yaml", SCENE.format(name="another"))
         self.start()
-        self.wait_for(b"another")
+        self.wait_for("scene 'another'", "of 200 Hz")
+        self.assertNotIn("NO WORD FOR", self.screen.display[0])
         self.quit()
 
     def test_it_survives_every_size_of_the_terminal(self):
         self.start()
-        self.wait_for(b"of 200 Hz")
+        self.wait_for("of 200 Hz")
         for rows, columns in ((1, 1), (2, 3), (5, 20), (100, 300), (24, 100)):
             self.resize(rows, columns)
             self.top.send_signal(signal.SIGWINCH)
             for _ in range(5):
-                self.shown()
+                self.draw()
             self.assertIsNone(self.top.poll())
-        self.wait_for(b"of 200 Hz")
+        self.wait_for("of 200 Hz", "right")
         self.quit()
 
     def test_sigterm_leaves_the_terminal_as_it_was(self):
-        before = termios.tcgetattr(self.screen)
-        self.wait_for(b"no server has answered yet")
-        self.assertNotEqual(termios.tcgetattr(self.screen), before)
+        self.wait_for("no server has answered yet")
+        self.assertNotEqual(termios.tcgetattr(self.file), self.before)
         self.top.send_signal(signal.SIGTERM)
-        deadline = time.monotonic() + PATIENCE
-        while self.top.poll() is None:
-            self.assertLess(time.monotonic(), deadline)
-            self.shown()
-        self.assertEqual(self.top.returncode, 0)
+        self.wait_for_end()
+        self.assertEqual(termios.tcgetattr(self.file), self.before)
 
 
 if __name__ == "__main__":
