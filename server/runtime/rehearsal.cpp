@@ -127,8 +127,9 @@ std::string number(const char* format, double value) {
 
 void add(TextTable& table, const std::string& name, const RehearsedTicks& part, double time_step) {
   if (part.ticks == 0) return;
-  table.add({"  " + name, number("%.0f", 1e3 * part.depth), number("%.0f", part.rows), number("%.3f", 1e3 * part.median),
-             number("%.3f", 1e3 * part.p99), number("%.0f %%", 100 * part.p99 / time_step)});
+  table.add({"  " + name, number("%.0f", 1e3 * part.depth), number("%.0f", part.rows),
+             number("%.3f", 1e3 * part.median), number("%.3f", 1e3 * part.p99),
+             number("%.0f %%", 100 * part.p99 / time_step)});
 }
 
 }  // namespace

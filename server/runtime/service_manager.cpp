@@ -60,7 +60,8 @@ ServiceManager::ServiceManager(const Address& address) : watchdog_(address.watch
   const std::string& name = address.socket;
   if (name.empty()) return;
   if ((name[0] != '/' && name[0] != '@') || name.size() >= sizeof address_.sun_path) {
-    spdlog::warn("$NOTIFY_SOCKET is '{}', which is neither a path nor an abstract name: nobody is told how it goes", name);
+    spdlog::warn("$NOTIFY_SOCKET is '{}', which is neither a path nor an abstract name: nobody is told how it goes",
+                 name);
     return;
   }
   address_.sun_family = AF_UNIX;
