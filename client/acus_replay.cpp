@@ -84,6 +84,7 @@ std::string check_endpoint(const std::string& endpoint) {
 
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
+  app.set_version_flag("--version", ACUS_VERSION);
   app.add_option("trajectory", arguments.trajectory,
                  "CSV with the columns t,needle,x,y,z,qw,qx,qy,qz[,spin]; 'needle' may name a guide, too. A recording of "
                  "a server (acus-server --record) is handed to acus-export, which runs it again")

@@ -1,45 +1,53 @@
 # Installs the programs, the scenes, and the protocol and client libraries for find_package(acus), which offers
 # acus::protocol and acus::client. Headers are included as in the sources: "client/client.h" from include/acus.
+# Components are the Debian packages of packages.cmake: server, client, dev, scenes; licences go into no package, which
+# has a file `copyright` instead.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(acus_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/acus)
 
-install(TARGETS acus_protocol acus_client EXPORT acus_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY protocol client DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/acus
+install(TARGETS acus_protocol acus_client EXPORT acus_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+install(DIRECTORY protocol client DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/acus COMPONENT dev
         FILES_MATCHING PATTERN "*.h" PATTERN "socket.h" EXCLUDE)
-install(EXPORT acus_targets NAMESPACE acus:: FILE acusTargets.cmake DESTINATION ${acus_package_dir})
+install(EXPORT acus_targets NAMESPACE acus:: FILE acusTargets.cmake DESTINATION ${acus_package_dir} COMPONENT dev)
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/acusConfig.cmake.in ${PROJECT_BINARY_DIR}/acusConfig.cmake
                               INSTALL_DESTINATION ${acus_package_dir})
 # Until version 1.0 a minor version may break what stands before it.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/acusConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/acusConfig.cmake ${PROJECT_BINARY_DIR}/acusConfigVersion.cmake
-        DESTINATION ${acus_package_dir})
+        DESTINATION ${acus_package_dir} COMPONENT dev)
 
-install(TARGETS acus-replay acus-keygen RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS acus-replay acus-keygen RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT client)
 # The Python programs stand beside the modules they share; Python looks for those where a link leads.
 set(acus_scripts_dir ${CMAKE_INSTALL_DATADIR}/acus/client)
-install(FILES client/recording.py client/shapes.py DESTINATION ${acus_scripts_dir})
-foreach(script plot plot-timing picture)
-  install(PROGRAMS client/${script} DESTINATION ${acus_scripts_dir})
+set(acus_scripts plot plot-timing picture top)
+install(FILES client/recording.py client/shapes.py client/top_page.py client/top_watch.py
+        DESTINATION ${acus_scripts_dir} COMPONENT client)
+foreach(script ${acus_scripts})
+  install(PROGRAMS client/${script} DESTINATION ${acus_scripts_dir} COMPONENT client)
   file(RELATIVE_PATH target ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_DATADIR}/acus/client/${script})
   file(CREATE_LINK ${target} ${PROJECT_BINARY_DIR}/acus-${script} SYMBOLIC)
-  install(FILES ${PROJECT_BINARY_DIR}/acus-${script} DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(FILES ${PROJECT_BINARY_DIR}/acus-${script} DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT client)
 endforeach()
 if(TARGET acus-server)
-  install(TARGETS acus-server acus-mesh acus-export RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/scenes)
+  install(TARGETS acus-server acus-mesh acus-scene acus-export RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
+  # systemd finds units below /usr and /usr/local.
+  install(FILES cmake/acus-server@.service DESTINATION lib/systemd/system COMPONENT server)
+  install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/scenes COMPONENT scenes
+          PATTERN pictures EXCLUDE PATTERN README.md EXCLUDE)
 endif()
 if(TARGET acus-bench)  # not where sanitizers are
-  install(TARGETS acus-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS acus-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
 endif()
 
 # The documents stand to each other as in the sources, so that the links between them lead somewhere.
-install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(FILES client/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE.client-and-protocol)
+install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT scenes)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT licences)
+install(FILES client/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE.client-and-protocol COMPONENT licences)
 foreach(folder docs protocol scenes server tests/benchmarks tests/references)
   file(GLOB documents CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.md)
-  install(FILES ${documents} DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder})
+  install(FILES ${documents} DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder} COMPONENT scenes)
 endforeach()
-install(DIRECTORY scenes/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/scenes)
+install(DIRECTORY scenes/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/scenes COMPONENT scenes)

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // acus-server: loads a scene, simulates it on one thread and serves it on another.
-#include <poll.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
+#include <pthread.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -18,8 +15,12 @@
 #include "protocol/key_file.h"
 #include "server/transport/endpoint.h"
 #include "server/transport/listening.h"
+#include "server/runtime/log.h"
 #include "server/runtime/privileges.h"
 #include "server/runtime/realtime_loop.h"
+#include "server/runtime/rehearsal.h"
+#include "server/runtime/service_manager.h"
+#include "server/scene/installed_scenes.h"
 #include "server/scene/scene_fields.h"
 #include "server/simulation/scene_summary.h"
 #include "server/simulation/snapshot.h"
@@ -35,7 +36,7 @@ enum ExitCode : int {
   kBadScene = 2,
   kCannotListen = 3,
   kFailed = 4,
-  kCannotRecord = 5
+  kCannotRecord = 5,
 };
 
 constexpr const char* kDescription =
@@ -45,18 +46,20 @@ constexpr const char* kDescription =
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-server scenes/insertion_pullback.yaml            run until Ctrl-C\n"
+    "  acus-server insertion_pullback                        likewise, the installed scene of that name\n"
     "  acus-server SCENE --check                             see whether the scene can be used, what it costs and "
     "leaves out\n"
     "  acus-server SCENE --lockstep                          ticks run when a client asks: for replays and tests\n"
     "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
     "\nExit status: 0 ended by SIGINT, SIGTERM, a client's shutdown, or --ticks; 1 bad command line; 2 the scene or the "
-    "snapshot cannot be used;\n3 an endpoint cannot be listened on; 5 the recording cannot be written; 4 anything else. Log lines go to standard "
-    "error.";
+    "snapshot cannot be used;\n3 an endpoint cannot be listened on; 4 anything else; 5 the recording cannot be written. Log "
+    "lines go to standard error.";
 
 struct Arguments {
   std::string scene;
   EndpointOptions endpoint;
   LoopOptions loop;
+  LogOptions log;
   std::string restore;
   std::string curve_server_key, curve_clients;  // files
   bool check = false;
@@ -85,7 +88,10 @@ void check_distinct(const EndpointOptions& endpoint) {
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
-  app.add_option("SCENE", arguments.scene, "Scene file (YAML); scenes/README.md describes the format")->required();
+  app.add_option("SCENE", arguments.scene,
+                 "Scene file (YAML; scenes/README.md describes the format), or the name of a scene in /etc/acus or of an "
+                 "installed one")
+      ->required();
   app.add_option("--commands", arguments.endpoint.commands, "ZeroMQ endpoint for commands (ROUTER)")
       ->check(check_endpoint)
       ->capture_default_str();
@@ -125,8 +131,17 @@ void declare(CLI::App& app, Arguments& arguments) {
                  "Folder that clients may record into; without it they may not")
       ->type_name("FOLDER")
       ->check(CLI::ExistingDirectory);
+  app.add_option("--log-level", arguments.log.level, "Least level of the lines in the log")
+      ->type_name("LEVEL")
+      ->transform(CLI::CheckedTransformer(kLogLevels).description("trace, debug, info, warn, error or off"))
+      ->default_str("info");
+  app.add_option("--log-format", arguments.log.format, "Lines for people, or a JSON object a line")
+      ->type_name("FORMAT")
+      ->transform(CLI::CheckedTransformer(kLogFormats).description("text or json"))
+      ->default_str("text");
   app.add_flag("--check", arguments.check,
-               "Load the scene, print what it contains, what it costs and what it leaves out, and exit");
+               "Load the scene, print what it contains, what it costs and what it leaves out, push its needles in to "
+               "print how long ticks take on this machine, and exit");
 }
 
 // Runs the loop on its own thread, and ends it when it goes out of scope.
@@ -134,6 +149,7 @@ class SimulationThread {
  public:
   SimulationThread(RealtimeLoop& loop, Link& link, bool real_time)
       : link_(link), thread_([&loop, real_time] {
+          pthread_setname_np(pthread_self(), "acus-simulation");
           if (real_time) raise_priority(RealtimeThread::simulation);
           loop.run();
         }) {}
@@ -163,11 +179,22 @@ void report(const Punctuality& punctuality) {
                1e3 * static_cast<double>(punctuality.late) / static_cast<double>(ticks), punctuality.economized);
 }
 
+// Signs of life come from the socket thread, on behalf of the simulation thread: neither can hang unnoticed.
+void serve_and_tell(Endpoint& endpoint, const Link& link, const Termination& termination) {
+  ServiceManager manager(ServiceManager::address_from_environment());
+  manager.ready(endpoint.standing());
+  endpoint.run(termination.file(), [&] {
+    const auto now = ServiceManager::Clock::now();
+    if (manager.due(now)) manager.keep_informed(now, link.turns.load(std::memory_order_relaxed), endpoint.standing());
+  });
+  manager.stopping();
+}
+
 void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const Arguments& arguments, Link& link,
            const Termination& termination) {
   const LoopOptions& options = arguments.loop;
   const Admission& admission = arguments.endpoint.admission;
-  spdlog::info("scene '{}', {} Hz{}", world->hello.scene, world->hello.rate, options.lockstep ? ", lockstep" : "");
+  spdlog::info("{}", endpoint.standing());
   spdlog::info("commands on {}", endpoint.commands_endpoint());
   spdlog::info("states on {}", endpoint.states_endpoint());
   if (admission.curve) spdlog::info("admits {} clients by their keys, and encrypts", admission.curve->clients.size());
@@ -177,7 +204,7 @@ void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const Argumen
   RealtimeLoop loop(std::move(world), options, link);
   {
     const SimulationThread thread(loop, link, !options.lockstep);
-    endpoint.run(termination.file());
+    serve_and_tell(endpoint, link, termination);
   }
   spdlog::info("ended after {} ticks, {} deadlines skipped, {} states dropped, {} messages rejected", loop.ticks(),
                link.overruns.load(), endpoint.dropped(), endpoint.rejected());
@@ -215,7 +242,8 @@ int run(const Arguments& arguments) {
     return kBadScene;
   }
   if (arguments.check) {
-    std::cout << summarise(world->simulation);
+    std::cout << summarise(world->simulation) << std::flush;
+    std::cout << '\n' << describe(rehearse(world->simulation), world->hello.time_step);
     return kEnded;
   }
   if (!arguments.loop.lockstep) raise_priority(RealtimeThread::sockets);  // before ZeroMQ starts its own thread
@@ -234,27 +262,10 @@ int run(const Arguments& arguments) {
   return kEnded;
 }
 
-// Waits for nobody: a pipe whose reader is gone or does not read takes no line.
-struct LogSink : spdlog::sinks::stderr_color_sink_mt {
-  void log(const spdlog::details::log_msg& message) override {
-    pollfd file{STDERR_FILENO, POLLOUT, 0};
-    if (poll(&file, 1, 0) == 1 && (file.revents & POLLOUT)) spdlog::sinks::stderr_color_sink_mt::log(message);
-  }
-};
-
-// A server outlives who reads its log: lines that cannot be written are lost, and nothing else happens. So it does a
-// file that may not grow.
-void begin_log() {
-  std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>("acus-server", std::make_shared<LogSink>()));
-  spdlog::set_error_handler([](const std::string&) {});
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  begin_log();
+  begin_log({});  // for what goes wrong before the options are known
   Arguments arguments;
   CLI::App app(kDescription, "acus-server");
   declare(app, arguments);
@@ -263,6 +274,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kEnded : kBadCommandLine;
   }
+  begin_log(arguments.log);
+  arguments.scene = find_scene(arguments.scene, installed_scene_folders());
   arguments.endpoint.lockstep = arguments.loop.lockstep;
   if (arguments.endpoint.folders.empty())
     arguments.endpoint.folders = {std::filesystem::path(arguments.scene).parent_path().string()};

@@ -107,6 +107,7 @@ struct Link {
   std::atomic<std::uint64_t> epoch{0}, tick{0};  // where the world stands
   std::atomic<std::uint64_t> overruns{0};        // deadlines skipped
   std::atomic<std::uint64_t> dropped{0};         // states for which there was no room
+  std::atomic<std::uint64_t> turns{0};           // of the simulation thread; one that stands still hangs
   std::atomic<bool> finished{false};             // the simulation thread does no more
   Wakeup to_sockets;
 };

@@ -125,6 +125,7 @@ void RealtimeLoop::run_on_requests() {
 
 // A request waits until there is room for its acknowledgement, which must not be lost.
 void RealtimeLoop::take_requests() {
+  link_.turns.fetch_add(1, std::memory_order_relaxed);
   while (Request* request = link_.requests.readable()) {
     if (!link_.records.writable() || over()) return;
     handle(*request);
@@ -259,6 +260,7 @@ void RealtimeLoop::record(RecorderItem&& item) {
 
 // Returns the time it took to compute (s).
 double RealtimeLoop::tick() {
+  link_.turns.fetch_add(1, std::memory_order_relaxed);
   take_commands();
   const bool economizing = world_->simulation.state().economizing;
   const std::int64_t begin = monotonic_now();
@@ -423,6 +425,7 @@ template <class T>
 T* RealtimeLoop::room_in(SpscQueue<T>& queue) {
   T* room = queue.writable();
   while (!room && options_.lockstep && !link_.stop.load(std::memory_order_relaxed)) {
+    link_.turns.fetch_add(1, std::memory_order_relaxed);
     link_.to_sockets.signal();
     sleep_until(monotonic_now() + kRoomPoll);
     room = queue.writable();

@@ -312,10 +312,11 @@ bool write_all(std::span<const char> bytes) {
 
 int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
-  if (arguments.size() != 4) {
-    static_cast<void>(
-        std::fputs("acus-mesh reads mesh files for the other programs of Acus, which start it\n", stderr));
-    return 2;
+  const bool asked = arguments == std::vector<std::string>{"--help"};
+  if (asked || arguments.size() != 4) {
+    static_cast<void>(std::fputs("acus-mesh reads mesh files for the other programs of Acus, which start it\n",
+                                 asked ? stdout : stderr));
+    return asked ? 0 : 2;
   }
   const bool written = acus::write_all(acus::answer_of(arguments));
   _exit(written ? 0 : 1);  // Gmsh's destructors have nothing to add

@@ -11,7 +11,9 @@ namespace {
 constexpr const char* kUsage =
     "usage: acus-scene schema   print the JSON Schema of scene files\n"
     "       acus-scene tables   print the tables of all fields in Markdown\n"
-    "To check a scene: acus-server SCENE --check\n";
+    "       acus-scene --version\n"
+    "\nTo check a scene: acus-server SCENE --check\n"
+    "Exit status: 0 done, 2 bad command line.\n";
 
 int print_schema() {
   std::fputs(acus::scene_schema().c_str(), stdout);
@@ -31,6 +33,8 @@ int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   if (arguments.size() == 1 && arguments[0] == "schema") return print_schema();
   if (arguments.size() == 1 && arguments[0] == "tables") return print_tables();
-  std::fputs(kUsage, stderr);
-  return 2;
+  if (arguments.size() == 1 && arguments[0] == "--version") return std::puts(ACUS_VERSION) < 0;
+  const bool asked = arguments.size() == 1 && (arguments[0] == "--help" || arguments[0] == "-h");
+  std::fputs(kUsage, asked ? stdout : stderr);
+  return asked ? 0 : 2;
 }

@@ -45,8 +45,9 @@ template <class Message>
 constexpr bool kIsCostly =
     std::is_same_v<Message, protocol::Describe> || std::is_same_v<Message, protocol::Hash> ||
     std::is_same_v<Message, protocol::Snapshot> || std::is_same_v<Message, protocol::Restore> ||
-    std::is_same_v<Message, protocol::Reset> || std::is_same_v<Message, protocol::Load> || std::is_same_v<Message, protocol::Record> ||
-    std::is_same_v<Message, protocol::Pause> || std::is_same_v<Message, protocol::Resume>;
+    std::is_same_v<Message, protocol::Reset> || std::is_same_v<Message, protocol::Load> ||
+    std::is_same_v<Message, protocol::Record> || std::is_same_v<Message, protocol::Pause> ||
+    std::is_same_v<Message, protocol::Resume>;
 
 // For the log; a step is too common.
 bool changes_world(Request::Kind kind) {
@@ -144,7 +145,12 @@ void Endpoint::record_from_the_start() {
   link_.requests.commit();
 }
 
-void Endpoint::run(int signals) {
+std::string Endpoint::standing() const {
+  return fmt::format("scene '{}', {} Hz{}{}", published_->hello.scene, published_->hello.rate,
+                     options_.lockstep ? ", lockstep" : "", paused_ ? ", paused" : "");
+}
+
+void Endpoint::run(int signals, const std::function<void()>& each_turn) {
   bool finished = false;
   while (!finished || !all_sent_) {
     if (wait_for_work(signals)) return;
@@ -157,6 +163,7 @@ void Endpoint::run(int signals) {
     finish_loading();
     all_sent_ = pass_on_records();
     publish_stats();
+    each_turn();
   }
 }
 
@@ -273,6 +280,9 @@ void Endpoint::reject(const Sender& sender, const DecodeError& error) {
   ++rejected_;
   const bool request = error.type && is_request(*error.type);
   if (!request && !error_limit_.allow(sender.identity, Clock::now())) return;
+  if (spdlog::should_log(spdlog::level::debug) && log_limit_.allow(sender.identity, Clock::now()))
+    spdlog::debug("rejects '{}' of client {}: {}", readable(error.type.value_or(""), kMaxTypeTold),
+                  shown(sender.identity), readable(error.what(), kMaxSentence));
   std::optional<std::string> rejected;
   if (error.type) rejected = readable(*error.type, kMaxTypeTold);
   send(sender, protocol::Error{error.seq, std::move(rejected), error.code(), readable(error.what(), kMaxSentence)});

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -49,8 +50,11 @@ class Endpoint {
   std::string states_endpoint() const { return publisher_.endpoint(); }
 
   // Serves until the simulation thread has finished and everything it said is sent, or until `signals` (a file
-  // descriptor) becomes readable.
-  void run(int signals);
+  // descriptor) becomes readable. Calls each_turn() once a second or more often.
+  void run(int signals, const std::function<void()>& each_turn);
+
+  // What is simulated and how, in a line for people.
+  std::string standing() const;
 
   std::uint64_t rejected() const { return rejected_; }
   std::uint64_t dropped() const { return link_.dropped.load(std::memory_order_relaxed) + publisher_.dropped(); }

@@ -18,9 +18,9 @@ std::string beginning() {
   const acus::Simulation simulation(acus::fuzz::small_scene());
   const std::uint64_t fingerprint = simulation.model().fingerprint;
   std::string bytes;
-  append(bytes, acus::recorded::Opening{1, "0.1", ""});
+  acus::append(bytes, acus::recorded::Opening{1, "0.1", ""});
   append(bytes, record_of(simulation.scene(), simulation.mesh(), fingerprint));
-  append(bytes, acus::recorded::Beginning{0, make_snapshot(fingerprint, simulation.state())});
+  acus::append(bytes, acus::recorded::Beginning{0, make_snapshot(fingerprint, simulation.state())});
   return bytes;
 }
 

@@ -2,6 +2,7 @@
 // Images of states with a header and a checksum that are right: what is accepted is a state that ticks can go on from.
 #include <cstring>
 
+#include "server/math/hasher.h"
 #include "server/simulation/snapshot.h"
 #include "server/simulation/state_bytes.h"
 #include "tests/fuzz/fuzz.h"

@@ -24,6 +24,7 @@ run(${prefix}/bin/acus-keygen --help)
 if(EXISTS ${BUILD_DIR}/bin/acus-bench)  # not where sanitizers are
   run(${prefix}/bin/acus-bench --help)
 endif()
+run(${prefix}/bin/acus-top --help)
 run(${prefix}/bin/acus-plot --help)
 run(${prefix}/bin/acus-plot-timing --help)
 run(${prefix}/bin/acus-picture --help)

@@ -78,6 +78,7 @@ void add_choice(CLI::App& app, const std::string& name, std::optional<Enum>& val
 
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
+  app.set_version_flag("--version", ACUS_VERSION);
   app.add_option("SCENE", arguments.scene, "Scene file (YAML); scenes/README.md describes the format")->required();
   app.add_option("TRAJECTORY", arguments.trajectory, "Motion of the needles' bases (CSV), as for acus-replay")
       ->required();

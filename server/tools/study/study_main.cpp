@@ -82,6 +82,7 @@ int main(int argc, char** argv) {
   StudyPlan plan;
   CLI::App app(kDescription, "acus-study");
   app.footer(kFooter);
+  app.set_version_flag("--version", ACUS_VERSION);
   app.require_subcommand(1, 0);
   app.add_flag("--quick", plan.quick, "A short form that still goes through every kind of run");
   app.add_option("--out", plan.out, "Folder for the tables; made if it is not there")->capture_default_str();

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/runtime/rehearsal.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <span>
+
+#include "server/scene/text_table.h"
+
+namespace acus {
+namespace {
+
+constexpr double kApproach = 0.2;    // m/s, while a needle touches nothing
+constexpr double kInsertion = 0.02;  // m/s, from then on
+constexpr int kWarmUp = 20;          // ticks that are not counted: memory is touched for the first time
+constexpr int kParts = 4;            // of the way in
+constexpr int kLeastTicks = 20;      // of a part
+
+struct Tick {
+  double seconds = 0;  // processor time
+  double depth = 0;    // m
+  double rows = 0;
+  bool outside = true;
+};
+
+double processor_seconds() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// Nearest rank, of at least one.
+double quantile(std::vector<double> values, double q) {
+  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
+}
+
+template <class Of>
+double quantile_of(std::span<const Tick> ticks, double q, Of&& of) {
+  std::vector<double> values;
+  for (const Tick& tick : ticks) values.push_back(of(tick));
+  return quantile(std::move(values), q);
+}
+
+RehearsedTicks sum_up(std::span<const Tick> ticks) {
+  if (ticks.empty()) return {};
+  const auto seconds = [](const Tick& tick) { return tick.seconds; };
+  return {static_cast<int>(ticks.size()), quantile_of(ticks, 0.5, [](const Tick& tick) { return tick.depth; }),
+          quantile_of(ticks, 0.5, [](const Tick& tick) { return tick.rows; }), quantile_of(ticks, 0.5, seconds),
+          quantile_of(ticks, 0.99, seconds)};
+}
+
+// Pushes every needle along its axis, until it has gone its length beyond where it touched the tissue.
+class Insertion {
+ public:
+  explicit Insertion(Simulation& simulation)
+      : simulation_(simulation), time_step_(1 / simulation.scene().rate), ways_(simulation.scene().needles.size()) {}
+
+  // False when every needle is where it shall go.
+  bool command(std::uint64_t seq) {
+    bool moving = false;
+    for (std::size_t i = 0; i < ways_.size(); ++i) moving = command(i, seq) || moving;
+    return moving;
+  }
+
+  Tick timed_tick() {
+    const double before = processor_seconds();
+    simulation_.step();
+    Tick tick{.seconds = processor_seconds() - before, .rows = static_cast<double>(simulation_.report().rows)};
+    for (const NeedleReport& needle : simulation_.report().needles) {
+      tick.depth = std::max(tick.depth, needle.inserted_depth);
+      tick.outside = tick.outside && needle.phase == Phase::free;
+    }
+    return tick;
+  }
+
+ private:
+  struct Way {
+    double gone = 0, inside = 0;  // m
+    bool touched = false;
+  };
+
+  bool command(std::size_t i, std::uint64_t seq) {
+    const Needle& needle = simulation_.scene().needles[i];
+    Way& way = ways_[i];
+    way.touched = way.touched || simulation_.report().needles[i].phase != Phase::free;
+    if (way.inside > needle.length) return false;
+    const double step = time_step_ * (way.touched ? kInsertion : kApproach);
+    way.gone += step;
+    way.inside += way.touched ? step : 0;
+    Command command;
+    command.seq = seq;
+    Pose pose = needle.base;
+    pose.position += way.gone * (pose.orientation * Vector3::UnitX());
+    command.pose = pose;
+    simulation_.command(static_cast<int>(i), command);
+    return true;
+  }
+
+  Simulation& simulation_;
+  double time_step_;
+  std::vector<Way> ways_;
+};
+
+std::vector<Tick> run(Simulation& simulation, const RehearsalLimits& limits) {
+  Insertion insertion(simulation);
+  std::vector<Tick> ticks;
+  const auto most = static_cast<std::size_t>(std::ceil(limits.duration * simulation.scene().rate));
+  for (double spent = 0; spent < limits.processor_time && ticks.size() < most;) {
+    if (!insertion.command(ticks.size() + 1)) break;
+    ticks.push_back(insertion.timed_tick());
+    spent += ticks.back().seconds;
+  }
+  ticks.erase(ticks.begin(), ticks.begin() + std::min<std::ptrdiff_t>(kWarmUp, std::ssize(ticks)));
+  return ticks;
+}
+
+std::string number(const char* format, double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+void add(TextTable& table, const std::string& name, const RehearsedTicks& part, double time_step) {
+  if (part.ticks == 0) return;
+  table.add({"  " + name, number("%.0f", 1e3 * part.depth), number("%.0f", part.rows),
+             number("%.3f", 1e3 * part.median), number("%.3f", 1e3 * part.p99),
+             number("%.0f %%", 100 * part.p99 / time_step)});
+}
+
+}  // namespace
+
+Rehearsal rehearse(Simulation& simulation, const RehearsalLimits& limits) {
+  simulation.reset();
+  std::vector<Tick> ticks = run(simulation, limits);
+  simulation.reset();
+  const auto inside = std::stable_partition(ticks.begin(), ticks.end(), [](const Tick& tick) { return tick.outside; });
+  Rehearsal rehearsal{sum_up({ticks.begin(), inside}), {}};
+  const std::ptrdiff_t count = ticks.end() - inside;
+  const std::ptrdiff_t parts = std::min<std::ptrdiff_t>(kParts, count / kLeastTicks);
+  for (std::ptrdiff_t part = 0; part < parts; ++part)
+    rehearsal.inside.push_back(sum_up({inside + count * part / parts, inside + count * (part + 1) / parts}));
+  return rehearsal;
+}
+
+std::string describe(const Rehearsal& rehearsal, double time_step) {
+  TextTable table;
+  table.add({"ticks on this machine", "depth (mm)", "rows", "p50 (ms)", "p99 (ms)", "p99 of a tick's time"});
+  add(table, "needles outside", rehearsal.outside, time_step);
+  for (const RehearsedTicks& part : rehearsal.inside) add(table, "pushed in", part, time_step);
+  if (rehearsal.inside.empty()) table.add({"  no needle gets to the tissue along its own axis"});
+  return table.text();
+}
+
+}  // namespace acus

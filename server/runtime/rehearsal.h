@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How long the ticks of a loaded scene take on this machine. What a tick costs depends on how much of the needles is
+// inside, which no count of nodes and rows tells: so the needles are pushed in, along their own axes, and the ticks are
+// timed on the way. Times are processor time of this thread: what other programs take of the machine does not count.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "server/simulation/simulation.h"
+
+namespace acus {
+
+struct RehearsalLimits {
+  double processor_time = 4;  // s of all ticks together
+  double duration = 20;       // s of simulation time
+};
+
+// Ticks that follow each other, summed up.
+struct RehearsedTicks {
+  int ticks = 0;
+  double depth = 0;   // m, median of the deepest needle's
+  double rows = 0;    // median
+  double median = 0;  // s
+  double p99 = 0;     // s
+};
+
+struct Rehearsal {
+  RehearsedTicks outside;              // no needle touches tissue; no ticks if one always does
+  std::vector<RehearsedTicks> inside;  // deeper and deeper; none if no needle gets to the tissue
+};
+
+// Begins at the state after loading, and leaves the simulation there.
+Rehearsal rehearse(Simulation& simulation, const RehearsalLimits& limits = {});
+
+// For a person to read, with the share of a tick of this length (s).
+std::string describe(const Rehearsal& rehearsal, double time_step);
+
+}  // namespace acus

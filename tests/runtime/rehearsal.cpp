@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/runtime/rehearsal.h"
+
+#include <doctest/doctest.h>
+
+#include "server/simulation/state_bytes.h"
+
+namespace acus {
+namespace {
+
+// A needle 20 mm above a block, or turned away from it.
+Simulation simulation_of(const std::string& orientation) {
+  return Simulation(parse_scene("acus_scene: 1\nrate: 200\n"
+                                "tissue:\n"
+                                "  mesh: {box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}}\n"
+                                "  regions: [{interaction: {puncture_force: 0.2}}]\n"
+                                "  fixed: [{box: {max: [.inf, .inf, -0.05]}}]\n"
+                                "needles: [{length: 0.1, base: {position: [0.003, 0.002, 0.17], orientation: [" +
+                                    orientation + "]}}]\n",
+                                "scene.yaml", ""));
+}
+
+}  // namespace
+
+TEST_CASE("a rehearsal pushes the needle in, and leaves the state as it was after loading") {
+  Simulation simulation = simulation_of("0.7071068, 0, 0.7071068, 0");
+  const std::uint64_t before = hash(simulation.state());
+  const Rehearsal rehearsal = rehearse(simulation, {.processor_time = 100, .duration = 4});
+  CHECK(hash(simulation.state()) == before);
+  CHECK(rehearsal.outside.ticks > 0);
+  CHECK(rehearsal.outside.median > 0);
+  REQUIRE(rehearsal.inside.size() == 4);
+  CHECK(rehearsal.outside.rows < rehearsal.inside.front().rows);
+  for (std::size_t i = 0; i < rehearsal.inside.size(); ++i) {
+    const RehearsedTicks& part = rehearsal.inside[i];
+    CHECK(part.rows > 0);
+    CHECK(part.median > 0);
+    CHECK(part.p99 >= part.median);
+    if (i > 0) CHECK(part.depth > rehearsal.inside[i - 1].depth);
+  }
+  CHECK(rehearsal.inside.back().depth > 0.03);
+  CHECK(rehearsal.inside.back().rows > rehearsal.inside.front().rows);
+}
+
+TEST_CASE("a needle that points elsewhere is told of") {
+  Simulation simulation = simulation_of("0.7071068, 0, -0.7071068, 0");
+  const Rehearsal rehearsal = rehearse(simulation, {.processor_time = 100, .duration = 1});
+  CHECK(rehearsal.outside.ticks == 180);
+  CHECK(rehearsal.inside.empty());
+  CHECK(describe(rehearsal, 0.005).find("no needle gets to the tissue") != std::string::npos);
+}
+
+TEST_CASE("a rehearsal ends in the time that it may take") {
+  Simulation simulation = simulation_of("0.7071068, 0, 0.7071068, 0");
+  const Rehearsal none = rehearse(simulation, {.processor_time = 0, .duration = 100});
+  CHECK(none.outside.ticks == 0);
+  CHECK(none.inside.empty());
+}
+
+TEST_CASE("a rehearsal is printed in milliseconds and in shares of a tick") {
+  const Rehearsal rehearsal{{100, 0, 0, 1e-3, 1.5e-3}, {{50, 0.02, 36, 1.25e-3, 2e-3}}};
+  const std::string text = describe(rehearsal, 0.004);
+  CHECK(text.find("needles outside      0           0     1.000     1.500     38 %") != std::string::npos);
+  CHECK(text.find("pushed in            20          36    1.250     2.000     50 %") != std::string::npos);
+}
+
+}  // namespace acus
