@@ -19,7 +19,7 @@ std::string beginning() {
   const std::uint64_t fingerprint = simulation.model().fingerprint;
   std::string bytes;
   acus::append(bytes, acus::recorded::Opening{1, "0.1", ""});
-  append(bytes, record_of(simulation.scene(), simulation.mesh(), fingerprint));
+  acus::append(bytes, acus::record_of(simulation.scene(), simulation.mesh(), fingerprint));
   acus::append(bytes, acus::recorded::Beginning{0, make_snapshot(fingerprint, simulation.state())});
   return bytes;
 }
