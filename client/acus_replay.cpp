@@ -47,7 +47,7 @@ enum ExitCode {
 constexpr const char* kFooter =
     "Exit status: 0 done, 1 bad arguments, files or trajectory, 2 the server refused, 3 the server was not there or\n"
     "vanished, 4 states were lost, 5 the server speaks another protocol, 6 interrupted,\n"
-    "7 a limit on the timing was exceeded.";
+    "7 a limit on the timing was exceeded. A recording of a server ends as acus-export does.";
 
 std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
@@ -355,13 +355,17 @@ bool is_recording(const std::string& path) {
   return std::equal(std::begin(begin), std::end(begin), std::begin(kMagic));
 }
 
-// What was recorded of a server is simulated again: acus-export, beside this program, can.
-int run_again(const std::string& recording) {
+// What was recorded of a server is simulated again: acus-export, beside this program, can. Ends as that one does.
+int run_again(const CLI::App& app, const std::string& recording) {
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->empty() || option->get_positional()) continue;
+    throw std::runtime_error(option->get_name() + " means nothing for " + recording +
+                             ", which is a recording and runs without a server; see acus-export --help");
+  }
   const std::string program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "acus-export";
   execl(program.c_str(), program.c_str(), recording.c_str(), nullptr);
-  std::fprintf(stderr, "acus-replay: %s is a recording, which '%s' runs again, but that cannot be started: %s\n",
-               recording.c_str(), program.c_str(), std::strerror(errno));
-  return kBadInput;
+  throw std::runtime_error(recording + " is a recording, which '" + program +
+                           "' runs again, but that cannot be started: " + std::strerror(errno));
 }
 
 }  // namespace
@@ -376,10 +380,10 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kBadInput;
   }
-  if (is_recording(arguments.trajectory)) return run_again(arguments.trajectory);
   arguments.replay.timeout = std::chrono::round<Timeout>(std::chrono::duration<double>(arguments.timeout_s));
   arguments.replay.interrupt = &interrupted;
   try {
+    if (is_recording(arguments.trajectory)) return run_again(app, arguments.trajectory);
     return replay_trajectory(arguments);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "acus-replay: %s\n", error.what());

@@ -17,7 +17,6 @@ namespace {
 constexpr int kLevel = 3;                             // of compression
 constexpr std::size_t kChunk = std::size_t{1} << 16;  // bytes read at a time
 constexpr std::size_t kMaxFrame = std::size_t{1} << 28;  // bytes, packed and unpacked: a mesh and a state stay below
-constexpr unsigned char kMagic[4] = {0x28, 0xb5, 0x2f, 0xfd};  // of a zstd frame
 
 RecordingError system_error(const std::string& path, const char* what) {
   return RecordingError(path + ": " + what + ": " + std::strerror(errno));
@@ -53,17 +52,18 @@ void RecordingWriter::flush() {
   if (pending_.empty()) return;
   packed_.resize(ZSTD_compressBound(pending_.size()));
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
+  if (!context) throw RecordingError("no memory to pack the recording");
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
   const std::size_t size =
       ZSTD_compress2(context.get(), packed_.data(), packed_.size(), pending_.data(), pending_.size());
-  if (ZSTD_isError(size)) throw RecordingError(path_ + ": " + ZSTD_getErrorName(size));
+  if (ZSTD_isError(size)) throw RecordingError(std::string("the recording cannot be packed: ") + ZSTD_getErrorName(size));
   pending_.clear();
   for (std::size_t written = 0; written < size;) {
     const ssize_t count = pwrite(file_, packed_.data() + written, size - written, static_cast<off_t>(end_ + written));
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
-      const RecordingError error = system_error(path_, "the recording cannot be written on");
+      const RecordingError error(std::string("the recording cannot be written on: ") + std::strerror(errno));
       [[maybe_unused]] const int cut = ftruncate(file_, static_cast<off_t>(end_));  // a reader finds the end anyway
       throw error;
     }
@@ -136,15 +136,6 @@ bool RecordingReader::fill() {
   const ssize_t count = read_retrying(file_, buffer_.data() + before, wanted);
   buffer_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(0, count)));
   return count > 0;
-}
-
-bool RecordingReader::is_recording(const std::string& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return false;
-  char begin[sizeof kMagic] = {};
-  const ssize_t count = read_retrying(file, begin, sizeof begin);
-  close(file);
-  return count == static_cast<ssize_t>(sizeof begin) && std::memcmp(begin, kMagic, sizeof begin) == 0;
 }
 
 }  // namespace acus

@@ -56,9 +56,6 @@ class RecordingReader {
   // Why there was no more, after the end: "" where the recording says itself that it ends there.
   const std::string& problem() const { return problem_; }
 
-  // Whether a file begins as a recording does.
-  static bool is_recording(const std::string& path);
-
  private:
   bool read_frame();
   bool fill();

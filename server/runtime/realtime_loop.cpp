@@ -242,11 +242,7 @@ void RealtimeLoop::record_tick(bool economizing) {
 // In real time a recording with a gap is none: it ends there.
 void RealtimeLoop::record(RecorderItem&& item) {
   if (!recorder_) return;
-  RecorderItem* room = recorder_->queue().writable();
-  while (!room && options_.lockstep && !link_.stop.load(std::memory_order_relaxed)) {
-    sleep_until(monotonic_now() + kRoomPoll);
-    room = recorder_->queue().writable();
-  }
+  RecorderItem* room = wait_for_room(recorder_->queue());
   if (!room) {
     recorder_->give_up();
     recorder_ = nullptr;
@@ -422,7 +418,7 @@ void RealtimeLoop::pack_paths(protocol::TissueShape& shape) {
 }
 
 template <class T>
-T* RealtimeLoop::room_in(SpscQueue<T>& queue) {
+T* RealtimeLoop::wait_for_room(SpscQueue<T>& queue) {
   T* room = queue.writable();
   while (!room && options_.lockstep && !link_.stop.load(std::memory_order_relaxed)) {
     link_.turns.fetch_add(1, std::memory_order_relaxed);
@@ -430,6 +426,12 @@ T* RealtimeLoop::room_in(SpscQueue<T>& queue) {
     sleep_until(monotonic_now() + kRoomPoll);
     room = queue.writable();
   }
+  return room;
+}
+
+template <class T>
+T* RealtimeLoop::room_in(SpscQueue<T>& queue) {
+  T* room = wait_for_room(queue);
   if (!room) link_.dropped.fetch_add(1, std::memory_order_relaxed);
   return room;
 }

@@ -74,7 +74,10 @@ class RealtimeLoop {
   std::uint32_t flags(const TickReport& report, TopicSet wanted) const;
   std::uint64_t shape_decimation() const;
 
-  // Room for one more; null if there is none and it must be dropped, which is counted.
+  // Room for one more; null if there is none, in lockstep only when the loop shall stop.
+  template <class T>
+  T* wait_for_room(SpscQueue<T>& queue);
+  // The same; what has no room must be dropped, which is counted.
   template <class T>
   T* room_in(SpscQueue<T>& queue);
 

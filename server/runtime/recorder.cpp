@@ -44,19 +44,30 @@ Recorder::~Recorder() {
 
 void Recorder::run() {
   lower_priority();
-  while (true) {
-    const bool last = stop_.load(std::memory_order_acquire);
-    const bool full = gave_up_.load(std::memory_order_acquire);
-    take_items();
-    if (full) end("the disk did not keep up with the simulation");
-    if (last) return end("");
-    if (Clock::now() - flushed_ > kFlush) flush();
-    std::this_thread::sleep_for(kPoll);
+  for (bool last = false; !last;) {
+    try {
+      last = turn();
+    } catch (const std::exception& error) {  // no memory: the item that it met is the last one looked at
+      fail(error.what());
+    }
+    if (!last) std::this_thread::sleep_for(kPoll);
   }
+}
+
+// Whether nothing comes any more.
+bool Recorder::turn() {
+  const bool last = stop_.load(std::memory_order_acquire);
+  const bool full = gave_up_.load(std::memory_order_acquire);
+  take_items();
+  if (full) end("the disk did not keep up with the simulation");
+  if (last) end("");
+  if (Clock::now() - flushed_ > kFlush) flush();
+  return last;
 }
 
 void Recorder::take_items() {
   while (RecorderItem* item = queue_.readable()) {
+    if (auto* begun = std::get_if<EpochBegun>(item)) box_ = std::move(begun->state);  // the other thread looks into it
     if (recording()) write(*item);
     *item = SecondOver{};  // what it held is freed here
     queue_.release();
@@ -73,7 +84,6 @@ void Recorder::write(RecorderItem& item) {
   } else if (auto* begun = std::get_if<EpochBegun>(&item)) {
     if (begun->world != world_) writer_.add(*begun->world);
     world_ = std::move(begun->world);
-    box_ = std::move(begun->state);
     writer_.add(recorded::Beginning{begun->epoch, make_snapshot(world_->fingerprint, box_->state)});
     box_->full.store(false, std::memory_order_release);
   } else {
@@ -84,13 +94,17 @@ void Recorder::write(RecorderItem& item) {
 
 void Recorder::flush() {
   if (!recording()) return;
+  flushed_ = Clock::now();
   try {
     writer_.flush();
   } catch (const RecordingError& error) {
-    recording_.store(false, std::memory_order_relaxed);
-    spdlog::error("{}; it ends before that, and the simulation goes on", error.what());
+    fail(error.what());
   }
-  flushed_ = Clock::now();
+}
+
+void Recorder::fail(const char* why) {
+  recording_.store(false, std::memory_order_relaxed);
+  spdlog::error("{}: {}; the recording ends before that, and the simulation goes on", path_, why);
 }
 
 void Recorder::end(const std::string& why) {

@@ -50,10 +50,11 @@ class Recorder {
 
  private:
   void run();
+  bool turn();
   void take_items();
   void write(RecorderItem& item);
-  void write_state();
   void flush();
+  void fail(const char* why);
   void end(const std::string& why);
 
   const std::string path_;

@@ -315,7 +315,7 @@ void Endpoint::handle(const Sender& sender, const protocol::Hello& request) {
   reply.epoch = published_epoch_;
   for (int body = 0; published_ == commanded_ && body < commanded_->body_count(); ++body)
     if (holders_.held(body)) reply.held.push_back(commanded_->body_name(body));
-  if (recordings_.recorder()) reply.recording = recordings_.name();
+  if (recordings_.state() == protocol::RecordingState::on) reply.recording = recordings_.name();
   reply.lockstep = options_.lockstep;
   reply.paused = paused_;
   send(sender, reply);
@@ -444,20 +444,19 @@ void Endpoint::handle(const Sender& sender, const protocol::Restore& request) {
 
 void Endpoint::handle(const Sender& sender, const protocol::Record& request) {
   if (!may_change_world(sender, request)) return;
-  const auto refuse = [&](const std::string& why) { reject(sender, request, ErrorCode::record_error, why); };
-  Recorder* const recorder = recordings_.recorder();
-  if (!request.file && !recorder) return refuse("nothing is being recorded");
-  if (request.file && recorder)
-    return refuse("'" + recordings_.name() + "' is being recorded; end that with a 'record' without 'file' first");
+  if (!link_.requests.writable()) return reject_for_want_of_room(sender, request);  // before there is a file
   try {
-    if (request.file) recordings_.begin_for_client(*request.file);
-  } catch (const RecordingError& error) {
-    return refuse(error.what());
+    if (request.file) {
+      recordings_.begin_for_client(*request.file);
+    } else {
+      recordings_.ask_to_end();
+    }
+  } catch (const std::exception& error) {  // RecordingError, or no memory, no thread
+    return reject(sender, request, ErrorCode::record_error, error.what());
   }
-  const bool asked = ask(sender, request, Request::Kind::record, [this, &request](Request& record) {
+  ask(sender, request, Request::Kind::record, [this, &request](Request& record) {
     if (request.file) ask_to_record(record);
   });
-  if (!asked && request.file) recordings_.end();
 }
 
 void Endpoint::handle(const Sender& sender, const protocol::Step& request) {
@@ -495,11 +494,16 @@ void Endpoint::ask_in_real_time(const Sender& sender, const Message& message, Re
   ask(sender, message, kind, [](Request&) {});
 }
 
+template <class Message>
+void Endpoint::reject_for_want_of_room(const Sender& sender, const Message& message) {
+  reject(sender, message, ErrorCode::busy, "too many requests wait to be carried out; try again later");
+}
+
 template <class Message, class Prepare>
 bool Endpoint::ask(const Sender& sender, const Message& message, Request::Kind kind, Prepare&& prepare) {
   Request* request = link_.requests.writable();
   if (!request) {
-    reject(sender, message, ErrorCode::busy, "too many requests wait to be carried out; try again later");
+    reject_for_want_of_room(sender, message);
     return false;
   }
   if (changes_world(kind)) log(sender, fmt::format("asks for '{}'", Message::kType));

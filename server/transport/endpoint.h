@@ -101,6 +101,8 @@ class Endpoint {
   void handle(const Sender& sender, const protocol::Pose& pose);
   void handle(const Sender& sender, const protocol::Spin& spin);
 
+  template <class Message>
+  void reject_for_want_of_room(const Sender& sender, const Message& message);
   // Sends a request to the simulation thread and remembers whom to answer; prepare(request) fills in what the kind
   // needs. False, and an error to the client, if too many wait already.
   template <class Message, class Prepare>

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <system_error>
 
 #include "server/transport/readable_text.h"
 
@@ -21,6 +22,9 @@ bool is_plain(const std::string& name) {
 }  // namespace
 
 void Recordings::begin(const std::string& path) {
+  if (state() == protocol::RecordingState::on)
+    throw RecordingError("'" + name() + "' is being recorded; end that with a 'record' without 'file' first");
+  if (recorder_) throw RecordingError("'" + name() + "' ended by itself; say so with a 'record' without 'file' first");
   if (ending_.valid() && ending_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
     throw RecordingError("the recording before is still on its way to the disk; try again later");
   recorder_ = std::make_unique<Recorder>(path, server_);
@@ -35,8 +39,17 @@ void Recordings::begin_for_client(const std::string& name) {
   begin((std::filesystem::path(folder_) / name).string());
 }
 
+void Recordings::ask_to_end() {
+  if (!recorder_ || asked_to_end_) throw RecordingError("nothing is being recorded");
+  asked_to_end_ = true;
+}
+
 void Recordings::end() {
-  ending_ = std::async(std::launch::async, [ending = std::move(recorder_)]() mutable { ending.reset(); });
+  asked_to_end_ = false;
+  try {
+    ending_ = std::async(std::launch::async, [ending = std::move(recorder_)]() mutable { ending.reset(); });
+  } catch (const std::system_error&) {  // no thread to be had: it was done here
+  }
 }
 
 std::string Recordings::name() const {

@@ -17,11 +17,13 @@ class Recordings {
   // Clients' recordings go into `folder`; empty: they may not begin any. `server` is its version.
   Recordings(std::string folder, std::string server) : folder_(std::move(folder)), server_(std::move(server)) {}
 
-  // Throw RecordingError. None must go on.
+  // Throw RecordingError while one goes on, and if there can be none.
   void begin(const std::string& path);
   void begin_for_client(const std::string& name);  // a file's plain name
 
-  // What was recorded goes to its file on a thread of its own. The simulation thread must not use the recorder any more.
+  // Throws RecordingError if none goes on, or it was asked for already.
+  void ask_to_end();
+  // Once the simulation thread does not use the recorder any more: what was recorded goes to its file on a thread of its own.
   void end();
 
   Recorder* recorder() const { return recorder_.get(); }  // null: none goes on
@@ -31,7 +33,8 @@ class Recordings {
  private:
   const std::string folder_, server_;
   std::unique_ptr<Recorder> recorder_;
-  std::future<void> ending_;
+  bool asked_to_end_ = false;
+  std::future<void> ending_;  // of the one before
 };
 
 }  // namespace acus

@@ -82,6 +82,9 @@ TEST_CASE("a session in real time is run again to the last bit") {
   CHECK(again.says("the same to the last bit"));
   CHECK(!again.says("its end"));
   CHECK(rerun(server.folder(), file, "acus-replay").says("the same to the last bit"));
+  const std::string csv = server.folder() / "run.csv";
+  CHECK(Process({ACUS_BINARY_DIR "/acus-replay", file, "--out", csv}).wait(kPatience) == 1);
+  CHECK(!std::filesystem::exists(csv));
 }
 
 TEST_CASE("what was recorded a second before the server is killed is run again") {
@@ -184,6 +187,7 @@ TEST_CASE("when the disk is full the recording ends, and the simulation goes on"
       if (const auto* stats = std::get_if<protocol::Stats>(&*received)) state = stats->recording;
   }
   CHECK(state == protocol::RecordingState::failed);
+  CHECK(!commands.hello(kPatience).recording);
   CHECK_THROWS_WITH_AS(commands.end_recording(kPatience), doctest::Contains("ended by itself"), client::Refused);
   commands.step(5, kPatience);
   commands.shutdown(kPatience);

@@ -186,7 +186,7 @@ TEST_CASE("what a recorder is asked for when it may not write any more is left o
   while (recorder.recording()) std::this_thread::yield();
   session.push(10, 0.01);
   session.reset();
-  session.push(10, 0.01);
+  session.push(static_cast<int>(session.simulation().scene().rate) + 10, 0.02);  // the state of a second is due in it
   session.record(nullptr);
   CHECK(run_again(folder / "run") == RunAgain{10, 1, true, "the disk did not keep up with the simulation"});
 }

@@ -129,7 +129,6 @@ TEST_CASE("a recording is read to its end, and there is none of the same name be
   CHECK(read.ticks == 3);
   CHECK(read.problem.empty());
   CHECK(RecordingReader(path).opening().server == "0.1");
-  CHECK(RecordingReader::is_recording(path));
   CHECK_THROWS_WITH_AS(RecordingWriter{path},
                        (path + ": there is a file of this name already; give the recording another one").c_str(),
                        RecordingError);
@@ -175,8 +174,6 @@ TEST_CASE("what is no recording is refused with its name") {
   CHECK(error_of(folder.write("empty", "")).starts_with(folder / "empty: "));
   CHECK(error_of(folder / "none").find("cannot be read") != std::string::npos);
   CHECK(error_of(folder.path()).starts_with(folder.path()));
-  CHECK(!RecordingReader::is_recording(folder / "none"));
-  CHECK(!RecordingReader::is_recording(folder.write("text", "t,needle,x\n")));
   RecordingWriter(folder / "only").add(recorded::Tick{});
   CHECK(!error_of(folder / "only").empty());
 }
