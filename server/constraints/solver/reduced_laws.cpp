@@ -46,12 +46,16 @@ void ReducedLaws::split(const LawSystem& full) {
 }
 
 bool ReducedLaws::factorize(const LawSystem& full) {
-  const auto softness = softness_.head(bilateral_count_);
   auto matrix = factor();
+  if (bilateral_count_ == 0) {
+    gather_lower(full.W, order_, matrix);
+    return true;
+  }
+  const auto softness = softness_.head(bilateral_count_);
   auto diagonal = matrix.diagonal().head(bilateral_count_);
   for (double share = kRegularization; share <= 1; share *= 100) {
     gather_lower(full.W, order_, matrix);
-    if (bilateral_count_ > 0) diagonal.array() += share * diagonal.mean();  // of W itself: soft rows must not count
+    diagonal.array() += share * diagonal.mean();  // of W itself: soft rows must not count
     diagonal += softness;
     if (partial_cholesky(matrix, bilateral_count_)) return true;
   }
