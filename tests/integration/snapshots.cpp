@@ -27,7 +27,42 @@ std::string refusal(client::CommandLink& commands, const std::vector<std::uint8_
   }
 }
 
+// Memory of a process, in kB.
+long resident(const Process& process) {
+  std::ifstream status("/proc/" + std::to_string(process.id()) + "/status");
+  for (std::string word; status >> word;) {
+    long kilobytes = 0;
+    if (word == "VmRSS:" && status >> kilobytes) return kilobytes;
+  }
+  return 0;
+}
+
 }  // namespace
+
+// What a planner does.
+TEST_CASE("a thousand branches of twenty ticks end alike and leave nothing behind") {
+  ServerProcess server({"--lockstep"});
+  client::CommandLink commands(server.commands());
+  push(commands, 0, 5);
+  const protocol::SnapshotReply start = commands.snapshot(kPatience);
+  std::uint64_t end = 0;
+  long settled = 0;
+  const auto begun = std::chrono::steady_clock::now();
+  for (int branch = 0; branch < 1000; ++branch) {
+    commands.restore(start.snapshot, kPatience);
+    REQUIRE(commands.send(pose_at(0.45, 100)));
+    commands.step(20, kPatience);
+    if (branch == 200) settled = resident(server.process());
+    if (branch % 100 != 0) continue;
+    const std::uint64_t hash = commands.hash(kPatience).hash;
+    if (branch == 0) end = hash;
+    CHECK(hash == end);
+  }
+  const std::chrono::duration<double, std::milli> taken = std::chrono::steady_clock::now() - begun;
+  MESSAGE("a branch takes ", taken.count() / 1000, " ms, its snapshot ", start.snapshot.size(), " bytes");
+  REQUIRE(settled > 0);
+  CHECK(resident(server.process()) < settled + 2000);
+}
 
 TEST_CASE("a run branches from a snapshot, and a second server goes on alike") {
   ServerProcess server({"--lockstep"});
