@@ -20,7 +20,7 @@ SOME_FILES = {
     "acus-server": ["usr/bin/acus-server", "usr/bin/acus-mesh", "usr/bin/acus-bench", "usr/bin/acus-export", "usr/bin/acus-scene",
                     "usr/lib/systemd/system/acus-server@.service", "usr/share/man/man1/acus-server.1.gz"],
     "acus-client": ["usr/bin/acus-replay", "usr/bin/acus-keygen", "usr/bin/acus-plot", "usr/bin/acus-top",
-                    "usr/share/acus/client/top_page.py", "usr/share/man/man1/acus-keygen.1.gz",
+                    "usr/share/acus/client/top_page.py", "usr/share/acus/client/top_keys.py", "usr/share/man/man1/acus-keygen.1.gz",
                     "usr/share/man/man1/acus-top.1.gz"],
     "libacus-dev": ["usr/include/acus/client/client.h", "usr/lib/libacus_client.a", "usr/lib/cmake/acus/acusConfig.cmake"],
     "acus-scenes": ["usr/share/acus/scenes/insertion_pullback.yaml", "usr/share/acus/scenes/meshes/prostate.msh",
