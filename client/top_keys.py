@@ -49,7 +49,8 @@ def public_key_of(path, secret):
 def read_public_key(path):
     public, secret = read(path)
     if secret is not None:
-        raise KeyFileError(f"the key file '{path}' holds a secret key, which only its owner needs; give the public part")
+        raise KeyFileError(f"the key file '{path}' holds a secret key, which only its owner needs; give the public "
+                           "part")
     public_key_of(path, public)
     return public
 
@@ -57,7 +58,8 @@ def read_public_key(path):
 def read_pair(path):
     public, secret = read(path)
     if secret is None:
-        raise KeyFileError(f"the key file '{path}' holds no secret key; acus-keygen NAME writes one into NAME.key_secret")
+        raise KeyFileError(f"the key file '{path}' holds no secret key; acus-keygen NAME writes one into "
+                           "NAME.key_secret")
     if os.stat(path).st_mode & OPEN_TO_OTHERS:
         raise KeyFileError(f"the key file '{path}' holds a secret key and is open to others; chmod 600 '{path}'")
     if public_key_of(path, secret) != public:

@@ -9,13 +9,13 @@
 namespace acus::protocol::testing {
 namespace {
 
-// Of no use but here: two pairs of libzmq's own tests, without the second one's secret. kMarks has characters that comments
-// and quotes could be mistaken for.
+// Of no use but here: two pairs of libzmq's own tests, without the second one's secret. kMarks has characters that
+// comments and quotes could be mistaken for.
 const std::string kFirst = "Yne@$w-vo<fVvi]a<NY6T1ed:M$fCG*[IaLV{hID";
 const std::string kSecret = "D:)Q[IlAW!ahhC2ac:9*A}h:p?([4%wOTJ%JR%cs";
 const std::string kSecond = "rq:rM>}U?@Lns47E1%kR.o@n%FcmmsL/@{H8]yf7";
 const std::string kMarks = "=####=====....::::aaaaabbbbbcccccddddd00";
-const std::string kNoBytes = "#####eeeeefffffggggghhhhhiiiiijjjjjkkkkk";  // the first five characters are more than 2^32
+const std::string kNoBytes = "#####eeeeefffffggggghhhhhiiiiijjjjjkkkkk";  // its first five are more than 2^32
 
 std::string public_line(const std::string& key) { return "curve\n    public-key = \"" + key + "\"\n"; }
 std::string secret_line(const std::string& key) { return "    secret-key = \"" + key + "\"\n"; }
