@@ -19,7 +19,7 @@ SILENT = 3.0  # s without `stats`, which come every second
 class Watch:
     """Call poll() again and again, then read `hello`, `stats` and `forces`."""
 
-    def __init__(self, commands, states):
+    def __init__(self, commands, states, keys=None):
         self.hello = None  # as the contract says, or None before the first
         self.stats = None
         self.forces = {}  # by the name of the needle
@@ -32,6 +32,8 @@ class Watch:
         self._poller = zmq.Poller()
         for socket, endpoint in ((self._commands, commands), (self._states, states)):
             socket.setsockopt(zmq.LINGER, 0)
+            if keys:
+                keys.give_to(socket)
             socket.connect(endpoint)
             self._poller.register(socket, zmq.POLLIN)
         self._seq = 0

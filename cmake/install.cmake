@@ -23,7 +23,7 @@ install(TARGETS acus-replay acus-keygen RUNTIME DESTINATION ${CMAKE_INSTALL_BIND
 # The Python programs stand beside the modules they share; Python looks for those where a link leads.
 set(acus_scripts_dir ${CMAKE_INSTALL_DATADIR}/acus/client)
 set(acus_scripts plot plot-timing picture top)
-install(FILES client/recording.py client/shapes.py client/top_page.py client/top_watch.py
+install(FILES client/recording.py client/shapes.py client/top_keys.py client/top_page.py client/top_watch.py
         DESTINATION ${acus_scripts_dir} COMPONENT client)
 foreach(script ${acus_scripts})
   install(PROGRAMS client/${script} DESTINATION ${acus_scripts_dir} COMPONENT client)

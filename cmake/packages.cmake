@@ -31,16 +31,18 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_SERVER_DESCRIPTION "simulates needles in soft tissue in real time
 Acus simulates flexible needles that enter soft tissue, a thousand times a
 second, and serves forces and shapes over ZeroMQ to haptic devices and
-viewers. This package has the server, a systemd unit for it, and programs that
-time its ticks and print the reference of scene files.
+viewers. This package has the server, a systemd unit for it, acus-export, which
+runs recordings again, and programs that time its ticks and print the reference
+of scene files.
 
 The programs need a processor of the level x86-64-v3 and say so where it is
 older.")
 set(CPACK_DEBIAN_CLIENT_DESCRIPTION "replay, plots and a monitor for Acus servers
 Acus simulates needles in soft tissue in real time. This package has programs
 that talk to its server: acus-replay drives recorded motions into it and writes
-what comes back, acus-plot, acus-plot-timing and acus-picture draw that, and
-acus-top shows how a running server does.")
+what comes back, acus-plot, acus-plot-timing and acus-picture draw that,
+acus-top shows how a running server does, and acus-keygen makes keys for server
+and clients.")
 set(CPACK_DEBIAN_DEV_DESCRIPTION "client library of Acus, development files
 Acus simulates needles in soft tissue in real time. This package has headers,
 static libraries and the CMake package of its protocol and of its C++ client

@@ -2,7 +2,11 @@
 #include "protocol/key_file.h"
 
 #include <sys/stat.h>
+#include <zmq.h>
 
+#include <array>
+#include <cerrno>
+#include <cstdint>
 #include <fstream>
 #include <string_view>
 #include <utility>
@@ -10,7 +14,7 @@
 namespace acus::protocol {
 namespace {
 
-constexpr std::size_t kKeyLength = 40;
+constexpr std::size_t kKeyLength = 40, kKeyBytes = 32;
 constexpr std::string_view kZ85 =
     "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ.-:+=^!/*?&<>()[]{}@%$#";
 constexpr mode_t kForbidden = S_IWGRP | S_IXGRP | S_IRWXO;
@@ -32,8 +36,24 @@ std::string unquoted(const std::string& text) {
   return quoted ? text.substr(1, text.size() - 2) : text;
 }
 
+// Of all groups of five characters, some stand for no four bytes.
 bool is_key(const std::string& text) {
-  return text.size() == kKeyLength && text.find_first_not_of(kZ85) == std::string::npos;
+  if (text.size() != kKeyLength || text.find_first_not_of(kZ85) != std::string::npos) return false;
+  std::array<std::uint8_t, kKeyBytes> bytes{};
+  return zmq_z85_decode(bytes.data(), text.c_str()) != nullptr;
+}
+
+// Throws KeyError.
+void check_that_they_belong_together(const std::string& path, const KeyPair& pair) {
+  std::array<char, kKeyLength + 1> public_key{};
+  if (zmq_curve_public(public_key.data(), pair.secret_key.c_str()) != 0) {
+    throw KeyError("the key file '" + path + "': ZeroMQ does not take its secret key: " +
+                   (zmq_errno() == ENOTSUP ? "this ZeroMQ has no CURVE" : zmq_strerror(zmq_errno())));
+  }
+  if (pair.public_key == public_key.data()) return;
+  throw KeyError("the key file '" + path +
+                 "': the public key is not that of the secret key, so nobody could connect; acus-keygen NAME writes "
+                 "both into NAME.key_secret");
 }
 
 bool is_open_to_others(const std::string& path) {
@@ -78,7 +98,9 @@ KeyPair read_key_pair(const std::string& path) {
                    std::to_string(content.public_keys.size()) + " and " + std::to_string(content.secret_keys.size()) +
                    "; acus-keygen NAME writes them into NAME.key_secret");
   }
-  return {content.public_keys.front().key, content.secret_keys.front()};
+  KeyPair pair{content.public_keys.front().key, content.secret_keys.front()};
+  check_that_they_belong_together(path, pair);
+  return pair;
 }
 
 std::vector<PublicKey> read_public_keys(const std::string& path) {

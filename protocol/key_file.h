@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Keys of CURVE, with which ZeroMQ proves who is at the other end and encrypts what is said: 40 characters of Z85 each
-// (rfc.zeromq.org/spec/32). They stand in files as acus-keygen, pyzmq and czmq write them: lines `public-key = "..."`
+// (rfc.zeromq.org/spec/32), which stand for 32 bytes. They stand in files as acus-keygen, pyzmq and czmq write them: lines `public-key = "..."`
 // and `secret-key = "..."`, and `name = "..."` before them, if there is one. Other lines are skipped.
 #pragma once
 
@@ -24,7 +24,8 @@ struct KeyError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Of a file with one pair that nobody but its owner, and at most a group, can read. Throws KeyError.
+// Of a file with one pair that nobody but its owner, and at most a group, can read. Throws KeyError, also if its keys do
+// not belong together.
 KeyPair read_key_pair(const std::string& path);
 
 // Of a file without secret keys. Throws KeyError, also if there is not exactly one.

@@ -15,9 +15,9 @@ namespace {
 
 constexpr double kApproach = 0.2;    // m/s, while a needle touches nothing
 constexpr double kInsertion = 0.02;  // m/s, from then on
-constexpr int kWarmUp = 20;          // ticks that are not counted: memory is touched for the first time
+constexpr int kWarmUp = 20;          // ticks at most that are not counted: memory is touched for the first time
 constexpr int kParts = 4;            // of the way in
-constexpr int kLeastTicks = 20;      // of a part
+constexpr int kLeastTicks = 20;      // of a part, unless it is the only one
 
 struct Tick {
   double seconds = 0;  // processor time
@@ -54,11 +54,23 @@ RehearsedTicks sum_up(std::span<const Tick> ticks) {
           quantile_of(ticks, 0.99, seconds)};
 }
 
-// Pushes every needle along its axis, until it has gone its length beyond where it touched the tissue.
+// How far a needle's base goes along a straight line until no part of the needle can touch the tissue any more (m):
+// none is farther from the base than the needle is long.
+double way_past_tissue(const Simulation& simulation, const Needle& needle) {
+  const Eigen::Ref<const Matrix3X> nodes = simulation.tissue_positions();
+  const double farthest = nodes.cols() == 0 ? 0 : (nodes.colwise() - needle.base.position).colwise().norm().maxCoeff();
+  return farthest + needle.length;
+}
+
+// Pushes every needle along its axis, until it has gone its length beyond where it touched the tissue, or has missed
+// it.
 class Insertion {
  public:
   explicit Insertion(Simulation& simulation)
-      : simulation_(simulation), time_step_(1 / simulation.scene().rate), ways_(simulation.scene().needles.size()) {}
+      : simulation_(simulation), time_step_(1 / simulation.scene().rate), ways_(simulation.scene().needles.size()) {
+    for (std::size_t i = 0; i < ways_.size(); ++i)
+      ways_[i].past = way_past_tissue(simulation, simulation.scene().needles[i]);
+  }
 
   // False when every needle is where it shall go.
   bool command(std::uint64_t seq) {
@@ -80,15 +92,22 @@ class Insertion {
 
  private:
   struct Way {
-    double gone = 0, inside = 0;  // m
+    double gone = 0, inside = 0;  // m, commanded
+    double past = 0;              // m, way_past_tissue()
     bool touched = false;
   };
+
+  // How far the base has come (m): less than commanded if the scene's max_speed is less than ours.
+  double gone(std::size_t i) const {
+    const int needle = static_cast<int>(i);
+    return (simulation_.needle_positions(needle).col(0) - simulation_.scene().needles[i].base.position).norm();
+  }
 
   bool command(std::size_t i, std::uint64_t seq) {
     const Needle& needle = simulation_.scene().needles[i];
     Way& way = ways_[i];
     way.touched = way.touched || simulation_.report().needles[i].phase != Phase::free;
-    if (way.inside > needle.length) return false;
+    if (way.inside > needle.length || (!way.touched && gone(i) > way.past)) return false;
     const double step = time_step_ * (way.touched ? kInsertion : kApproach);
     way.gone += step;
     way.inside += way.touched ? step : 0;
@@ -106,17 +125,26 @@ class Insertion {
   std::vector<Way> ways_;
 };
 
-std::vector<Tick> run(Simulation& simulation, const RehearsalLimits& limits) {
+// Fills `ticks`, and says why there are no more of them.
+RehearsalEnd run(Simulation& simulation, const RehearsalLimits& limits, std::vector<Tick>& ticks) {
   Insertion insertion(simulation);
-  std::vector<Tick> ticks;
   const auto most = static_cast<std::size_t>(std::ceil(limits.duration * simulation.scene().rate));
-  for (double spent = 0; spent < limits.processor_time && ticks.size() < most;) {
-    if (!insertion.command(ticks.size() + 1)) break;
+  for (double spent = 0; insertion.command(ticks.size() + 1); spent += ticks.back().seconds) {
+    if (spent >= limits.processor_time) return RehearsalEnd::processor_time;
+    if (ticks.size() >= most) return RehearsalEnd::duration;
     ticks.push_back(insertion.timed_tick());
-    spent += ticks.back().seconds;
   }
-  ticks.erase(ticks.begin(), ticks.begin() + std::min<std::ptrdiff_t>(kWarmUp, std::ssize(ticks)));
-  return ticks;
+  return RehearsalEnd::needles_are_through;
+}
+
+// At least half of few ticks are counted.
+void leave_out_warm_up(std::vector<Tick>& ticks) {
+  ticks.erase(ticks.begin(), ticks.begin() + std::min<std::ptrdiff_t>(kWarmUp, std::ssize(ticks) / 2));
+}
+
+int parts_of(std::ptrdiff_t ticks) {
+  if (ticks == 0) return 0;
+  return static_cast<int>(std::clamp<std::ptrdiff_t>(ticks / kLeastTicks, 1, kParts));
 }
 
 std::string number(const char* format, double value) {
@@ -132,17 +160,32 @@ void add(TextTable& table, const std::string& name, const RehearsedTicks& part, 
              number("%.0f %%", 100 * part.p99 / time_step)});
 }
 
+std::string why_none_is_inside(const Rehearsal& rehearsal) {
+  const std::string not_reached = "  the tissue is not reached within ";
+  switch (rehearsal.end) {
+    case RehearsalEnd::needles_are_through:
+      return "  no needle gets to the tissue along its own axis";
+    case RehearsalEnd::processor_time:
+      return not_reached + number("%g", rehearsal.limits.processor_time) + " s of processor time";
+    case RehearsalEnd::duration:
+      return not_reached + number("%g", rehearsal.limits.duration) + " s of simulation time";
+  }
+  return {};
+}
+
 }  // namespace
 
 Rehearsal rehearse(Simulation& simulation, const RehearsalLimits& limits) {
   simulation.reset();
-  std::vector<Tick> ticks = run(simulation, limits);
+  std::vector<Tick> ticks;
+  const RehearsalEnd end = run(simulation, limits, ticks);
   simulation.reset();
+  leave_out_warm_up(ticks);
   const auto inside = std::stable_partition(ticks.begin(), ticks.end(), [](const Tick& tick) { return tick.outside; });
-  Rehearsal rehearsal{sum_up({ticks.begin(), inside}), {}};
+  Rehearsal rehearsal{sum_up({ticks.begin(), inside}), {}, end, limits};
   const std::ptrdiff_t count = ticks.end() - inside;
-  const std::ptrdiff_t parts = std::min<std::ptrdiff_t>(kParts, count / kLeastTicks);
-  for (std::ptrdiff_t part = 0; part < parts; ++part)
+  const int parts = parts_of(count);
+  for (int part = 0; part < parts; ++part)
     rehearsal.inside.push_back(sum_up({inside + count * part / parts, inside + count * (part + 1) / parts}));
   return rehearsal;
 }
@@ -152,7 +195,7 @@ std::string describe(const Rehearsal& rehearsal, double time_step) {
   table.add({"ticks on this machine", "depth (mm)", "rows", "p50 (ms)", "p99 (ms)", "p99 of a tick's time"});
   add(table, "needles outside", rehearsal.outside, time_step);
   for (const RehearsedTicks& part : rehearsal.inside) add(table, "pushed in", part, time_step);
-  if (rehearsal.inside.empty()) table.add({"  no needle gets to the tissue along its own axis"});
+  if (rehearsal.inside.empty()) table.add({why_none_is_inside(rehearsal)});
   return table.text();
 }
 

@@ -25,9 +25,14 @@ struct RehearsedTicks {
   double p99 = 0;     // s
 };
 
+// What ended a rehearsal.
+enum class RehearsalEnd { needles_are_through, processor_time, duration };
+
 struct Rehearsal {
   RehearsedTicks outside;              // no needle touches tissue; no ticks if one always does
-  std::vector<RehearsedTicks> inside;  // deeper and deeper; none if no needle gets to the tissue
+  std::vector<RehearsedTicks> inside;  // deeper and deeper; none if no needle got to the tissue before the end
+  RehearsalEnd end = RehearsalEnd::needles_are_through;
+  RehearsalLimits limits;
 };
 
 // Begins at the state after loading, and leaves the simulation there.

@@ -59,6 +59,15 @@ bool is_refused(const ServerProcess& server, const std::optional<client::CurveKe
   return false;
 }
 
+std::string text_of(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string secret_line(const Keys& keys, const std::string& name) {
+  return "    secret-key = \"" + protocol::read_key_pair(keys.secret(name)).secret_key + "\"\n";
+}
+
 // How a server ends whose command line names these endpoints, and what it says.
 std::pair<std::optional<int>, std::string> outcome(const std::string& commands, const std::string& states,
                                                    const std::vector<std::string>& options) {
@@ -208,6 +217,10 @@ TEST_CASE("keys that cannot be used are a bad command line") {
   check({"--curve-clients", keys.open("alice")}, "--curve-server-key");
   check({"--curve-server-key", keys.open("server"), "--curve-clients", keys.open("alice")}, "expected one public");
   check({"--curve-server-key", keys.secret("server"), "--curve-clients", keys.folder / "nobody"}, "cannot be read");
+  const std::string mixed = keys.folder.write("mixed", text_of(keys.open("bob")) + secret_line(keys, "server"));
+  REQUIRE(chmod(mixed.c_str(), 0600) == 0);
+  check({"--curve-server-key", mixed, "--curve-clients", keys.open("alice")},
+        "'" + mixed + "': the public key is not that of the secret key");
   auto both = keys.of_server();
   both.emplace_back("--insecure");
   check(both, "--insecure");

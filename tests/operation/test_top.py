@@ -101,6 +101,59 @@ class Once(WithServer):
                                         timeout=PATIENCE).returncode, 1)
 
 
+class WithKeys(WithServer):
+    """A server that admits alice and not bob."""
+
+    def setUp(self):
+        super().setUp()
+        for name in ("server", "alice", "bob"):
+            made = self.start(program="acus-keygen", arguments=[self.path(name)], stdout=subprocess.DEVNULL)
+            self.assertEqual(made.wait(PATIENCE), 0)
+
+    def start_with_keys(self):
+        self.start("--curve-server-key", self.path("server.key_secret"), "--curve-clients", self.path("alice.key"))
+
+    def top(self, server, client, timeout=PATIENCE):
+        command = [TOP, "--commands", self.commands, "--states", self.states, "--once", "--timeout", str(timeout)]
+        keys = ["--curve-server-key", self.path(server), "--curve-client-key", self.path(client)]
+        return subprocess.run(command + keys, capture_output=True, text=True, timeout=2 * PATIENCE, check=False)
+
+    def test_a_server_with_keys_is_watched_by_whom_it_admits(self):
+        self.start_with_keys()
+        done = self.top("server.key", "alice.key_secret")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("scene 'small'\n", done.stdout)
+        self.assertIn("of 200 Hz", done.stdout)
+        self.assertEqual(self.top("server.key", "bob.key_secret", timeout=1).returncode, 3)
+
+    def test_keys_that_cannot_be_used_are_bad_arguments(self):
+        with open(self.path("alice.key_secret"), encoding="utf-8") as file:
+            alice = file.read()
+        with open(self.path("bob.key"), encoding="utf-8") as file:
+            bob = file.read()
+        secret = re.search(r"secret-key = .*", alice)[0]
+        self.write("open", alice)
+        for name, text in (("mixed", bob + secret), ("short", bob + 'secret-key = "short"'), ("none", "")):
+            os.chmod(self.write(name, text), 0o600)
+        os.chmod(self.path("open"), 0o644)
+        for server, client, bad, what in (("server.key_secret", "alice.key_secret", "server.key_secret", "secret key"),
+                                          ("server.key", "alice.key", "alice.key", "no secret key"),
+                                          ("server.key", "missing", "missing", "cannot be read"),
+                                          ("none", "alice.key_secret", "none", "no public key"),
+                                          ("server.key", "open", "open", "chmod 600"),
+                                          ("server.key", "short", "short", "40 characters"),
+                                          ("server.key", "mixed", "mixed", "not that of the secret key")):
+            done = self.top(server, client)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(f"'{self.path(bad)}'", done.stderr)
+            self.assertIn(what, done.stderr)
+            self.assertNotIn(secret.split('"')[1], done.stderr)
+        alone = subprocess.run([TOP, "--curve-server-key", self.path("server.key")], capture_output=True, text=True,
+                               timeout=PATIENCE, check=False)
+        self.assertEqual(alone.returncode, 1)
+        self.assertIn("give both or none", alone.stderr)
+
+
 class Terminal(WithServer):
     """acus-top on a pseudo-terminal, whose screen pyte draws."""
 

@@ -9,10 +9,13 @@
 namespace acus::protocol::testing {
 namespace {
 
-// Of no use but here. The first one has characters that comments and quotes could be mistaken for.
-const std::string kFirst = "#####=====....::::aaaaabbbbbcccccddddd00";
-const std::string kSecond = "eeeeefffffggggghhhhhiiiiijjjjjkkkkklllll";
-const std::string kSecret = "0123456789012345678901234567890123456789";
+// Of no use but here: two pairs of libzmq's own tests, without the second one's secret. kMarks has characters that
+// comments and quotes could be mistaken for.
+const std::string kFirst = "Yne@$w-vo<fVvi]a<NY6T1ed:M$fCG*[IaLV{hID";
+const std::string kSecret = "D:)Q[IlAW!ahhC2ac:9*A}h:p?([4%wOTJ%JR%cs";
+const std::string kSecond = "rq:rM>}U?@Lns47E1%kR.o@n%FcmmsL/@{H8]yf7";
+const std::string kMarks = "=####=====....::::aaaaabbbbbcccccddddd00";
+const std::string kNoBytes = "#####eeeeefffffggggghhhhhiiiiijjjjjkkkkk";  // its first five are more than 2^32
 
 std::string public_line(const std::string& key) { return "curve\n    public-key = \"" + key + "\"\n"; }
 std::string secret_line(const std::string& key) { return "    secret-key = \"" + key + "\"\n"; }
@@ -52,11 +55,11 @@ TEST_CASE("a pair of keys is read as acus-keygen, pyzmq and czmq write it") {
 TEST_CASE("public keys are those of files one after the other, each with its name") {
   const TemporaryFolder folder;
   const std::string path =
-      write(folder, name_line("alice") + public_line(kFirst) + "# and\n" + public_line(kSecond), 0644);
+      write(folder, name_line("alice") + public_line(kMarks) + "# and\n" + public_line(kSecond), 0644);
   const std::vector<PublicKey> keys = read_public_keys(path);
   REQUIRE(keys.size() == 2);
   CHECK(keys[0].name == "alice");
-  CHECK(keys[0].key == kFirst);
+  CHECK(keys[0].key == kMarks);
   CHECK(keys[1].name.empty());
   CHECK(keys[1].key == kSecond);
   CHECK(contains(error_of([&] { read_public_key(path); }), "expected one public key, found 2"));
@@ -78,17 +81,22 @@ TEST_CASE("what is wrong with a key file is said without its secret") {
   for (const mode_t open_to_others : {0604, 0602, 0620, 0644}) {
     CHECK(contains(problem_with_pair(pair, open_to_others), "chmod 600"));
   }
-  CHECK(problem_with_pair(pair, 0640).empty());
+  for (const mode_t closed : {0640, 0400, 0440})  // the last two are what systemd makes of LoadCredential=
+    CHECK(problem_with_pair(pair, closed).empty());
   CHECK(contains(problem_with_pair(public_line(kFirst)), "found 1 and 0"));
   CHECK(contains(problem_with_pair(pair + pair), "found 2 and 2"));
   CHECK(contains(problem_with_list(""), "no public key"));
   CHECK(contains(problem_with_list(pair), "holds a secret key"));
-  for (const std::string& bad : {kSecret.substr(1), kSecret + "0", "\\" + kSecret.substr(1)}) {
+  for (const std::string& bad : {kSecret.substr(1), kSecret + "0", "\\" + kSecret.substr(1), kNoBytes}) {
     const std::string said = problem_with_pair(public_line(kFirst) + secret_line(bad));
     CHECK(contains(said, "line 3: expected a secret-key of 40 characters"));
     CHECK_FALSE(contains(said, bad));
   }
-  CHECK(contains(problem_with_list(public_line("short")), "line 2"));
+  for (const std::string& bad : {std::string("short"), kNoBytes})
+    CHECK(contains(problem_with_list(public_line(bad)), "line 2: expected a public-key of 40 characters"));
+  const std::string strange = problem_with_pair(public_line(kSecond) + secret_line(kSecret));
+  CHECK(contains(strange, "the key file '" + (folder / "keys") + "': the public key is not that of the secret key"));
+  CHECK_FALSE(contains(strange, kSecret));
 }
 
 }  // namespace acus::protocol::testing

@@ -44,10 +44,41 @@ TEST_CASE("a rehearsal pushes the needle in, and leaves the state as it was afte
 
 TEST_CASE("a needle that points elsewhere is told of") {
   Simulation simulation = simulation_of("0.7071068, 0, -0.7071068, 0");
-  const Rehearsal rehearsal = rehearse(simulation, {.processor_time = 100, .duration = 1});
-  CHECK(rehearsal.outside.ticks == 180);
+  const Rehearsal rehearsal = rehearse(simulation, {.processor_time = 100, .duration = 20});
+  CHECK(rehearsal.end == RehearsalEnd::needles_are_through);
+  CHECK(rehearsal.outside.ticks < 400);  // 0.23 m to the farthest node and 0.1 m of needle, at 0.2 m/s
   CHECK(rehearsal.inside.empty());
   CHECK(describe(rehearsal, 0.005).find("no needle gets to the tissue") != std::string::npos);
+}
+
+TEST_CASE("a rehearsal that a limit stops on the way says so, instead of that no needle gets to the tissue") {
+  for (const auto& orientation : {"0.7071068, 0, 0.7071068, 0", "0.7071068, 0, -0.7071068, 0"}) {
+    Simulation simulation = simulation_of(orientation);
+    const Rehearsal short_one = rehearse(simulation, {.processor_time = 100, .duration = 0.05});
+    CHECK(short_one.end == RehearsalEnd::duration);
+    CHECK(short_one.outside.ticks == 5);
+    CHECK(short_one.inside.empty());
+    const std::string text = describe(short_one, 0.005);
+    CHECK(text.find("not reached within 0.05 s of simulation time") != std::string::npos);
+    CHECK(text.find("no needle") == std::string::npos);
+  }
+}
+
+TEST_CASE("few ticks inside are one part") {
+  Simulation simulation = simulation_of("0.7071068, 0, 0.7071068, 0");
+  const auto inside_of = [&](double duration) {
+    const Rehearsal rehearsal = rehearse(simulation, {.processor_time = 100, .duration = duration});
+    int ticks = 0;
+    for (const RehearsedTicks& part : rehearsal.inside) ticks += part.ticks;
+    return std::pair{rehearsal.inside.size(), ticks};
+  };
+  double duration = 0.05;  // s, half of the way to the tissue
+  REQUIRE(inside_of(duration).first == 0);
+  while (inside_of(duration).first == 0 && duration < 1) duration += 0.05;  // ten ticks
+  const auto [parts, ticks] = inside_of(duration);
+  CHECK(parts == 1);
+  CHECK(ticks > 0);
+  CHECK(ticks <= 10);
 }
 
 TEST_CASE("a rehearsal ends in the time that it may take") {
@@ -55,10 +86,12 @@ TEST_CASE("a rehearsal ends in the time that it may take") {
   const Rehearsal none = rehearse(simulation, {.processor_time = 0, .duration = 100});
   CHECK(none.outside.ticks == 0);
   CHECK(none.inside.empty());
+  CHECK(none.end == RehearsalEnd::processor_time);
+  CHECK(describe(none, 0.005).find("not reached within 0 s of processor time") != std::string::npos);
 }
 
 TEST_CASE("a rehearsal is printed in milliseconds and in shares of a tick") {
-  const Rehearsal rehearsal{{100, 0, 0, 1e-3, 1.5e-3}, {{50, 0.02, 36, 1.25e-3, 2e-3}}};
+  const Rehearsal rehearsal{{100, 0, 0, 1e-3, 1.5e-3}, {{50, 0.02, 36, 1.25e-3, 2e-3}}, {}, {}};
   const std::string text = describe(rehearsal, 0.004);
   CHECK(text.find("needles outside      0           0     1.000     1.500     38 %") != std::string::npos);
   CHECK(text.find("pushed in            20          36    1.250     2.000     50 %") != std::string::npos);
