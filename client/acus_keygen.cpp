@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <stdexcept>
@@ -99,6 +100,7 @@ void make_keys(const std::string& path) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error
   CLI::App app(kDescription, "acus-keygen");
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);

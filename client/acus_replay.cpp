@@ -25,6 +25,7 @@
 #include "client/log_file.h"
 #include "client/replay.h"
 #include "client/run_summary.h"
+#include "client/same_file.h"
 #include "client/text_histogram.h"
 #include "client/timing_log.h"
 #include "protocol/endpoint_address.h"
@@ -236,24 +237,6 @@ int run(Replay& replay) {
   }
 }
 
-// Where writing to the path ends up: links are followed, also one to a file that is not there yet.
-std::filesystem::path destination(std::filesystem::path path) {
-  constexpr int kMaxLinks = 40;  // as many as the kernel follows
-  std::error_code error;
-  for (int i = 0; i < kMaxLinks && std::filesystem::is_symlink(path, error); ++i) {
-    path = path.parent_path() / std::filesystem::read_symlink(path, error);
-  }
-  path = std::filesystem::absolute(path);
-  const auto canonical = std::filesystem::weakly_canonical(path, error);
-  return error ? path.lexically_normal() : canonical;
-}
-
-// Also by two names of one file, which hard links make.
-bool same_file(const std::string& a, const std::string& b) {
-  std::error_code error;
-  return destination(a) == destination(b) || std::filesystem::equivalent(a, b, error);
-}
-
 // Throws if two results were to go to the same file, or one into the trajectory.
 void check_distinct(const Arguments& arguments) {
   struct File {
@@ -371,6 +354,7 @@ int run_again(const CLI::App& app, const std::string& recording) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error
   std::signal(SIGPIPE, SIG_IGN);  // the files are written to their end, whoever stops reading what is printed
   CLI::App app("Drives a recorded trajectory into an acus-server and writes the forces that come back.", "acus-replay");
   Arguments arguments;

@@ -69,7 +69,14 @@ def stats_lines(hello, stats):
         f"residual {stats['residual']:.1e} N, imbalance {stats['imbalance']:.1e} of {stats['largest_force']:.3g} N",
         f"flags     {flags_text(stats['flags'])}",
         f"clients   listen to {listeners}; {stats['rejected']} messages rejected, {stats['dropped']} states dropped",
+        f"recording {recording_text(hello, stats)}",
     ]
+
+
+def recording_text(hello, stats):
+    if stats["recording"] == "failed":
+        return "FAILED: it ended by itself, as the server's log says"
+    return f"{stats['recording']} {readable(hello.get('recording', ''))}".strip()
 
 
 def needle_row(needle, held, force):

@@ -126,7 +126,8 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->type_name("FILE");
   app.add_option("--record", arguments.endpoint.record,
                  "Record the run from its first tick into a new file, which acus-export runs again")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check([](const std::string& file) { return file.empty() ? "expected the name of a file" : std::string(); });
   app.add_option("--recordings", arguments.endpoint.recordings,
                  "Folder that clients may record into; without it they may not")
       ->type_name("FOLDER")
@@ -259,6 +260,7 @@ int run(const Arguments& arguments) {
     return kCannotRecord;
   }
   serve(*endpoint, std::move(world), arguments, link, termination);
+  if (!arguments.endpoint.record.empty() && endpoint->recording_failed()) return kCannotRecord;
   return kEnded;
 }
 

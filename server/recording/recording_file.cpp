@@ -95,11 +95,21 @@ std::optional<recorded::Item> RecordingReader::next() {
   while (!ended_ && items_.empty()) ended_ = !read_frame();
   if (ended_) return std::nullopt;
   recorded::Item item = take_item(items_);
-  if (std::holds_alternative<recorded::Ending>(item)) {
-    ended_ = true;
-    problem_ = std::get<recorded::Ending>(item).why;
-  }
+  if (const auto* ending = std::get_if<recorded::Ending>(&item)) end(ending->why);
   return item;
+}
+
+void RecordingReader::end(const std::string& why) {
+  ended_ = true;
+  problem_ = why;
+  if (!items_.empty() || !buffer_.empty() || fill()) fail("something stands behind its end, which was not looked at");
+}
+
+// Returns false.
+bool RecordingReader::fail(const std::string& why) {
+  problem_ = why;
+  damaged_ = true;
+  return false;
 }
 
 // False, and why, where there is no whole frame any more.
@@ -108,8 +118,8 @@ bool RecordingReader::read_frame() {
   while (ZSTD_isError(size) && buffer_.size() < kMaxFrame && fill())
     size = ZSTD_findFrameCompressedSize(buffer_.data(), buffer_.size());
   if (ZSTD_isError(size)) {
-    problem_ = buffer_.empty() ? "its program ended without ending it"
-                               : "its last part, from byte " + std::to_string(offset_) + " on, is not whole";
+    if (!buffer_.empty()) return fail("what stands from byte " + std::to_string(offset_) + " on is damaged or not whole");
+    problem_ = "it was not ended: its program was killed, its disk was full, or it is still being written";
     return false;
   }
   const unsigned long long content = ZSTD_getFrameContentSize(buffer_.data(), size);
@@ -124,8 +134,7 @@ bool RecordingReader::read_frame() {
       return true;
     }
   }
-  problem_ = "its part at byte " + std::to_string(offset_) + " is damaged";
-  return false;
+  return fail("its part at byte " + std::to_string(offset_) + " is damaged");
 }
 
 // Reads on; false at the end of the file.

@@ -55,9 +55,13 @@ class RecordingReader {
 
   // Why there was no more, after the end: "" where the recording says itself that it ends there.
   const std::string& problem() const { return problem_; }
+  // Whether it is because of a part that is damaged, or not whole, or because something stands behind the end.
+  bool damaged() const { return damaged_; }
 
  private:
   bool read_frame();
+  void end(const std::string& why);
+  bool fail(const std::string& why);
   bool fill();
 
   int file_ = -1;
@@ -68,6 +72,7 @@ class RecordingReader {
   recorded::Opening opening_;
   bool ended_ = false;
   std::string problem_;
+  bool damaged_ = false;
 };
 
 }  // namespace acus

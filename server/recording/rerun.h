@@ -36,6 +36,7 @@ class Rerun {
   const std::optional<Difference>& difference() const { return difference_; }
   // Why the recording ends, "" if somebody asked for it.
   const std::string& problem() const { return reader_.problem(); }
+  bool damaged() const { return reader_.damaged(); }
 
  private:
   void handle(const recorded::Opening&);

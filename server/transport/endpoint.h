@@ -57,6 +57,7 @@ class Endpoint {
   std::string standing() const;
 
   std::uint64_t rejected() const { return rejected_; }
+  bool recording_failed() const { return recordings_.state() == protocol::RecordingState::failed; }
   std::uint64_t dropped() const { return link_.dropped.load(std::memory_order_relaxed) + publisher_.dropped(); }
 
  private:

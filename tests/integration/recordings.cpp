@@ -108,7 +108,7 @@ TEST_CASE("what was recorded a second before the server is killed is run again")
   const Rerun again = rerun(folder, folder / "run");
   CHECK(again.status == 0);
   CHECK(again.says("the same to the last bit"));
-  CHECK(again.says("its program ended without ending it"));
+  CHECK(again.says("it was not ended"));
   const std::size_t at = again.printed.find("run again   ");
   REQUIRE(at != std::string::npos);
   CHECK(std::stoull(again.printed.substr(at + 12)) >= tick);
@@ -195,6 +195,30 @@ TEST_CASE("when the disk is full the recording ends, and the simulation goes on"
   const Rerun again = rerun(folder, folder / "run");
   CHECK(again.status == 0);
   CHECK(again.says("the same to the last bit"));
+  // Nor is a recording overwritten by what is made of it, or a damaged one taken for a whole one.
+  std::filesystem::copy_file(folder / "run", folder / "copy.events.csv");
+  CHECK(Process({ACUS_BINARY_DIR "/acus-export", folder / "run", "--csv", folder / "run"}).wait(kPatience) == 3);
+  CHECK(Process({ACUS_BINARY_DIR "/acus-export", folder / "copy.events.csv", "--csv", folder / "copy.csv"})
+            .wait(kPatience) == 3);
+  std::ofstream(folder / "run", std::ios::app) << "more";
+  CHECK(rerun(folder, folder / "run").status == 5);
+}
+
+TEST_CASE("a server whose recording ended by itself says so when it ends") {
+  const TemporaryFolder folder;
+  ServerProcess server({"--lockstep", "--record", folder / "run"});
+  client::CommandLink commands(server.commands());
+  client::StateLink states = subscribe(server, {});
+  const std::string command = "prlimit --fsize=1000 --pid " + std::to_string(server.process().id());
+  REQUIRE(std::system(command.c_str()) == 0);
+  while (receive<protocol::Stats>(states).recording == protocol::RecordingState::on) commands.step(500, kPatience);
+  commands.shutdown(kPatience);
+  CHECK(server.process().wait(kPatience) == 5);
+}
+
+TEST_CASE("a recording without a name is no recording") {
+  ServerProcess server({"--record", ""});
+  CHECK(server.process().wait(kPatience) == 1);
 }
 
 }  // namespace acus::testing

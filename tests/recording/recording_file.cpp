@@ -44,6 +44,7 @@ std::string write_small(const TemporaryFolder& folder, const std::string& name) 
 struct Read {
   int ticks = 0;
   std::string problem;
+  bool damaged = false;
 };
 
 Read read_all(const std::string& path) {
@@ -51,6 +52,7 @@ Read read_all(const std::string& path) {
   Read read;
   while (const auto item = reader.next()) read.ticks += std::holds_alternative<recorded::Tick>(*item);
   read.problem = reader.problem();
+  read.damaged = reader.damaged();
   return read;
 }
 
@@ -128,6 +130,7 @@ TEST_CASE("a recording is read to its end, and there is none of the same name be
   const Read read = read_all(path);
   CHECK(read.ticks == 3);
   CHECK(read.problem.empty());
+  CHECK(!read.damaged);
   CHECK(RecordingReader(path).opening().server == "0.1");
   CHECK_THROWS_WITH_AS(RecordingWriter{path},
                        (path + ": there is a file of this name already; give the recording another one").c_str(),
@@ -165,6 +168,18 @@ TEST_CASE("a recording with a byte changed gives what stands before it, or an er
     const Read read = read_all(path);
     CHECK((read.ticks == 0 || read.ticks == 2 || read.ticks == 3));
     CHECK((read.ticks == 3) == read.problem.empty());
+    CHECK((read.ticks == 3) != read.damaged);
+  }
+}
+
+TEST_CASE("what stands behind the end of a recording is told of") {
+  const TemporaryFolder folder;
+  const std::string whole = contents(write_small(folder, "run"));
+  for (const std::string& more : {std::string("x"), std::string(100, '\0'), whole}) {
+    const Read read = read_all(folder.write("more", whole + more));
+    CHECK(read.ticks == 3);
+    CHECK(read.damaged);
+    CHECK(read.problem.starts_with("something stands behind its end"));
   }
 }
 

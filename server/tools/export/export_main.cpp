@@ -4,10 +4,13 @@
 
 #include <CLI/CLI.hpp>
 #include <cinttypes>
+#include <csignal>
 #include <cstdio>
+#include <limits>
 #include <optional>
 
 #include "client/run_log.h"
+#include "client/same_file.h"
 #include "server/recording/rerun.h"
 #include "server/runtime/convert.h"
 #include "server/tools/export/vtk_export.h"
@@ -16,7 +19,7 @@ namespace {
 
 using namespace acus;
 
-enum ExitCode : int { kSame = 0, kBadArguments = 1, kUnusable = 2, kCannotWrite = 3, kDiffers = 4 };
+enum ExitCode : int { kSame = 0, kBadArguments = 1, kUnusable = 2, kCannotWrite = 3, kDiffers = 4, kDamaged = 5 };
 
 constexpr const char* kDescription =
     "Runs a recording of acus-server again and says whether it comes out the same to the last bit; writes the forces as "
@@ -27,7 +30,8 @@ constexpr const char* kFooter =
     "  acus-export RUN --csv run.csv        forces and events, as acus-replay --out writes them\n"
     "  acus-export RUN --vtk frames         open frames/tissue.pvd, needles.pvd, paths.pvd in ParaView\n"
     "\nExit status: 0 it comes out the same, 1 bad arguments, 2 the recording cannot be used, 3 a file cannot be written,\n"
-    "4 it comes out otherwise; the first tick that does is named.";
+    "4 it comes out otherwise, and the first tick that does is named, 5 a part of it is damaged or not whole: what stands\n"
+    "before comes out the same.";
 
 struct Arguments {
   std::string recording;
@@ -73,7 +77,8 @@ class Progress {
   double next_ = 0;  // s
 };
 
-// As the server published them, but for what depends on the link to its clients.
+// As the server published them, but for what a recording does not tell: how commands came in, and what a device was to
+// feel when they did not.
 void write(client::RunLog& log, const Rerun& rerun) {
   const Simulation& simulation = rerun.simulation();
   const TickReport& report = simulation.report();
@@ -83,25 +88,36 @@ void write(client::RunLog& log, const Rerun& rerun) {
   force.time = report.time;
   force.solver = report.solver;
   force.flags = report.flags;
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  force.age = force.echo = force.fresh = kUnknown;
+  force.haptic_force.fill(kUnknown);
+  force.haptic_torque.fill(kUnknown);
   for (std::size_t i = 0; i < report.needles.size(); ++i) {
     put(report.needles[i], force);
     force.needle = simulation.scene().needles[i].name;
-    force.haptic_force = force.base_force;
-    force.haptic_torque = force.base_torque;
     log.write(force, 0);
   }
   for (const Event& event : report.events)
     log.write(to_wire(event, rerun.epoch(), report.time, simulation.scene()));
 }
 
+// Of a recording, which may be anybody's: on one line, and not endless.
+std::string shown(const std::string& text) {
+  constexpr std::size_t kMost = 200;
+  std::string line = text.substr(0, kMost);
+  for (char& c : line)
+    if (c < ' ' || c > '~') c = '?';
+  return line;
+}
+
 void print(const Rerun& rerun, const std::string& file) {
-  std::printf("recording   %s, by acus-server %s, %s\n", file.c_str(), rerun.opening().server.c_str(),
-              rerun.opening().started.c_str());
+  std::printf("recording   %s, by acus-server %s, %s\n", file.c_str(), shown(rerun.opening().server).c_str(),
+              shown(rerun.opening().started).c_str());
   std::printf("run again   %" PRIu64 " ticks, %.3f s of simulation time\n", rerun.ticks(), rerun.seconds());
-  if (!rerun.problem().empty()) std::printf("its end     %s\n", rerun.problem().c_str());
+  if (!rerun.problem().empty()) std::printf("its end     %s\n", shown(rerun.problem()).c_str());
   const std::optional<Difference>& difference = rerun.difference();
   if (!difference) {
-    std::printf("outcome     the same to the last bit\n");
+    std::printf("outcome     the same to the last bit%s\n", rerun.damaged() ? ", as far as it can be read" : "");
   } else if (difference->told) {
     std::printf("outcome     differs from tick %" PRIu64 " of epoch %" PRIu64 " on\n", difference->tick, difference->epoch);
   } else {
@@ -111,7 +127,16 @@ void print(const Rerun& rerun, const std::string& file) {
   }
 }
 
+// Throws if a result were to go into the recording.
+void check_distinct(const Arguments& arguments) {
+  if (arguments.csv.empty()) return;
+  for (const std::string& path : {arguments.csv, client::RunLog::events_path_beside(arguments.csv)})
+    if (client::same_file(path, arguments.recording))
+      throw std::runtime_error("--csv would overwrite the recording, '" + path + "'; give it another name");
+}
+
 int run(const Arguments& arguments) {
+  check_distinct(arguments);
   Rerun rerun(arguments.recording);
   std::optional<client::RunLog> csv;
   if (!arguments.csv.empty()) csv.emplace(arguments.csv, false);
@@ -128,7 +153,9 @@ int run(const Arguments& arguments) {
   if (csv) csv->close();
   if (vtk) vtk->close();
   if (!arguments.quiet) print(rerun, arguments.recording);
-  return rerun.difference() ? kDiffers : kSame;
+  if (rerun.difference()) return kDiffers;
+  if (rerun.damaged()) std::fprintf(stderr, "acus-export: %s: %s\n", arguments.recording.c_str(), rerun.problem().c_str());
+  return rerun.damaged() ? kDamaged : kSame;
 }
 
 int fail(ExitCode code, const std::exception& error) {
@@ -139,6 +166,7 @@ int fail(ExitCode code, const std::exception& error) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error
   Arguments arguments;
   CLI::App app(kDescription, "acus-export");
   declare(app, arguments);
