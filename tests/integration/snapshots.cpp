@@ -61,7 +61,9 @@ TEST_CASE("a thousand branches of twenty ticks end alike and leave nothing behin
   const std::chrono::duration<double, std::milli> taken = std::chrono::steady_clock::now() - begun;
   MESSAGE("a branch takes ", taken.count() / 1000, " ms, its snapshot ", start.snapshot.size(), " bytes");
   REQUIRE(settled > 0);
+#ifndef __SANITIZE_ADDRESS__  // which keeps what was freed
   CHECK(resident(server.process()) < settled + 2000);
+#endif
 }
 
 TEST_CASE("a run branches from a snapshot, and a second server goes on alike") {
