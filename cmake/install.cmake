@@ -9,7 +9,7 @@ set(acus_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/acus)
 
 install(TARGETS acus_protocol acus_client EXPORT acus_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 install(DIRECTORY protocol client DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/acus COMPONENT dev
-        FILES_MATCHING PATTERN "*.h" PATTERN "socket.h" EXCLUDE)
+        FILES_MATCHING PATTERN "*.h" PATTERN "socket.h" EXCLUDE PATTERN "packer.h" EXCLUDE)
 install(EXPORT acus_targets NAMESPACE acus:: FILE acusTargets.cmake DESTINATION ${acus_package_dir} COMPONENT dev)
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/acusConfig.cmake.in ${PROJECT_BINARY_DIR}/acusConfig.cmake

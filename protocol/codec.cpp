@@ -9,6 +9,8 @@
 #include <msgpack.hpp>
 #include <type_traits>
 
+#include "protocol/packer.h"
+
 namespace acus::protocol {
 namespace {
 
@@ -36,33 +38,6 @@ concept Message = requires {
 std::string quoted(const char* name) { return "field '" + std::string(name) + "'"; }
 
 // ---- Encoding ----
-
-// What msgpack's packer writes into.
-struct StringSink {
-  std::string& bytes;
-  void write(const char* data, std::size_t size) { bytes.append(data, size); }
-};
-
-class Packer : public msgpack::packer<StringSink> {
- public:
-  explicit Packer(StringSink& sink) : msgpack::packer<StringSink>(sink), sink_(sink) {}
-
-  void pack_text(std::string_view text) {
-    pack_str(static_cast<std::uint32_t>(text.size()));
-    pack_str_body(text.data(), static_cast<std::uint32_t>(text.size()));
-  }
-
-  // Always as float64: the base class would turn whole numbers into integers, and -0 into 0.
-  void pack_number(double value) {
-    std::uint64_t bits = std::bit_cast<std::uint64_t>(value);
-    char bytes[9] = {'\xcb'};
-    for (int i = 8; i > 0; --i, bits >>= 8) bytes[i] = static_cast<char>(bits & 0xff);
-    sink_.write(bytes, sizeof bytes);
-  }
-
- private:
-  StringSink& sink_;
-};
 
 template <class T>
 void pack_map_fields(Packer& packer, const T& fielded);

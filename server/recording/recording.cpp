@@ -2,10 +2,10 @@
 #include "server/recording/recording.h"
 
 #include <array>
-#include <bit>
 #include <limits>
 #include <msgpack.hpp>
 
+#include "protocol/packer.h"
 #include "server/simulation/report_hash.h"
 
 namespace acus {
@@ -16,26 +16,10 @@ using recorded::Item;
 
 // ---- Writing ----
 
-struct Sink {
-  std::string& bytes;
-  void write(const char* data, std::size_t size) { bytes.append(data, size); }
-};
-
-struct Packer : msgpack::packer<Sink> {
-  explicit Packer(Sink& to) : msgpack::packer<Sink>(to), sink(to) {}
-  Sink& sink;
-};
+using protocol::Packer;
 
 void pack(Packer& packer, std::uint64_t number) { packer.pack(number); }
-
-// Always as float64: msgpack's own would turn whole numbers into integers, and -0 into 0.
-void pack(Packer& packer, double number) {
-  auto bits = std::bit_cast<std::uint64_t>(number);
-  char bytes[9] = {'\xcb'};
-  for (int i = 8; i > 0; --i, bits >>= 8) bytes[i] = static_cast<char>(bits & 0xff);
-  packer.sink.write(bytes, sizeof bytes);
-}
-
+void pack(Packer& packer, double number) { packer.pack_number(number); }
 void pack(Packer& packer, bool value) { packer.pack(value); }
 void pack(Packer& packer, const std::string& text) { packer.pack(text); }
 
@@ -48,9 +32,9 @@ void pack(Packer& packer, const std::vector<std::byte>& bytes) { pack_bytes(pack
 
 void pack(Packer& packer, const Pose& pose) {
   packer.pack_array(7);
-  for (const double x : pose.position) pack(packer, x);
+  for (const double x : pose.position) packer.pack_number(x);
   const Quaternion& q = pose.orientation;
-  for (const double x : {q.w(), q.x(), q.y(), q.z()}) pack(packer, x);
+  for (const double x : {q.w(), q.x(), q.y(), q.z()}) packer.pack_number(x);
 }
 
 void pack(Packer& packer, const TetrahedralMesh& mesh) {
@@ -72,7 +56,7 @@ void pack(Packer& packer, const std::optional<T>& value) {
 
 template <class... Values>
 void pack_item(std::string& bytes, const char* name, const Values&... values) {
-  Sink sink{bytes};
+  protocol::StringSink sink{bytes};
   Packer packer(sink);
   packer.pack_array(1 + sizeof...(values));
   packer.pack(name);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/runtime/recorder.h"
 
+#include <spdlog/fmt/chrono.h>
 #include <spdlog/spdlog.h>
-#include <time.h>
+
+#include <ctime>
 
 #include "server/runtime/privileges.h"
 #include "server/simulation/snapshot.h"
@@ -14,19 +16,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kMaxItems = 32768;          // in the queue, about 6 MB: 10 s of one needle at 1 kHz
+constexpr std::size_t kMaxItems = 32768;          // in the queue, about 5 MB: 16 s of one needle at 1 kHz
 constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr auto kFlush = std::chrono::milliseconds(500);
 constexpr std::size_t kMaxPending = 8 << 20;  // bytes of a frame before it is packed, but for what one item has more
 
-std::string now_in_utc() {
-  const time_t now = time(nullptr);
-  tm parts{};
-  gmtime_r(&now, &parts);
-  char text[32];
-  strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
-}
+std::string now_in_utc() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
 
 }  // namespace
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/runtime/rehearsal.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <span>
 
+#include "server/math/nearest_rank.h"
+#include "server/math/processor_time.h"
 #include "server/scene/text_table.h"
 
 namespace acus {
@@ -26,24 +26,11 @@ struct Tick {
   bool outside = true;
 };
 
-double processor_seconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-// Nearest rank, of at least one.
-double quantile(std::vector<double> values, double q) {
-  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
-}
-
 template <class Of>
 double quantile_of(std::span<const Tick> ticks, double q, Of&& of) {
   std::vector<double> values;
   for (const Tick& tick : ticks) values.push_back(of(tick));
-  return quantile(std::move(values), q);
+  return nearest_rank(values, q);
 }
 
 RehearsedTicks sum_up(std::span<const Tick> ticks) {
@@ -80,9 +67,9 @@ class Insertion {
   }
 
   Tick timed_tick() {
-    const double before = processor_seconds();
+    const double before = processor_time();
     simulation_.step();
-    Tick tick{.seconds = processor_seconds() - before, .rows = static_cast<double>(simulation_.report().rows)};
+    Tick tick{.seconds = processor_time() - before, .rows = static_cast<double>(simulation_.report().rows)};
     for (const NeedleReport& needle : simulation_.report().needles) {
       tick.depth = std::max(tick.depth, needle.inserted_depth);
       tick.outside = tick.outside && needle.phase == Phase::free;

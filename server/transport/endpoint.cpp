@@ -31,7 +31,6 @@ constexpr int kLinger = 1000;                      // ms to deliver the last ans
 constexpr std::int64_t kMaxFrameBytes = 32 << 20;  // beyond it the client is disconnected
 constexpr int kMaxAnswers = 100;                   // of one client that wait for it to read
 constexpr int kMaxUnread = 16;                     // messages of one client that wait for this thread
-constexpr int kMaxHandshake = 10'000;              // ms from a connection to the end of its handshake
 // Of a client whose host is gone without a word, about 5 s: in ms, and in s and tries, one a second.
 constexpr int kHeartbeat = 1000, kHeartbeatTimeout = 5000, kKeepaliveIdle = 2, kKeepaliveCount = 3;
 constexpr auto kStatsPeriod = milliseconds(1000);
@@ -123,7 +122,6 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
   commands_.set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
   commands_.set(zmq::sockopt::sndhwm, kMaxAnswers);
   commands_.set(zmq::sockopt::rcvhwm, kMaxUnread);
-  commands_.set(zmq::sockopt::handshake_ivl, kMaxHandshake);
   commands_.set(zmq::sockopt::tcp_keepalive, 1);
   commands_.set(zmq::sockopt::tcp_keepalive_idle, kKeepaliveIdle);
   commands_.set(zmq::sockopt::tcp_keepalive_intvl, 1);

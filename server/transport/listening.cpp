@@ -20,6 +20,7 @@ constexpr std::string_view kIpc = "ipc://";
 // Any name will do. With a domain and no ZAP handler, ZeroMQ accepts every peer that speaks ZMTP 3, and closes the
 // connections of those before it. ZMTP 1.0 has no greeting: bytes of any origin are frames, a web page's POST included.
 constexpr const char* kZapDomain = "acus";
+constexpr int kMaxHandshake = 10'000;  // ms from a connection to the end of its handshake
 
 std::string reason_of(int error) {
   switch (error) {
@@ -94,6 +95,7 @@ void listen(zmq::socket_t& socket, const std::string& option, const std::string&
     if (!obstacle.empty()) throw CannotListen(cannot + obstacle);
   }
   socket.set(zmq::sockopt::zap_domain, std::string(kZapDomain));
+  socket.set(zmq::sockopt::handshake_ivl, kMaxHandshake);
   if (admission.curve) set_keys(socket, *admission.curve);
   try {
     socket.bind(endpoint);

@@ -15,8 +15,7 @@ namespace {
 
 // Of a subscriber that does not keep up: as many states, or as few large ones as make so many bytes.
 constexpr std::size_t kQueuedStates = 4096, kQueuedBytes = 64 << 20, kFewestQueued = 64;
-constexpr int kLinger = 200;           // ms to deliver what is queued at the end
-constexpr int kMaxHandshake = 10'000;  // ms from a connection to the end of its handshake
+constexpr int kLinger = 200;  // ms to deliver what is queued at the end
 constexpr auto kPatience = std::chrono::seconds(10);
 constexpr int kMaxNotices = 256;               // taken in at a time
 constexpr std::int64_t kMaxNoticeBytes = 512;  // beyond it the subscriber is disconnected; a handshake needs about 300
@@ -38,7 +37,6 @@ Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, const
       waits_for_room_(lockstep) {
   bound_queues(1);
   socket_.set(zmq::sockopt::linger, kLinger);
-  socket_.set(zmq::sockopt::handshake_ivl, kMaxHandshake);
   socket_.set(zmq::sockopt::xpub_nodrop, true);
   socket_.set(zmq::sockopt::maxmsgsize, kMaxNoticeBytes);
   socket_.bind(kAskingEndpoint);

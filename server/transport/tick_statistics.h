@@ -3,12 +3,12 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
 
 #include "protocol/messages.h"
+#include "server/math/nearest_rank.h"
 #include "server/runtime/link.h"
 
 namespace acus {
@@ -51,23 +51,14 @@ class TickStatistics {
     }
 
     void take(double& p50, double& p99, double& max) {
-      p50 = quantile(0.50);
-      p99 = quantile(0.99);
+      p50 = nearest_rank(seconds_, 0.50);
+      p99 = nearest_rank(seconds_, 0.99);
       max = std::exchange(max_, 0);
       seconds_.clear();
     }
 
    private:
     static constexpr std::size_t kMaxSamples = 1 << 17;  // further ticks count, but not for quantiles
-
-    // Nearest rank: the smallest time that a fraction q in (0, 1] of them does not exceed; 0 without any.
-    double quantile(double q) {
-      if (seconds_.empty()) return 0;
-      const double rank = std::ceil(q * static_cast<double>(seconds_.size()));
-      const auto nth = seconds_.begin() + static_cast<std::ptrdiff_t>(rank) - 1;
-      std::nth_element(seconds_.begin(), nth, seconds_.end());
-      return *nth;
-    }
 
     std::vector<double> seconds_;
     double max_ = 0;

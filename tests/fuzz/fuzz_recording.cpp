@@ -9,13 +9,14 @@
 #include "server/simulation/snapshot.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/samples.h"
+#include "tests/support/small_block.h"
 
 namespace {
 
 constexpr int kMaxTicks = 20;
 
 std::string beginning() {
-  const acus::Simulation simulation(acus::fuzz::small_scene());
+  const acus::Simulation simulation(acus::test::small_block());
   const std::uint64_t fingerprint = simulation.model().fingerprint;
   std::string bytes;
   acus::append(bytes, acus::recorded::Opening{1, "0.1", ""});

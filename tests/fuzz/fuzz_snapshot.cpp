@@ -7,6 +7,7 @@
 #include "server/simulation/state_bytes.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/samples.h"
+#include "tests/support/small_block.h"
 
 namespace {
 
@@ -30,7 +31,7 @@ std::vector<std::byte> snapshot_of(std::vector<std::byte> snapshot, const std::u
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static acus::Simulation simulation(acus::fuzz::small_scene());
+  static acus::Simulation simulation(acus::test::small_block());
   static const std::vector<std::byte> whole = make_snapshot(simulation.model().fingerprint, simulation.state());
   try {
     simulation.restore(read_snapshot(simulation.model(), snapshot_of(whole, data, size)));

@@ -11,6 +11,7 @@
 #include "server/scene/mesh_answer.h"
 #include "server/simulation/snapshot.h"
 #include "server/simulation/state_bytes.h"
+#include "tests/support/small_block.h"
 
 namespace acus::fuzz {
 
@@ -61,7 +62,7 @@ std::string image_of(const Simulation& simulation) {
 
 // At a few moments of an insertion.
 std::vector<std::string> images() {
-  Simulation simulation(small_scene());
+  Simulation simulation(test::small_block());
   std::vector<std::string> all{image_of(simulation)};
   for (const int ticks : {5, 60, 60}) {
     for (int i = 0; i < ticks; ++i) push(simulation);
@@ -72,7 +73,7 @@ std::vector<std::string> images() {
 
 // What follows on the beginning of a recording.
 std::string items() {
-  Simulation simulation(small_scene());
+  Simulation simulation(test::small_block());
   std::string bytes;
   Hasher hasher;
   for (int i = 0; i < 5; ++i) {
@@ -87,24 +88,6 @@ std::string items() {
 }
 
 }  // namespace
-
-std::string small_scene_text() {
-  return R"(acus_scene: 1
-rate: 500
-tissue:
-  mesh:
-    box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}
-  fixed:
-    - box: {max: [.inf, .inf, -0.04]}
-needles:
-  - name: needle
-    length: 0.1
-    beams: 5
-    base: {position: [0.003, 0.002, 0.1505], orientation: [0.7071067811865476, 0, 0.7071067811865476, 0]}
-)";
-}
-
-Scene small_scene() { return parse_scene(small_scene_text(), "small.yaml"); }
 
 void push(Simulation& simulation) {
   Pose pose = simulation.state().bases[0].target;

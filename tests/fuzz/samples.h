@@ -12,10 +12,6 @@ namespace acus::fuzz {
 // Of the target with that name; throws std::runtime_error if there is none.
 std::vector<std::string> samples(const std::string& target);
 
-// A block of 64 nodes and a needle in contact with it, for what goes on from a state.
-Scene small_scene();
-std::string small_scene_text();
-
 // Tells the needle to go on into the block, and makes a tick.
 void push(Simulation& simulation);
 

@@ -6,31 +6,16 @@
 
 #include "server/simulation/snapshot.h"
 #include "server/simulation/state_bytes.h"
+#include "tests/support/small_block.h"
 #include "tests/support/temporary_folder.h"
 
 namespace acus {
 namespace {
 
-constexpr const char* kText = R"(acus_scene: 1
-rate: 500
-tissue:
-  mesh:
-    box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}
-  fixed:
-    - box: {max: [.inf, .inf, -0.04]}
-needles:
-  - name: needle
-    length: 0.1
-    beams: 5
-    base: {position: [0, 0, 0.155], orientation: [0.7071067811865476, 0, 0.7071067811865476, 0]}
-)";
-
-Scene scene() { return parse_scene(kText, "hand.yaml"); }
-
 // Goes in at 0.1 m/s and writes down what it does.
 class Run {
  public:
-  explicit Run(const std::string& path) : writer_(path), simulation_(scene()) {
+  explicit Run(const std::string& path) : writer_(path), simulation_(test::small_block()) {
     writer_.add(recorded::Opening{1, "0.1", ""});
     writer_.add(record_of(simulation_.scene(), simulation_.mesh(), simulation_.model().fingerprint));
     begin(0);
@@ -160,7 +145,7 @@ TEST_CASE("what cannot be run again is refused with a sentence") {
   }
   SUBCASE("a scene that means something else") {
     Run run(folder / "run");
-    run.writer().add(recorded::World{"hand.yaml", kText, 500, 1, {}});
+    run.writer().add(recorded::World{"small.yaml", test::small_block().text, 500, 1, {}});
     CHECK(error_of(run).starts_with("the scene in the recording means something else"));
   }
   SUBCASE("a mesh that is none") {
@@ -169,12 +154,12 @@ TEST_CASE("what cannot be run again is refused with a sentence") {
     mesh.nodes = Matrix3X::Zero(3, 2);
     mesh.tetrahedra = {{0, 1, 2, 1 << 30}};
     mesh.tag = {0};
-    run.writer().add(recorded::World{"hand.yaml", kText, 500, 1, mesh});
+    run.writer().add(recorded::World{"small.yaml", test::small_block().text, 500, 1, mesh});
     CHECK(error_of(run).starts_with("the mesh in the recording cannot be used: "));
   }
   SUBCASE("ticks of a scene that never began") {
     Run run(folder / "run");
-    run.writer().add(record_of(scene(), {}, run.simulation().model().fingerprint));
+    run.writer().add(record_of(test::small_block(), {}, run.simulation().model().fingerprint));
     run.writer().add(recorded::Tick{1, 1, false});
     CHECK(error_of(run) == "the recording has ticks before a state to begin with");
   }

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/tools/bench/measurement.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <chrono>
 #include <string_view>
 
+#include "server/math/processor_time.h"
 #include "server/tools/bench/allocation_count.h"
 
 namespace acus {
@@ -18,13 +17,6 @@ using Plan = MeasurementPlan;
 
 constexpr auto kCompliance = static_cast<std::size_t>(Stage::compute_compliance);
 constexpr auto kSolve = static_cast<std::size_t>(Stage::solve_laws);
-
-// Of this thread (s).
-double processor_time() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 // The processor's clock asks the kernel, and so stays outside of what the wall clock measures.
 template <class Work>

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "server/constraints/compliance/local_compliance.h"
+#include "server/math/processor_time.h"
 #include "server/math/random.h"
 #include "server/math/rotation.h"
 #include "server/models/surface.h"

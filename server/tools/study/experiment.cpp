@@ -3,20 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 
+#include "server/math/processor_time.h"
 #include "server/tools/bench/calibration.h"
 #include "server/tools/bench/trajectory_driver.h"
 #include "server/models/material_point.h"
 #include "server/models/surface.h"
 
 namespace acus {
-
-double processor_time() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 namespace {
 

@@ -52,7 +52,6 @@ double duration(const Experiment& experiment);
 inline constexpr double kProbeInterval = 0.1;  // s
 Recording record(const Experiment& experiment, const Matrix3X& probes);
 
-double processor_time();  // s, that this thread has used
 
 // The nodes of the experiment's own mesh at rest.
 Matrix3X nodes_of(const Experiment& experiment);
