@@ -10,7 +10,7 @@ MM = 1e3  # per m
 FLAG_NAMES = ["laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped", "path_full",
               "not_finite", "solver_fell_back", "steps_capped", "iterations_capped", "publishing_reduced",
               "step_limited", "elements_inverted", "tip_found_inside", "forces_unbalanced", "shaft_unheld",
-              "energy_gained", "needle_overstrained"]
+              "energy_gained", "needle_overstrained", "base_limited"]
 COLUMNS = ["needle", "held", "phase", "depth mm", "axial N", "force N", "torque N m", "tip N", "fresh", "age ms", "lost",
            "reordered", "flags"]
 

@@ -36,9 +36,10 @@ enum class ErrorCode : std::uint8_t {
   snapshot_error,       // `restore`: the snapshot cannot be used; nothing has changed
   held,                 // `acquire`: another client holds the needle or guide
   not_holder,           // only a client that holds the needle or guide may do this; `acquire` it first
-  record_error          // `record`: nothing can be recorded, or nothing is
+  record_error,         // `record`: nothing can be recorded, or nothing is
+  beyond_limit          // `pose`: farther from the base than the scene allows; it was clamped, or ignored
 };
-inline constexpr std::array<const char*, 21> kErrorCodeNames{"truncated",
+inline constexpr std::array<const char*, 22> kErrorCodeNames{"truncated",
                                                              "trailing_bytes",
                                                              "oversized",
                                                              "too_complex",
@@ -58,7 +59,8 @@ inline constexpr std::array<const char*, 21> kErrorCodeNames{"truncated",
                                                              "snapshot_error",
                                                              "held",
                                                              "not_holder",
-                                                             "record_error"};
+                                                             "record_error",
+                                                             "beyond_limit"};
 
 // Where a needle's tip is; travels as the enumerator's name.
 enum class Phase : std::uint8_t {
@@ -95,11 +97,22 @@ enum class RecordingState : std::uint8_t {
 };
 inline constexpr std::array<const char*, 3> kRecordingStateNames{"off", "on", "failed"};
 
+// What ends the motion of a base for which a local model holds; travels as the enumerator's name.
+enum class ModelLimit : std::uint8_t {
+  none,
+  puncture,  // the tip gets through the surface that it presses
+  cutting,   // the tip begins to cut, or stops cutting
+  slip,      // a point begins to slip, or stops slipping
+  contact    // something begins to touch, or ends touching
+};
+inline constexpr std::array<const char*, 5> kModelLimitNames{"none", "puncture", "cutting", "slip", "contact"};
+
 constexpr const auto& names_of(ErrorCode) { return kErrorCodeNames; }
 constexpr const auto& names_of(Phase) { return kPhaseNames; }
 constexpr const auto& names_of(EventKind) { return kEventKindNames; }
 constexpr const auto& names_of(LawSolver) { return kLawSolverNames; }
 constexpr const auto& names_of(RecordingState) { return kRecordingStateNames; }
+constexpr const auto& names_of(ModelLimit) { return kModelLimitNames; }
 
 template <class Enum>
 constexpr const char* name_of(Enum value) {
@@ -124,13 +137,14 @@ enum Flag : std::uint32_t {
   kForcesUnbalanced = 1u << 13,   // the forces of the tick before miss their balance by more than kMaxImbalance
   kShaftUnheld = 1u << 14,        // a shaft crosses tissue beside its path, which does not hold it
   kEnergyGained = 1u << 15,       // a needle holds more energy than was put into it: ticks cannot follow its motion
-  kNeedleOverstrained = 1u << 16  // a needle is stretched or bent by more than 5 %: beyond what its beams describe
+  kNeedleOverstrained = 1u << 16,  // a needle is stretched or bent by more than 5 %: beyond what its beams describe
+  kBaseLimited = 1u << 17          // a base, or guide, goes at its speed limit, behind what it was told
 };
-inline constexpr std::array<const char*, 17> kFlagNames{
+inline constexpr std::array<const char*, 18> kFlagNames{
     "laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",
     "path_full",          "not_finite",           "solver_fell_back",  "steps_capped",
     "iterations_capped",  "publishing_reduced",   "step_limited",      "elements_inverted",
     "tip_found_inside",   "forces_unbalanced",    "shaft_unheld",
-    "energy_gained",      "needle_overstrained"};
+    "energy_gained",      "needle_overstrained",  "base_limited"};
 
 }  // namespace acus::protocol

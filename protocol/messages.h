@@ -409,6 +409,7 @@ struct Force {
   double fresh = 0;       // share of the last 100 ticks that took a command in
   std::uint64_t lost = 0;       // total, commands whose `seq` never came
   std::uint64_t reordered = 0;  // total, commands whose `seq` was not above the one before
+  std::uint64_t limited = 0;    // total, poses beyond what the scene allows: clamped, or ignored
   bool stale = false;     // no command came for longer than the scene allows: the base rests, the haptic force is ramped
   Phase phase = Phase::free;
   double depth = 0;               // m of needle inside the tissue
@@ -443,6 +444,7 @@ struct Force {
     visit("fresh", self.fresh);
     visit("lost", self.lost);
     visit("reordered", self.reordered);
+    visit("limited", self.limited);
     visit("stale", self.stale);
     visit("phase", self.phase);
     visit("depth", self.depth);
@@ -463,6 +465,54 @@ struct Force {
     visit("lateral_force", self.lateral_force);
     visit("guide_force", self.guide_force);
     visit("solver", self.solver);
+    visit("flags", self.flags);
+  }
+};
+
+// The wrench on the hand at one needle's base as a function of where the base is, every tick: with a base that stands
+// apart by d (translation m and rotation vector rad, world), wrench + stiffness d, while the base has gone no further
+// along its own +x than `forward`, or back than `backward`.
+struct Haptics {
+  static constexpr const char* kType = "haptics";
+  std::uint64_t epoch = 0;
+  std::uint64_t tick = 0;
+  double time = 0;  // s, simulation time
+  std::string needle;
+  std::uint64_t seq = 0;  // of the command in use, 0 before the first
+  double age = 0;         // s, as in Force,
+  double echo = 0;        // s, likewise,
+  bool stale = false;     // likewise
+  Vector3 position{};     // m, of the base after the tick, world
+  Quaternion orientation; // world from base, spin left out
+  double spin = 0;        // rad
+  Vector3 force{};        // N, world, by the needle on its holder, ramped to zero while commands are stale
+  Vector3 torque{};       // N m, world, about the base, likewise
+  std::vector<double> stiffness;  // 6 x 6, row by row: d(force, torque)/d(translation, rotation vector), ramped likewise
+  double forward = 0;             // m, at most 1
+  double backward = 0;            // m, at most 1
+  ModelLimit forward_limit = ModelLimit::none, backward_limit = ModelLimit::none;
+  std::uint32_t flags = 0;  // bits of Flag
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("epoch", self.epoch);
+    visit("tick", self.tick);
+    visit("time", self.time);
+    visit("needle", self.needle);
+    visit("seq", self.seq);
+    visit("age", self.age);
+    visit("echo", self.echo);
+    visit("stale", self.stale);
+    visit("position", self.position);
+    visit("orientation", self.orientation);
+    visit("spin", self.spin);
+    visit("force", self.force);
+    visit("torque", self.torque);
+    visit("stiffness", self.stiffness);
+    visit("forward", self.forward);
+    visit("backward", self.backward);
+    visit("forward_limit", self.forward_limit);
+    visit("backward_limit", self.backward_limit);
     visit("flags", self.flags);
   }
 };
@@ -608,6 +658,6 @@ using Command =
                  Shutdown,
                  Pose, Spin>;
 using Reply = std::variant<HelloReply, DescribeReply, Holding, HashReply, SnapshotReply, Done, Error>;
-using State = std::variant<Force, NeedleShape, TissueShape, Event, Stats>;
+using State = std::variant<Force, NeedleShape, TissueShape, Event, Stats, Haptics>;
 
 }  // namespace acus::protocol

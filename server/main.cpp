@@ -124,6 +124,10 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--restore", arguments.restore,
                  "Go on from a snapshot of this scene, in a file: the bytes of a client's 'snapshot'")
       ->type_name("FILE");
+  app.add_option("--snapshot", arguments.endpoint.snapshot,
+                 "File for the snapshots that a scene asks for (publish.snapshot_every), the newest in place of the one "
+                 "before; --restore goes on from it")
+      ->type_name("FILE");
   app.add_option("--record", arguments.endpoint.record,
                  "Record the run from its first tick into a new file, which acus-export runs again")
       ->type_name("FILE")
@@ -200,6 +204,8 @@ void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const Argumen
   spdlog::info("states on {}", endpoint.states_endpoint());
   if (admission.curve) spdlog::info("admits {} clients by their keys, and encrypts", admission.curve->clients.size());
   if (admission.insecure) spdlog::warn("--insecure: whoever can connect is admitted, and nothing is encrypted");
+  if (world->simulation.scene().publish.snapshot_every && arguments.endpoint.snapshot.empty())
+    spdlog::warn("the scene asks for snapshots (publish.snapshot_every), but there is no --snapshot FILE for them");
   raise_connection_limit();
   if (!options.lockstep) lock_memory();
   RealtimeLoop loop(std::move(world), options, link);

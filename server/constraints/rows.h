@@ -77,6 +77,8 @@ class Rows {
   const Law& law(int i) const { return laws_[i]; }
   std::span<const double> lambda() const { return {lambda_.data(), rows_.size()}; }  // N
   std::span<const double> delta() const { return {delta_.data(), rows_.size()}; }    // m
+  // W (m/N), of the last assemble().
+  Eigen::Map<const MatrixX> compliance() const { return {storage_.data(), count(), count()}; }
   // Of the rows that give way by themselves (J), at the forces of the last solve.
   double elastic_energy() const;
   Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }                     // on the needle, N

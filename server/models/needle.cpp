@@ -248,6 +248,7 @@ void NeedleMotion::add_beams(bool exact) {
       matrix_.lower[e - 1] = tangent.bottomLeftCorner<6, 6>();
     } else {
       base_coupling_ = tangent.topRightCorner<6, 6>();
+      base_diagonal_ = tangent.topLeftCorner<6, 6>();
     }
   }
 }
@@ -279,17 +280,20 @@ Vector6 NeedleMotion::inertia_force(const NeedleState& state, const Configuratio
   return f;
 }
 
-void NeedleMotion::add_inertia(const NeedleState& state) {
+// M/h² + alpha M/h of one node.
+void NeedleMotion::add_inertia_tangent(int i, Matrix6& block) const {
   const double factor = 1 / (h_ * h_) + model_.rayleigh_mass / h_;
+  const Vector3 t = iterate_.shape.frames[i].col(0);
+  block.topLeftCorner<3, 3>().diagonal().array() += factor * model_.mass[i];
+  block.bottomRightCorner<3, 3>().diagonal().array() += factor * model_.inertia_transverse[i];
+  block.bottomRightCorner<3, 3>() +=
+      factor * (model_.inertia_axial[i] - model_.inertia_transverse[i]) * t * t.transpose();
+}
+
+void NeedleMotion::add_inertia(const NeedleState& state) {
   for (int i = 0; i < model_.nodes(); ++i) {
     g_.col(i) += inertia_force(state, iterate_, i);
-    if (i == 0) continue;
-    const Vector3 t = iterate_.shape.frames[i].col(0);
-    Matrix6& block = matrix_.diagonal[i - 1];
-    block.topLeftCorner<3, 3>().diagonal().array() += factor * model_.mass[i];
-    block.bottomRightCorner<3, 3>().diagonal().array() += factor * model_.inertia_transverse[i];
-    block.bottomRightCorner<3, 3>() +=
-        factor * (model_.inertia_axial[i] - model_.inertia_transverse[i]) * t * t.transpose();
+    if (i > 0) add_inertia_tangent(i, matrix_.diagonal[i - 1]);
   }
 }
 
@@ -413,6 +417,41 @@ double NeedleMotion::move(double share) {
   for (int i = 0; i < model_.beams; ++i)
     largest = std::max(largest, (share * dq_.segment<3>(6 * i)).cwiseAbs().maxCoeff());
   return largest;
+}
+
+void NeedleMotion::follow_base(Eigen::Ref<MatrixX> dq) const {
+  assert(dq.rows() == free_unknowns() && dq.cols() == 6);
+  if (model_.rigid) return;
+  dq.setZero();
+  dq.topRows<6>() = -base_coupling_.transpose();
+  for (int axis = 0; axis < 6; ++axis) {
+    matrix_.forward(dq.col(axis));
+    matrix_.backward(dq.col(axis));
+  }
+}
+
+Vector6 NeedleMotion::follow_base(int row, const Eigen::Ref<const MatrixX>& dq) const {
+  const auto& [beam, force] = rows_[row];
+  if (model_.rigid) return about_base(beam, force.head<6>()) + about_base(beam + 1, force.tail<6>());
+  const Vector6 far = dq.middleRows<6>(6 * beam).transpose() * force.tail<6>();
+  if (beam == 0) return far + force.head<6>();
+  return far + dq.middleRows<6>(6 * (beam - 1)).transpose() * force.head<6>();
+}
+
+Matrix6 NeedleMotion::base_tangent(const Eigen::Ref<const MatrixX>& dq) const {
+  Matrix6 tangent = Matrix6::Zero();
+  if (!model_.rigid) {
+    tangent = base_diagonal_ + base_coupling_ * dq.topRows<6>();
+    add_inertia_tangent(0, tangent);
+    return tangent;
+  }
+  for (int i = 0; i < model_.nodes(); ++i) {
+    Matrix6 of_node = Matrix6::Zero(), about_base;
+    add_inertia_tangent(i, of_node);
+    for (int axis = 0; axis < 6; ++axis) about_base.col(axis) = this->about_base(i, of_node.col(axis));
+    for (int axis = 0; axis < 6; ++axis) tangent.row(axis) += this->about_base(i, about_base.row(axis).transpose());
+  }
+  return tangent;
 }
 
 Vector3 NeedleMotion::inertia_less_weight(const NeedleState& state) const {

@@ -176,6 +176,17 @@ class NeedleMotion {
   // base's reaction and the forces of the laws add up to it.
   Vector3 inertia_less_weight(const NeedleState& state) const;
 
+  // What a displacement (translation m, rotation vector rad, world) of the base at the end of the tick does while the
+  // rows' forces stay, by the linearisation of the last step; see base_stiffness.h.
+  //
+  // How the free nodes follow: 6 x free nodes rows, 6 columns.
+  Eigen::Index free_unknowns() const { return dq_.size(); }
+  void follow_base(Eigen::Ref<MatrixX> dq) const;
+  // d(delta)/d(displacement) of a row (-, m), given how the free nodes follow.
+  Vector6 follow_base(int row, const Eigen::Ref<const MatrixX>& dq) const;
+  // d(base_reaction())/d(displacement), given the same; symmetric, N/m, N, N m.
+  Matrix6 base_tangent(const Eigen::Ref<const MatrixX>& dq) const;
+
   // Of the tick that commit() will end.
   struct EnergyChange {
     double stored;  // J, kinetic and elastic, at the end
@@ -207,6 +218,7 @@ class NeedleMotion {
   Vector6 inertia_force(const NeedleState& state, const Configuration& at, int node) const;
   Vector6 velocity(const NeedleState& state, int node) const;
   Vector6 about_base(int node, const Vector6& wrench) const;
+  void add_inertia_tangent(int node, Matrix6& block) const;
   Vector6 add_row_forces(std::span<const double> lambda);
   void go(double share, Configuration& to) const;
 
@@ -221,6 +233,7 @@ class NeedleMotion {
   Matrix6X trial_g_;                        // likewise, at trial_
   BlockTridiagonal matrix_;                 // nodes 1..n; of a rigid needle empty, like dq and dq_free
   Matrix6 base_coupling_;                   // A(0, 1)
+  Matrix6 base_diagonal_ = Matrix6::Zero(); // A(0, 0), inertia left out
   NeedleCompliance compliance_;
   std::vector<BeamRow> rows_;
   VectorX dq_free_, dq_;

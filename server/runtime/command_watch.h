@@ -47,12 +47,14 @@ class CommandWatch {
     return commanded_ ? static_cast<double>(ticks_without_) * limits_.time_step : 0;
   }
   double fresh_share() const { return static_cast<double>(recent_.count()) / kWindow; }
+  void limit() { ++limited_; }  // a command asked for more than the scene allows
+  std::uint64_t limited() const { return limited_; }
   double force_share() const { return share_; }  // in [0, 1], of the force, that a hand shall feel
 
  private:
   CommandLimits limits_;
   bool commanded_ = false, stale_ = false;
-  std::uint64_t ticks_without_ = 0;
+  std::uint64_t ticks_without_ = 0, limited_ = 0;
   double share_ = 1;
   std::bitset<kWindow> recent_;
 };

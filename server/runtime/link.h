@@ -21,7 +21,7 @@ namespace acus {
 
 inline constexpr int kMaxBodies = 64 + 64;        // needles and guides of a scene
 inline constexpr std::size_t kMaxRequests = 64;   // waiting for the simulation thread
-inline constexpr std::size_t kMaxRecords = 8192;  // waiting for the socket thread; about 4 MB
+inline constexpr std::size_t kMaxRecords = 8192;  // waiting for the socket thread; about 6 MB
 
 // A body's command and the epoch it is meant for. Epochs count the worlds: `reset`, `load` and `restore` begin a new one,
 // and commands given before it do not outlive it.
@@ -69,6 +69,26 @@ struct ForceRecord {
   int needle = 0;
   NeedleReport report;
 };
+struct HapticRecord {
+  std::uint64_t epoch = 0, tick = 0;
+  double time = 0;  // s
+  CommandOrigin origin;
+  CommandWatch watch;
+  std::uint32_t flags = 0;
+  int needle = 0;
+  std::uint64_t seq = 0;            // of the command in use
+  Pose base;                        // spin included
+  double spin = 0;                  // rad
+  Vector3 force = Vector3::Zero();  // N
+  Vector3 torque = Vector3::Zero(); // N m
+  BaseStiffness stiffness;
+};
+// A command that asked for more than the scene allows.
+struct LimitRecord {
+  std::uint64_t epoch = 0, seq = 0;
+  int body = 0;
+  Acceptance acceptance = Acceptance::clamped;
+};
 struct EventRecord {
   std::uint64_t epoch = 0;
   double time = 0;  // s
@@ -91,7 +111,7 @@ struct TickRecord {  // for `stats`
   int rows = 0, sweeps = 0, newton_iterations = 0;
   double residual = 0, imbalance = 0, largest_force = 0;  // N
 };
-using Record = std::variant<Acknowledgement, ForceRecord, EventRecord, TickRecord>;
+using Record = std::variant<Acknowledgement, ForceRecord, EventRecord, TickRecord, HapticRecord, LimitRecord>;
 
 struct Link {
   // Socket thread to simulation thread.

@@ -31,7 +31,7 @@ std::vector<protocol::TopicInfo> topic_rates(const LoadedScene& world) {
   const double rate = world.simulation.scene().rate;
   std::vector<protocol::TopicInfo> topics;
   for (const char* name : kTopicNames) topics.push_back({name, 0});
-  topics[static_cast<int>(Topic::force)].rate = rate;
+  topics[static_cast<int>(Topic::force)].rate = topics[static_cast<int>(Topic::haptics)].rate = rate;
   topics[static_cast<int>(Topic::needle)].rate = rate / static_cast<double>(world.needle_frame_ticks);
   topics[static_cast<int>(Topic::tissue)].rate = rate / static_cast<double>(world.tissue_frame_ticks);
   topics[static_cast<int>(Topic::stats)].rate = 1;

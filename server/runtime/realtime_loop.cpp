@@ -274,13 +274,29 @@ bool RealtimeLoop::take_command(int body) {
   const auto i = static_cast<std::size_t>(body);
   if (const EpochCommand* fresh = link_.commands[i].take()) taken_[i] = fresh;
   if (!taken_[i] || taken_[i]->epoch > epoch_) return false;
-  const bool counts = taken_[i]->epoch == epoch_ && body < world_->body_count();
-  if (counts) {
-    if (world_->simulation.command(body, taken_[i]->command)) record(recorded::Told{body, taken_[i]->command});
-    origins_[i] = taken_[i]->origin;
+  const EpochCommand& taken = *std::exchange(taken_[i], nullptr);
+  if (taken.epoch != epoch_ || body >= world_->body_count()) return false;
+  origins_[i] = taken.origin;
+  Command command = taken.command;
+  if (!allow(body, command)) return false;
+  if (world_->simulation.command(body, command)) record(recorded::Told{body, command});
+  return true;
+}
+
+// False for a pose that is further away than the scene allows, and therefore ignored; else it is put within that.
+bool RealtimeLoop::allow(int body, Command& command) {
+  const Clients& clients = world_->simulation.scene().clients;
+  const StepLimits limits{clients.max_step.value_or(kInfinity), clients.max_turn.value_or(kInfinity),
+                          clients.beyond == Beyond::reject};
+  const Acceptance acceptance = limit(limits, world_->simulation.motion(body).pose, command);
+  if (acceptance == Acceptance::whole) return true;
+  watches_[static_cast<std::size_t>(body)].limit();
+  if (Record* record = room_in(link_.records)) {
+    *record = LimitRecord{epoch_, command.seq, body, acceptance};
+    link_.records.commit();
+    link_.to_sockets.signal();
   }
-  taken_[i] = nullptr;
-  return counts;
+  return acceptance == Acceptance::clamped;
 }
 
 // A body whose client has fallen silent comes to rest.
@@ -302,6 +318,7 @@ void RealtimeLoop::publish() {
   if (wanted & bit(Topic::force)) publish_forces(report, wanted);
   if (wanted & bit(Topic::event)) publish_events(report);
   if (wanted & (bit(Topic::force) | bit(Topic::event))) link_.to_sockets.signal();
+  if (wanted & bit(Topic::haptics)) publish_haptics(report, wanted);
   if (wanted & kShapes) publish_shapes(report, wanted);
   if (wanted & bit(Topic::stats)) keep_full_second(report);
 }
@@ -336,6 +353,19 @@ void RealtimeLoop::publish_forces(const TickReport& report, TopicSet wanted) {
                           watches_[i], flags(report, wanted), report.solver, static_cast<int>(i), needle};
     link_.records.commit();
   }
+}
+
+void RealtimeLoop::publish_haptics(const TickReport& report, TopicSet wanted) {
+  const std::span<const BaseStiffness> stiffnesses = world_->simulation.base_stiffnesses();
+  for (std::size_t i = 0; i < report.needles.size(); ++i) {
+    Record* record = room_in(link_.records);
+    if (!record) continue;
+    const NeedleReport& n = report.needles[i];
+    *record = HapticRecord{epoch_,  report.tick, report.time, origins_[i],  watches_[i],   flags(report, wanted), static_cast<int>(i),
+                           n.command_seq, n.base, n.spin, n.base_force, n.base_torque, stiffnesses[i]};
+    link_.records.commit();
+  }
+  link_.to_sockets.signal();
 }
 
 void RealtimeLoop::publish_events(const TickReport& report) {

@@ -61,9 +61,11 @@ class RealtimeLoop {
   double tick();
   void take_commands();
   bool take_command(int body);
+  bool allow(int body, Command& command);
   void keep_time(const TickTiming& timing, std::int64_t now);
   void publish();
   void publish_forces(const TickReport& report, TopicSet wanted);
+  void publish_haptics(const TickReport& report, TopicSet wanted);
   void publish_events(const TickReport& report);
   void publish_shapes(const TickReport& report, TopicSet wanted);
   void publish_needles(const TickReport& report);

@@ -5,6 +5,7 @@
 
 #include <future>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string>
 #include <thread>
@@ -64,6 +65,8 @@ class SceneLoader {
   LoadResult load(const SceneSource& source) const {
     try {
       return {load_scene(read(source), rate_), ""};
+    } catch (const std::bad_alloc&) {
+      return {nullptr, "there is not enough memory for this scene beside the one that goes on; make its mesh coarser"};
     } catch (const std::exception& error) {
       return {nullptr, error.what()};
     }

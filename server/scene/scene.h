@@ -156,7 +156,8 @@ struct Needle : NeedleBody {
   double max_speed = 1;              // m/s, > 0, of the base
   double max_angular_speed = 20;     // rad/s, > 0, of the base
   double max_spin_speed = 320;       // rad/s, > 0, of the spin about the needle's axis
-  double smoothing = 5e-3;           // s, >= 0: time constant with which the base follows its commands
+  std::optional<double> smoothing;   // s, >= 0: time constant with which the base follows its commands; none: evenly, in
+                                     // the time between two of them
 };
 
 // A hole through which a needle slides without turning it: a template, or the collar of a robot. Takes commands by its
@@ -169,7 +170,7 @@ struct Guide {
   double friction = 0;            // mu (-), >= 0
   double max_speed = 1;           // m/s, > 0
   double max_angular_speed = 20;  // rad/s, > 0
-  double smoothing = 5e-3;        // s, >= 0: time constant with which it follows its commands
+  std::optional<double> smoothing;  // s, >= 0, likewise
 };
 
 struct Newton {
@@ -195,10 +196,14 @@ struct Overrun {
 struct Publishing {
   double needle_rate = 60;  // Hz of simulation time, > 0
   double tissue_rate = 30;  // Hz of simulation time, > 0
+  std::optional<double> snapshot_every;  // s of simulation time, >= 1: into --snapshot; none: never
 };
 
 // Who may hold a needle or guide, and so command it.
 enum class Holding { one, any };
+
+// What becomes of a pose that is farther from the base than clients may ask for.
+enum class Beyond { clamp, reject };
 
 // What clients may do, and what happens when one falls silent.
 struct Clients {
@@ -206,6 +211,9 @@ struct Clients {
   double stale_after = 0.1;        // s, > 0, .inf allowed: without a command, in real time, after which a body that was
                                    // commanded comes to rest where it is
   double ramp = 0.05;              // s, >= 0: in which the haptic force then falls to zero, and comes back
+  std::optional<double> max_step;  // m, > 0: of a pose from where the base, or guide, is; none: no limit
+  std::optional<double> max_turn;  // rad, likewise
+  Beyond beyond = Beyond::clamp;
 };
 
 class SceneFolders;

@@ -252,7 +252,8 @@ struct FieldsOf<Needle> {
       Field{"max_angular_speed", &Needle::max_angular_speed, "rad/s", kSpeed, "limit of the base's rotation"},
       Field{"max_spin_speed", &Needle::max_spin_speed, "rad/s", kSpeed, "limit of the spin about the needle's axis"},
       Field{"smoothing", &Needle::smoothing, "s", kSmoothing,
-            "time constant with which the base follows its commands; 0 follows at once"},
+            "time constant with which the base follows its commands, 0: at once; left out: evenly from one command to "
+            "the next, in the time between two of them"},
   };
 };
 
@@ -269,7 +270,7 @@ struct FieldsOf<Guide> {
       Field{"max_speed", &Guide::max_speed, "m/s", kSpeed, "limit of its speed"},
       Field{"max_angular_speed", &Guide::max_angular_speed, "rad/s", kSpeed, "limit of its rotation"},
       Field{"smoothing", &Guide::smoothing, "s", kSmoothing,
-            "time constant with which it follows its commands; 0 follows at once"},
+            "likewise, with which it follows its commands"},
   };
 };
 
@@ -328,12 +329,19 @@ struct FieldsOf<Publishing> {
             "of the topic needle, in simulation time"},
       Field{"tissue_rate", &Publishing::tissue_rate, "Hz", between(1e-3, 1e5),
             "of the topic tissue, in simulation time"},
+      Field{"snapshot_every", &Publishing::snapshot_every, "s", between(1, 1e6),
+            "of simulation time between two snapshots into the file of the server's --snapshot; left out: there are none"},
   };
 };
 
 template <>
 struct NamesOf<Holding> {
   static constexpr std::array names{"one", "any"};
+};
+
+template <>
+struct NamesOf<Beyond> {
+  static constexpr std::array names{"clamp", "reject"};
 };
 
 template <>
@@ -345,6 +353,11 @@ struct FieldsOf<Clients> {
       Field{"stale_after", &Clients::stale_after, "s", or_infinite(between(1e-3, 1e6)),
             "in real time a needle or guide that got no command for so long comes to rest where it is"},
       Field{"ramp", &Clients::ramp, "s", between(0, 100), "in which the haptic force then falls to zero, and comes back"},
+      Field{"max_step", &Clients::max_step, "m", between(1e-6, 1e6),
+            "how far from where the base, or guide, is a pose may be; left out: anywhere"},
+      Field{"max_turn", &Clients::max_turn, "rad", between(1e-6, 10), "likewise, how far turned from it"},
+      Field{"beyond", &Clients::beyond, "", any(),
+            "clamp (a pose beyond max_step or max_turn to what is within) or reject (it)"},
   };
 };
 

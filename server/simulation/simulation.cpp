@@ -14,6 +14,8 @@ Simulation::Simulation(const Scene& scene, const Progress& progress, std::option
       state_(make_state(model_)),
       commands_(scene.needles.size() + scene.guides.size()),
       scratch_(std::make_unique<Scratch>(model_, progress)),
+      stiffness_solver_(model_),
+      stiffnesses_(scene.needles.size()),
       potential_at_start_(potential_energy()) {
   report_.needles.resize(scene.needles.size());
   report_.events.reserve(scratch_->events.capacity());
@@ -22,10 +24,23 @@ Simulation::Simulation(const Scene& scene, const Progress& progress, std::option
 
 Command Simulation::come_to_rest(int body) {
   const int guide = body - model_.needle_count();
-  const Command rest = guide < 0 ? acus::come_to_rest(model_.needle_limits[body], state_.bases[body])
-                                 : acus::come_to_rest(model_.guide_limits[guide], state_.guides[guide].motion);
+  const BaseLimits& limits = guide < 0 ? model_.needle_limits[body] : model_.guide_limits[guide];
+  const Command rest = acus::come_to_rest(limits, motion(body));
   command(body, rest);
   return rest;
+}
+
+const BaseState& Simulation::motion(int body) const {
+  const int guide = body - model_.needle_count();
+  return guide < 0 ? state_.bases[body] : state_.guides[guide].motion;
+}
+
+std::span<const BaseStiffness> Simulation::base_stiffnesses() {
+  std::ranges::fill(stiffnesses_, BaseStiffness{});
+  if (!ticked_ || !scratch_->outcome.finite) return stiffnesses_;
+  stiffness_solver_.begin(*scratch_);
+  for (int i = 0; i < model_.needle_count(); ++i) stiffnesses_[i] = stiffness_solver_.compute(*scratch_, i);
+  return stiffnesses_;
 }
 
 bool Simulation::command(int body, const Command& command) {
@@ -37,6 +52,7 @@ bool Simulation::command(int body, const Command& command) {
 
 void Simulation::step() {
   acus::step(model_, commands_, state_, *scratch_, report_);
+  ticked_ = true;
   std::fill(commands_.begin(), commands_.end(), std::nullopt);
 }
 
@@ -51,6 +67,7 @@ void Simulation::restore(const State& state) {
   std::fill(commands_.begin(), commands_.end(), std::nullopt);
   std::fill(scratch_->next_look.begin(), scratch_->next_look.end(), 0);
   begin_report();
+  ticked_ = false;
 }
 
 // Before the first tick. Keeps the lists' memory.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 
+#include "server/simulation/base_stiffness.h"
 #include "server/simulation/report.h"
 #include "server/simulation/scratch.h"
 #include "server/simulation/state.h"
@@ -58,6 +59,13 @@ class Simulation {
 
   const TickReport& report() const { return report_; }
 
+  // How the wrenches that the last tick reports depend on where the bases are, of one needle after the other, valid until
+  // the next step(). All zero where there was none. Costs the more the more rows there are, and only those who ask.
+  std::span<const BaseStiffness> base_stiffnesses();
+
+  // Where a needle's base, or guide g as number needles + g, is, and where it goes.
+  const BaseState& motion(int body) const;
+
   // Constant after construction.
   const Model& model() const { return model_; }
   const Scene& scene() const { return model_.scene; }
@@ -97,6 +105,9 @@ class Simulation {
   State state_;
   Commands commands_;
   std::unique_ptr<Scratch> scratch_;
+  BaseStiffnessSolver stiffness_solver_;
+  std::vector<BaseStiffness> stiffnesses_;
+  bool ticked_ = false;  // since the state was put in
   TickReport report_;
   double potential_at_start_;  // J
 };

@@ -80,6 +80,7 @@ void check_watch(const Model& model, const State& state, int needle) {
 
 void check_motion(const BaseState& motion, std::uint64_t tick) {
   require(motion.command_tick <= tick, "the tick of a command");
+  require(motion.rhythm.interval >= 0 && motion.rhythm.deviation >= 0, "the rhythm of commands");
   require(is_unit(motion.pose.orientation) && is_unit(motion.target.orientation), "the orientation of a base or guide");
 }
 

@@ -109,6 +109,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       publisher_(context_, options.states, options.admission, options.lockstep),
       loader_(link.to_sockets, options.rate, SceneFolders(options.folders)),
       recordings_(options.recordings, ACUS_VERSION),
+      snapshot_file_(options.snapshot),
       published_(&world),
       commanded_(&world),
       bodies_(static_cast<std::size_t>(world.body_count())),
@@ -160,6 +161,7 @@ void Endpoint::run(int signals, const std::function<void()>& each_turn) {
     receive_messages();
     finish_loading();
     all_sent_ = pass_on_records();
+    ask_for_due_snapshot();
     publish_stats();
     each_turn();
   }
@@ -481,6 +483,25 @@ void Endpoint::ask_for_state(const Sender& sender, const Message& message, Reque
   });
 }
 
+// For a scene that wants one every so many seconds. After a reset, or another scene, they count anew.
+void Endpoint::ask_for_due_snapshot() {
+  const Scene& scene = published_->simulation.scene();
+  if (!scene.publish.snapshot_every || !snapshot_file_.ready() || copying_ || published_ != commanded_) return;
+  const double now = static_cast<double>(link_.tick.load(std::memory_order_relaxed)) / scene.rate;
+  if (now < last_snapshot_) last_snapshot_ = 0;
+  if (now - last_snapshot_ < *scene.publish.snapshot_every) return;
+  Request* request = link_.requests.writable();
+  if (!request) return;
+  request->kind = Request::Kind::snapshot;
+  request->id = ++last_request_;
+  request->state = std::make_unique<State>(make_state(commanded_->simulation.model()));
+  link_.requests.commit();
+  link_.to_simulation.signal();
+  due_snapshot_ = request->id;
+  copying_ = true;
+  last_snapshot_ = now;
+}
+
 template <class Message>
 void Endpoint::ask_in_real_time(const Sender& sender, const Message& message, Request::Kind kind) {
   if (options_.lockstep) {
@@ -580,6 +601,10 @@ void Endpoint::finish_request(Acknowledgement& acknowledgement) {
     case Request::Kind::shutdown:
       break;
   }
+  if (due_snapshot_ == acknowledgement.id) {
+    due_snapshot_.reset();
+    return snapshot_file_.write(acknowledgement.world->simulation.model().fingerprint, std::move(acknowledgement.state));
+  }
   const auto sender = waiting_.extract(acknowledgement.id);
   const std::unique_ptr<State> state = std::move(acknowledgement.state);  // freed here, not in a tick
   const protocol::Standing standing = standing_of(sender.mapped(), acknowledgement);
@@ -641,7 +666,8 @@ void Endpoint::update_command(const Sender& sender, const Stream& stream, Change
                   "this client does not hold '" + stream.needle + "' and cannot command it; 'acquire' it first");
   }
   const auto i = static_cast<std::size_t>(body);
-  auto& [newest, origin, at] = bodies_[i];
+  auto& [newest, origin, at, by] = bodies_[i];
+  by = sender;
   count_command(origin, holders_.newest_seq(sender.identity, body), stream.seq, stream.time);
   const auto now = Clock::now();
   const std::chrono::duration<double> silence = now - std::exchange(at, now);
@@ -650,6 +676,21 @@ void Endpoint::update_command(const Sender& sender, const Stream& stream, Change
   newest.seq = stream.seq;
   change(newest);
   link_.commands[i].put({commanded_epoch_, newest, origin});
+}
+
+// To whoever sent the body its newest command, as long as the epoch is the command's.
+void Endpoint::tell_limit(const LimitRecord& beyond) {
+  if (beyond.epoch != commanded_epoch_) return;
+  const Commanded& commanded = bodies_[static_cast<std::size_t>(beyond.body)];
+  const Clients& clients = commanded_->simulation.scene().clients;
+  const std::string sentence = fmt::format(
+      "'{}' may be told to go {} m and to turn {} rad at most from where it is (the scene's clients.max_step and "
+      "max_turn); this pose is further away and was {}",
+      commanded_->body_name(beyond.body), clients.max_step.value_or(kInfinity), clients.max_turn.value_or(kInfinity),
+      beyond.acceptance == Acceptance::clamped ? "clamped" : "ignored");
+  protocol::Pose pose;
+  pose.seq = beyond.seq;
+  reject(commanded.by, pose, ErrorCode::beyond_limit, sentence);
 }
 
 // ---- States ----
@@ -668,6 +709,10 @@ bool Endpoint::pass_on_records() {
       publisher_.publish(*force, *published_);
     } else if (const auto* event = std::get_if<EventRecord>(record)) {
       publisher_.publish(*event, *published_);
+    } else if (const auto* haptics = std::get_if<HapticRecord>(record)) {
+      publisher_.publish(*haptics, *published_);
+    } else if (const auto* beyond = std::get_if<LimitRecord>(record)) {
+      tell_limit(*beyond);
     } else {
       statistics_.add(std::get<TickRecord>(*record));
     }

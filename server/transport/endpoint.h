@@ -24,6 +24,7 @@
 #include "server/transport/publisher.h"
 #include "server/transport/rate_limiter.h"
 #include "server/transport/recordings.h"
+#include "server/transport/snapshot_file.h"
 #include "server/runtime/scene_loader.h"
 #include "server/transport/tick_statistics.h"
 #include "server/transport/zap_handler.h"
@@ -37,6 +38,7 @@ struct EndpointOptions {
   std::optional<double> rate;        // Hz, instead of that of every scene
   std::vector<std::string> folders;  // that clients may load scenes and meshes from; at least one
   std::string record;                // file to record into from the first tick on; empty: none
+  std::string snapshot;              // file that the scene's snapshots go to; empty: none
   std::string recordings;            // folder that clients may record into; empty: none
   Admission admission;
 };
@@ -68,6 +70,7 @@ class Endpoint {
     Command newest;  // pose and spin together, whichever message they came in
     CommandOrigin origin;
     Clock::time_point at;
+    Sender by;
   };
 
   bool wait_for_work(int signals);
@@ -121,6 +124,7 @@ class Endpoint {
   void forget_lost_clients();
   void forget_client(int connection);
   void keep_one_client(const Sender& sender);
+  void ask_for_due_snapshot();
   template <class Message>
   void ask_in_real_time(const Sender& sender, const Message& message, Request::Kind kind);
   void begin_epoch(Request& request);
@@ -131,6 +135,8 @@ class Endpoint {
   // Calls change(command) on the body's newest command and passes it to the simulation thread.
   template <class Stream, class Change>
   void update_command(const Sender& sender, const Stream& stream, Change&& change);
+
+  void tell_limit(const LimitRecord& beyond);
 
   void finish_loading();
   bool pass_on_records();
@@ -151,6 +157,7 @@ class Endpoint {
   Publisher publisher_;
   SceneLoader loader_;
   Recordings recordings_;
+  SnapshotFile snapshot_file_;
 
   LoadedScene* published_;        // the world whose states come out
   const LoadedScene* commanded_;  // the world that commands go to: the same, or one on its way to the simulation thread
@@ -162,6 +169,8 @@ class Endpoint {
   const std::uint64_t instance_;                  // of this start of the server
   bool paused_ = false;
   bool copying_ = false;  // a copy of the state is on its way
+  std::optional<std::uint64_t> due_snapshot_;  // the request that it is for, where the scene asked
+  double last_snapshot_ = 0;                   // s of simulation time
 
   std::uint64_t last_request_ = 0;
   std::unordered_map<std::uint64_t, Sender> waiting_;  // requests with the simulation thread

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "protocol/codec.h"
+#include "server/math/rotation.h"
 #include "server/runtime/convert.h"
 
 namespace acus {
@@ -100,12 +101,40 @@ void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
   force.fresh = record.watch.fresh_share();
   force.lost = record.origin.lost;
   force.reordered = record.origin.reordered;
+  force.limited = record.watch.limited();
   force.stale = record.watch.stale();
   force.haptic_force = to_wire(record.watch.force_share() * record.report.base_force);
   force.haptic_torque = to_wire(record.watch.force_share() * record.report.base_torque);
   force.solver = record.solver;
   force.flags = record.flags;
   encode_and_send(force);
+}
+
+void Publisher::publish(const HapticRecord& record, const LoadedScene& world) {
+  const double share = record.watch.force_share();
+  protocol::Haptics haptics;
+  haptics.epoch = record.epoch;
+  haptics.tick = record.tick;
+  haptics.time = record.time;
+  haptics.needle = world.hello.needles[static_cast<std::size_t>(record.needle)].name;
+  haptics.seq = record.seq;
+  haptics.age = record.watch.age();
+  haptics.echo = record.origin.time;
+  haptics.stale = record.watch.stale();
+  haptics.position = to_wire(record.base.position);
+  haptics.orientation = to_wire(record.base.orientation * rotation_exp({-record.spin, 0, 0}));
+  haptics.spin = record.spin;
+  haptics.force = to_wire(share * record.force);
+  haptics.torque = to_wire(share * record.torque);
+  for (int row = 0; row < 6; ++row)
+    for (int column = 0; column < 6; ++column)
+      haptics.stiffness.push_back(share * record.stiffness.stiffness(row, column));
+  haptics.forward = record.stiffness.forward;
+  haptics.backward = record.stiffness.backward;
+  haptics.forward_limit = record.stiffness.forward_limit;
+  haptics.backward_limit = record.stiffness.backward_limit;
+  haptics.flags = record.flags;
+  encode_and_send(haptics);
 }
 
 void Publisher::publish(const EventRecord& record, const LoadedScene& world) {

@@ -37,6 +37,7 @@ class Publisher {
   bool flush();
 
   void publish(const ForceRecord& record, const LoadedScene& world);
+  void publish(const HapticRecord& record, const LoadedScene& world);
   void publish(const EventRecord& record, const LoadedScene& world);
   void publish(NeedleFrame& frame, const LoadedScene& world);
   void publish(const protocol::TissueShape& shape);

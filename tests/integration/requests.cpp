@@ -36,7 +36,7 @@ TEST_CASE("hello and describe tell the same scene") {
   CHECK(hello.needles[0].name == "needle");
   CHECK(hello.needles[0].nodes == 6);
   CHECK(hello.needles[0].base_position == protocol::Vector3{0, 0, 0.5});
-  CHECK(hello.topics.size() == 5);
+  CHECK(hello.topics.size() == 6);
 
   const protocol::DescribeReply describe = commands.describe(kPatience);
   CHECK(describe.positions.size() == 3 * hello.tissue.nodes);

@@ -25,9 +25,11 @@ needles:
   return text;
 }
 
-ServerProcess::ServerProcess(const std::vector<std::string>& options, const std::string& scene_text) {
+ServerProcess::ServerProcess(const std::vector<std::string>& options, const std::string& scene_text,
+                             std::vector<std::string> before) {
   folder_.write("scene.yaml", scene_text);
-  process_.emplace(command_line(options));
+  for (std::string& word : command_line(options)) before.push_back(std::move(word));
+  process_.emplace(before);
 }
 
 std::vector<std::string> ServerProcess::command_line(const std::vector<std::string>& options) const {
@@ -61,6 +63,7 @@ template protocol::NeedleShape receive(client::StateLink&);
 template protocol::TissueShape receive(client::StateLink&);
 template protocol::Event receive(client::StateLink&);
 template protocol::Stats receive(client::StateLink&);
+template protocol::Haptics receive(client::StateLink&);
 
 client::CommandLink hold(const ServerProcess& server, const std::vector<std::string>& needles) {
   client::CommandLink commands(server.commands());

@@ -23,9 +23,10 @@ std::string small_scene(const std::string& name, const std::vector<std::string>&
 
 class ServerProcess {
  public:
-  // Starts it on the YAML of a scene. It may not listen yet; clients need not care.
+  // Starts it on the YAML of a scene. It may not listen yet; clients need not care. `before` is a command that runs the
+  // server in its own place, such as prlimit(1).
   explicit ServerProcess(const std::vector<std::string>& options = {},
-                         const std::string& scene_text = small_scene("small"));
+                         const std::string& scene_text = small_scene("small"), std::vector<std::string> before = {});
 
   const TemporaryFolder& folder() const { return folder_; }
   std::string scene() const { return folder_ / "scene.yaml"; }

@@ -2,7 +2,11 @@
 // Snapshots over the wire: branches in one server, the same run in a second one, and what no server goes on from.
 #include <doctest/doctest.h>
 
+#include <csignal>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <thread>
 
 #include "tests/integration/server_process.h"
 
@@ -145,6 +149,49 @@ TEST_CASE("stats tell the hash of every full second, the same in each run") {
   const std::uint64_t hash = hash_of_second();
   CHECK(hash != 0);
   CHECK(hash == hash_of_second());
+}
+
+// What is in a file, once it is there.
+std::vector<std::uint8_t> wait_for_file(const std::string& file) {
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (!std::filesystem::exists(file) && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(10ms);
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST_CASE("a scene that asks for snapshots gets them into a file, from which a server that was killed goes on") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "newest.snapshot", scene = small_scene("small") + "publish: {snapshot_every: 1}\n";
+  std::vector<std::uint8_t> snapshot;
+  {
+    ServerProcess server({"--lockstep", "--snapshot", file}, scene);
+    client::CommandLink commands(server.commands());
+    push(commands, 0, 199);
+    CHECK(!std::filesystem::exists(file));
+    push(commands, 199, 1);
+    snapshot = wait_for_file(file);
+    server.process().send_signal(SIGKILL);
+    server.process().wait(kPatience);
+  }
+  CHECK(!std::filesystem::exists(file + ".new"));
+  ServerProcess server({"--lockstep", "--restore", file}, scene), other({"--lockstep"}, scene);
+  client::CommandLink commands(server.commands()), others(other.commands());
+  CHECK(commands.hash(kPatience).tick == 200);
+  others.restore(snapshot, kPatience);
+  CHECK(others.hash(kPatience).hash == commands.hash(kPatience).hash);
+}
+
+TEST_CASE("a snapshot that cannot be written leaves the one before, and the server goes on") {
+  const TemporaryFolder folder;
+  folder.write("newest.snapshot", "as it was");
+  std::filesystem::create_directory(folder / "newest.snapshot.new");  // where it would be written
+  ServerProcess server({"--lockstep", "--snapshot", folder / "newest.snapshot"},
+                       small_scene("small") + "publish: {snapshot_every: 1}\n");
+  client::CommandLink commands(server.commands());
+  for (int second = 0; second < 3; ++second) commands.step(200, kPatience);
+  CHECK(commands.hash(kPatience).tick == 600);
+  std::ifstream stream(folder / "newest.snapshot");
+  CHECK(std::string{std::istreambuf_iterator<char>(stream), {}} == "as it was");
 }
 
 }  // namespace acus::testing

@@ -110,7 +110,7 @@ TEST_CASE("prefixes are counted each by itself") {
   ServerProcess server;
   RawSubscriber peer(server);
   for (const char* prefix : {"", "f", "fo", "n"}) peer.send_frame(kSubscribe + prefix);
-  CHECK(peer.subscribed() == Topics{"force", "needle", "tissue", "event", "stats"});
+  CHECK(peer.subscribed() == Topics{"force", "needle", "tissue", "event", "stats", "haptics"});
   for (const char* prefix : {"", "f"}) peer.send_frame(kCancel + prefix);
   CHECK(peer.subscribed() == Topics{"force", "needle", "stats"});
   for (const char* prefix : {"fo", "n"}) peer.send_frame(kCancel + prefix);

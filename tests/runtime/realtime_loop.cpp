@@ -17,7 +17,7 @@ std::unique_ptr<LoadedScene> small_world() {
   scene.rate = 300;
   scene.tissue.box.cells = {3, 3, 3};
   scene.needles[0].base.position.z() = 0.5;  // far from the tissue
-  scene.publish = {100, 100};
+  scene.publish.needle_rate = scene.publish.tissue_rate = 100;
   return std::make_unique<LoadedScene>(scene);
 }
 

@@ -15,7 +15,7 @@ Simulation simulation_of(const std::string& orientation) {
                                 "  mesh: {box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}}\n"
                                 "  regions: [{interaction: {puncture_force: 0.2}}]\n"
                                 "  fixed: [{box: {max: [.inf, .inf, -0.05]}}]\n"
-                                "needles: [{length: 0.1, base: {position: [0.003, 0.002, 0.17], orientation: [" +
+                                "needles: [{length: 0.1, base: {position: [0.003, 0.002, 0.185], orientation: [" +
                                     orientation + "]}}]\n",
                                 "scene.yaml", ""));
 }

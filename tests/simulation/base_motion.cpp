@@ -381,5 +381,61 @@ TEST_CASE("a base that is to rest rests a time constant's way on, without turnin
   }
 }
 
+// Sampled `period` ticks apart, each sample `jitter(k)` ticks late: the base's distance behind (s, by its speed) and the
+// largest change of its speed from tick to tick, of its speed, once the rhythm is known.
+struct Following {
+  double lag = 0, unevenness = 0;
+};
+template <class Late>
+Following follow_steadily(int period, const Late& late) {
+  constexpr double kSpeed = 0.05, kStep = 1e-3;  // m/s, s
+  Needle n;
+  n.max_speed = 1e9;
+  BaseMotion motion(n, kStep);
+  Following following;
+  double before = 0, step_before = 0;
+  for (int tick = 1; tick < 3000; ++tick) {
+    for (int k = std::max(0, tick / period - 2); k <= tick / period; ++k)
+      if (k * period + late(k) == tick) motion.command(go_to({kSpeed * kStep * k * period, 0, 0}));
+    motion.advance(static_cast<std::uint64_t>(tick));
+    const double x = motion.pose().position.x(), step = x - before;
+    if (tick > 1000) {
+      following.lag = std::max(following.lag, tick * kStep - x / kSpeed);
+      following.unevenness = std::max(following.unevenness, std::abs(step - step_before) / (kSpeed * kStep));
+    }
+    before = x, step_before = step;
+  }
+  return following;
+}
+
+TEST_CASE("commands at every tick are followed at once, others evenly and a period late") {
+  for (const int period : {1, 4, 10, 17}) {
+    CAPTURE(period);
+    const Following following = follow_steadily(period, [](int) { return 0; });
+    CHECK(following.lag <= 1e-3 * period - (period == 1 ? 1e-3 : 0) + 1e-9);
+    CHECK(following.unevenness < 1e-6);
+  }
+}
+
+TEST_CASE("commands that come early and late are followed no more than a tick later than a period and their delay") {
+  for (const int period : {4, 10, 17}) {
+    CAPTURE(period);
+    const Following following = follow_steadily(period, [&](int k) { return (k * 7919) % 3; });
+    CHECK(following.lag < 1e-3 * (period + 1 + 2 + 1));
+    CHECK(following.unevenness < 1.3);  // it stands still where one is late, and goes on to the next in less time
+  }
+}
+
+TEST_CASE("a command after a pause is approached in ten milliseconds, evenly") {
+  Needle n;
+  BaseMotion motion(n, 1e-3);
+  motion.command(go_to({1e-3, 0, 0}));
+  for (std::uint64_t tick = 500; tick < 510; ++tick) {
+    motion.advance(tick);
+    CHECK(motion.pose().position.x() == doctest::Approx(1e-4 * static_cast<double>(tick - 499)));
+  }
+  CHECK(motion.pose().position.x() == doctest::Approx(1e-3));
+}
+
 }  // namespace
 }  // namespace acus

@@ -98,7 +98,9 @@ TEST_CASE("friction is left out where a region has none") {
 }
 
 TEST_CASE("tissue that cuts without force has no cutting row, and the path grows with the tip") {
-  const Comparison cutting(block_scene(), [](Scene& scene, double f_c) { interaction(scene).cutting_force = f_c; });
+  Scene scene = block_scene();
+  scene.needles[0].smoothing = 5e-3;  // a base that stops at once lets the tip spring back from the end of its path
+  const Comparison cutting(scene, [](Scene& s, double f_c) { interaction(s).cutting_force = f_c; });
   CHECK(cutting.rows_less() == 1);
   const Simulation& simulation = cutting.without.bench.simulation();
   Matrix3X points(3, simulation.path_capacity());

@@ -99,7 +99,7 @@ TEST_CASE("a snapshot is that of one scene: other rates, materials, needles and 
   CHECK(refused([](Scene& s) { s.rate = 501; }));
   CHECK(refused([](Scene& s) { s.tissue.regions[0].material.young_modulus *= 1 + 1e-15; }));
   CHECK(refused([](Scene& s) { s.tissue.regions[0].interaction.friction_contact = 0.1; }));
-  CHECK(refused([](Scene& s) { s.needles[1].smoothing *= 2; }));
+  CHECK(refused([](Scene& s) { s.needles[1].smoothing = 0.01; }));
   CHECK(refused([](Scene& s) { s.tissue.box.size.z() *= 1.01; }));
   CHECK(refused([](Scene& s) { s.tissue.fixed.pop_back(); }));
   CHECK_FALSE(refused([](Scene& s) { s.name = "the same by another name"; }));

@@ -9,6 +9,14 @@ namespace acus {
 
 namespace {
 
+bool any_at_speed_limit(const Model& model, const State& state) {
+  for (int i = 0; i < model.needle_count(); ++i)
+    if (at_speed_limit(model.needle_limits[i], state.bases[i])) return true;
+  for (std::size_t g = 0; g < state.guides.size(); ++g)
+    if (at_speed_limit(model.guide_limits[g], state.guides[g].motion)) return true;
+  return false;
+}
+
 std::uint32_t flags_of(const Model& model, const State& state, const Scratch& scratch) {
   const Outcome& o = scratch.outcome;
   const bool unfinished = model.iterates() ? o.change > model.scene.newton.tolerance : o.went_too_far();
@@ -28,6 +36,7 @@ std::uint32_t flags_of(const Model& model, const State& state, const Scratch& sc
   raise(o.energy_gained, kEnergyGained);
   raise(o.overstrained, kNeedleOverstrained);
   raise(std::ranges::any_of(state.watches, [](const ShaftWatch& w) { return w.unheld > 0; }), kShaftUnheld);
+  raise(any_at_speed_limit(model, state), kBaseLimited);
   return flags;
 }
 

@@ -19,7 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;  // writes null for what is not finite
 using client::Distribution;
 using protocol::kFlagNames;  // by the bits of TickReport::flags
-static_assert(kNeedleOverstrained == 1u << (kFlagNames.size() - 1));
+static_assert(kBaseLimited == 1u << (kFlagNames.size() - 1));
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
