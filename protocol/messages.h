@@ -478,18 +478,19 @@ struct Haptics {
   std::uint64_t tick = 0;
   double time = 0;  // s, simulation time
   std::string needle;
-  std::uint64_t seq = 0;  // of the command in use, 0 before the first
-  double age = 0;         // s, as in Force,
-  double echo = 0;        // s, likewise,
-  bool stale = false;     // likewise
-  Vector3 position{};     // m, of the base after the tick, world
-  Quaternion orientation; // world from base, spin left out
-  double spin = 0;        // rad
-  Vector3 force{};        // N, world, by the needle on its holder, ramped to zero while commands are stale
-  Vector3 torque{};       // N m, world, about the base, likewise
-  std::vector<double> stiffness;  // 6 x 6, row by row: d(force, torque)/d(translation, rotation vector), ramped likewise
-  double forward = 0;             // m, at most 1
-  double backward = 0;            // m, at most 1
+  std::uint64_t seq = 0;   // of the command in use, 0 before the first
+  double age = 0;          // s, as in Force,
+  double echo = 0;         // s, likewise,
+  bool stale = false;      // likewise
+  Vector3 position{};      // m, of the base after the tick, world
+  Quaternion orientation;  // world from base, spin left out
+  double spin = 0;         // rad
+  Vector3 force{};         // N, world, by the needle on its holder, ramped to zero while commands are stale
+  Vector3 torque{};        // N m, world, about the base, likewise
+  std::vector<double>
+      stiffness;        // 6 x 6, row by row: d(force, torque)/d(translation, rotation vector), ramped likewise
+  double forward = 0;   // m, at most 1
+  double backward = 0;  // m, at most 1
   ModelLimit forward_limit = ModelLimit::none, backward_limit = ModelLimit::none;
   std::uint32_t flags = 0;  // bits of Flag
 

@@ -124,9 +124,10 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--restore", arguments.restore,
                  "Go on from a snapshot of this scene, in a file: the bytes of a client's 'snapshot'")
       ->type_name("FILE");
-  app.add_option("--snapshot", arguments.endpoint.snapshot,
-                 "File for the snapshots that a scene asks for (publish.snapshot_every), the newest in place of the one "
-                 "before; --restore goes on from it")
+  app.add_option(
+         "--snapshot", arguments.endpoint.snapshot,
+         "File for the snapshots that a scene asks for (publish.snapshot_every), the newest in place of the one "
+         "before; --restore goes on from it")
       ->type_name("FILE");
   app.add_option("--record", arguments.endpoint.record,
                  "Record the run from its first tick into a new file, which acus-export runs again")

@@ -233,7 +233,7 @@ class NeedleMotion {
   Matrix6X trial_g_;                        // likewise, at trial_
   BlockTridiagonal matrix_;                 // nodes 1..n; of a rigid needle empty, like dq and dq_free
   Matrix6 base_coupling_;                   // A(0, 1)
-  Matrix6 base_diagonal_ = Matrix6::Zero(); // A(0, 0), inertia left out
+  Matrix6 base_diagonal_ = Matrix6::Zero();  // A(0, 0), inertia left out
   NeedleCompliance compliance_;
   std::vector<BeamRow> rows_;
   VectorX dq_free_, dq_;

@@ -76,11 +76,11 @@ struct HapticRecord {
   CommandWatch watch;
   std::uint32_t flags = 0;
   int needle = 0;
-  std::uint64_t seq = 0;            // of the command in use
-  Pose base;                        // spin included
-  double spin = 0;                  // rad
-  Vector3 force = Vector3::Zero();  // N
-  Vector3 torque = Vector3::Zero(); // N m
+  std::uint64_t seq = 0;             // of the command in use
+  Pose base;                         // spin included
+  double spin = 0;                   // rad
+  Vector3 force = Vector3::Zero();   // N
+  Vector3 torque = Vector3::Zero();  // N m
   BaseStiffness stiffness;
 };
 // A command that asked for more than the scene allows.

@@ -361,8 +361,19 @@ void RealtimeLoop::publish_haptics(const TickReport& report, TopicSet wanted) {
     Record* record = room_in(link_.records);
     if (!record) continue;
     const NeedleReport& n = report.needles[i];
-    *record = HapticRecord{epoch_,  report.tick, report.time, origins_[i],  watches_[i],   flags(report, wanted), static_cast<int>(i),
-                           n.command_seq, n.base, n.spin, n.base_force, n.base_torque, stiffnesses[i]};
+    *record = HapticRecord{epoch_,
+                           report.tick,
+                           report.time,
+                           origins_[i],
+                           watches_[i],
+                           flags(report, wanted),
+                           static_cast<int>(i),
+                           n.command_seq,
+                           n.base,
+                           n.spin,
+                           n.base_force,
+                           n.base_torque,
+                           stiffnesses[i]};
     link_.records.commit();
   }
   link_.to_sockets.signal();

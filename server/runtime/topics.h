@@ -16,7 +16,7 @@ namespace acus {
 enum class Topic : std::uint8_t { force, needle, tissue, event, stats, haptics };
 inline constexpr int kTopicCount = 6;
 inline constexpr std::array<const char*, kTopicCount> kTopicNames{"force", "needle", "tissue",
-                                                                 "event", "stats",  "haptics"};
+                                                                  "event", "stats",  "haptics"};
 
 // A set of topics, one bit each, so that a thread can read it in one go.
 using TopicSet = std::uint32_t;

@@ -146,18 +146,24 @@ struct Tissue {
 // How a needle is solved.
 enum class NeedleRung { flexible, rigid };
 
+// How the tip is ground. A blunt one slides on a surface as friction lets it. A sharp one bites: pushed at more than the
+// angle of its face against the surface its edge comes first, and it does not slide (simulation/insertion/tip_bite.h).
+enum class TipShape { blunt, bevel, pencil, trocar };
+
 struct Needle : NeedleBody {
   std::string name = "needle";
   NeedleRung rung = NeedleRung::flexible;
   Pose base;  // first node in the world at the start; the needle lies along its +x axis
   Vector3 cutting_direction = Vector3::UnitX();  // in the tip's frame, along which a pushed tip cuts; any length, x > 0
+  TipShape tip = TipShape::blunt;
+  std::optional<double> tip_angle;   // rad, in (0, pi/2), of a sharp tip's face against the axis; none: of its shape
   double torsional_friction = 0;     // -, >= 0: share of the shaft's friction that resists spin; 0 leaves it out
   double constraint_spacing = 4e-3;  // m, > 0, between the points that hold the shaft to its path
   double max_speed = 1;              // m/s, > 0, of the base
   double max_angular_speed = 20;     // rad/s, > 0, of the base
   double max_spin_speed = 320;       // rad/s, > 0, of the spin about the needle's axis
-  std::optional<double> smoothing;   // s, >= 0: time constant with which the base follows its commands; none: evenly, in
-                                     // the time between two of them
+  std::optional<double> smoothing;  // s, >= 0: time constant with which the base follows its commands; none: evenly, in
+                                    // the time between two of them
 };
 
 // A hole through which a needle slides without turning it: a template, or the collar of a robot. Takes commands by its

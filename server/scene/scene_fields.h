@@ -241,6 +241,10 @@ struct FieldsOf<Needle> {
       Field{"cutting_direction", &Needle::cutting_direction, "-", kDirection,
             "[x, y, z] in the tip's frame, along which the tip cuts when it is pushed: [1, 0, 0] for a symmetric tip, "
             "[1, 0.1, 0] for a bevel that steers towards +y; any length, x > 0"},
+      Field{"tip", &Needle::tip, "",  any(),
+            "blunt (slides on surfaces as friction lets it) or sharp: bevel (its face 11 degrees off the axis), pencil (15) "
+            "or trocar (20), which bite where they are pushed more steeply than that"},
+      Field{"tip_angle", &Needle::tip_angle, "rad", between(0.01, 1.5), "of a sharp tip's face, instead of its shape's"},
       Field{"torsional_friction", &Needle::torsional_friction, "-", kFrictionCoefficient,
             "share of the shaft's friction that resists spin; 0 leaves it out"},
       Field{"material", &Needle::material, "", any(), "how it bends; the default is steel"},
@@ -269,8 +273,7 @@ struct FieldsOf<Guide> {
             "mu, friction coefficient of the needle in the hole"},
       Field{"max_speed", &Guide::max_speed, "m/s", kSpeed, "limit of its speed"},
       Field{"max_angular_speed", &Guide::max_angular_speed, "rad/s", kSpeed, "limit of its rotation"},
-      Field{"smoothing", &Guide::smoothing, "s", kSmoothing,
-            "likewise, with which it follows its commands"},
+      Field{"smoothing", &Guide::smoothing, "s", kSmoothing, "likewise, with which it follows its commands"},
   };
 };
 
@@ -330,8 +333,14 @@ struct FieldsOf<Publishing> {
       Field{"tissue_rate", &Publishing::tissue_rate, "Hz", between(1e-3, 1e5),
             "of the topic tissue, in simulation time"},
       Field{"snapshot_every", &Publishing::snapshot_every, "s", between(1, 1e6),
-            "of simulation time between two snapshots into the file of the server's --snapshot; left out: there are none"},
+            "of simulation time between two snapshots into the file of the server's --snapshot; left out: there are "
+            "none"},
   };
+};
+
+template <>
+struct NamesOf<TipShape> {
+  static constexpr std::array names{"blunt", "bevel", "pencil", "trocar"};
 };
 
 template <>
@@ -349,10 +358,12 @@ struct FieldsOf<Clients> {
   static constexpr const char* title = "clients";
   static constexpr std::tuple list{
       Field{"holding", &Clients::holding, "", any(),
-            "one (client at a time may hold, and so command, a needle or guide) or any (number; the last command counts)"},
+            "one (client at a time may hold, and so command, a needle or guide) or any (number; the last command "
+            "counts)"},
       Field{"stale_after", &Clients::stale_after, "s", or_infinite(between(1e-3, 1e6)),
             "in real time a needle or guide that got no command for so long comes to rest where it is"},
-      Field{"ramp", &Clients::ramp, "s", between(0, 100), "in which the haptic force then falls to zero, and comes back"},
+      Field{"ramp", &Clients::ramp, "s", between(0, 100),
+            "in which the haptic force then falls to zero, and comes back"},
       Field{"max_step", &Clients::max_step, "m", between(1e-6, 1e6),
             "how far from where the base, or guide, is a pose may be; left out: anywhere"},
       Field{"max_turn", &Clients::max_turn, "rad", between(1e-6, 10), "likewise, how far turned from it"},

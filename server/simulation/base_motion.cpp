@@ -14,7 +14,7 @@ namespace {
 constexpr double kLeastTau = 1e-9;       // s; distances over shorter times may be no numbers
 constexpr double kMaxTurn = 3;           // rad of spin in a tick: less than half a turn, or nobody could tell which way
 
-constexpr double kMemory = 16;           // commands that the rhythm is a mean of
+constexpr double kMemory = 16;  // commands that the rhythm is a mean of
 
 std::optional<double> used_tau(std::optional<double> smoothing) {
   if (smoothing && *smoothing < kLeastTau) return 0;
@@ -151,8 +151,7 @@ BaseState follow(const BaseLimits& limits, double h, const BaseState& base, cons
   next.pose.position +=
       approach<Vector3>(next.pose.position - next.target.position, next.velocity, pace, limits.max_speed);
   const Vector3 turned = rotation_log(next.pose.orientation * next.target.orientation.conjugate());
-  const Vector3 turn =
-      approach<Vector3>(turned, next.angular_velocity, pace, limits.max_angular_speed);
+  const Vector3 turn = approach<Vector3>(turned, next.angular_velocity, pace, limits.max_angular_speed);
   // turned and the step share an axis but for what is left of an earlier motion; compose exactly.
   next.pose.orientation = (rotation_exp(turned + turn) * next.target.orientation).normalized();
   const double max_spin_speed = std::min(limits.max_spin_speed, kMaxTurn / h);
@@ -168,8 +167,7 @@ Command come_to_rest(const BaseLimits& limits, const BaseState& base) {
   Pose& pose = *command.pose;
   pose.position = (pose.position + tau * base.velocity).cwiseMax(-kMaxPosition).cwiseMin(kMaxPosition);
   pose.orientation = (rotation_exp(tau * base.angular_velocity) * pose.orientation).normalized();
-  if (limits.max_spin_speed > 0)
-    command.spin = std::clamp(base.spin + tau * base.spin_velocity, -kMaxSpin, kMaxSpin);
+  if (limits.max_spin_speed > 0) command.spin = std::clamp(base.spin + tau * base.spin_velocity, -kMaxSpin, kMaxSpin);
   return command;
 }
 

@@ -2,11 +2,11 @@
 // How a needle's base, or a guide, follows its commands. Commands arrive in steps, at the client's rate and with the
 // network's jitter. Two ways to go on between them:
 //
-// By the commands' own rhythm (the default). From the tick that takes a command in, the base goes to it evenly in n ticks,
-// n what commands were apart of late: a mean m of the ticks between them and a mean deviation d from it, both over the
-// last 16 or so, n = round(m + d). A steady motion that is sampled evenly is so followed evenly, with a lag of n ticks: the
-// time between two commands, which is the least that a follower needs who does not guess. Commands at every tick are
-// followed at once. After more than kPause without one the rhythm begins anew, with kFirstApproach.
+// By the commands' own rhythm (the default). From the tick that takes a command in, the base goes to it evenly in n
+// ticks, n what commands were apart of late: a mean m of the ticks between them and a mean deviation d from it, both
+// over the last 16 or so, n = round(m + d). A steady motion that is sampled evenly is so followed evenly, with a lag of
+// n ticks: the time between two commands, which is the least that a follower needs who does not guess. Commands at
+// every tick are followed at once. After more than kPause without one the rhythm begins anew, with kFirstApproach.
 //
 // With a time constant tau. The base follows the newest command as a critically damped second-order system,
 //
@@ -16,8 +16,8 @@
 // sampling of the targets. It comes to rest at the target without overshoot, has no corners, and lags behind a steady
 // motion by 2 tau. tau = 0, or so small that a tick lasts for ever beside it: straight to the target.
 //
-// Either way a speed limit caps the step of every tick. Orientation and spin follow alike; orientation takes the shortest
-// way.
+// Either way a speed limit caps the step of every tick. Orientation and spin follow alike; orientation takes the
+// shortest way.
 #pragma once
 
 #include <cmath>

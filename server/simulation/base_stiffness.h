@@ -2,29 +2,30 @@
 // How the wrench that a needle has for the hand at its base depends on where the base is: the tick's own linearisation.
 //
 // Had the base stood elsewhere at the end of the tick by d (translation, rotation vector; world, about the base), what
-// the laws' lines delta = W lambda + delta_free say would be shifted by D d. With every law on the piece of its graph on
-// which the tick found it, and T the combinations of rows whose force is not given by their piece,
+// the laws' lines delta = W lambda + delta_free say would be shifted by D d. With every law on the piece of its graph
+// on which the tick found it, and T the combinations of rows whose force is not given by their piece,
 //
 //   d lambda = -T (Tᵀ W T + S)⁻¹ Tᵀ D d,        d wrench = -(A + Dᵀ T (Tᵀ W T + S)⁻¹ Tᵀ D) d = K d
 //
-//   bilateral; unilateral with 0 < lambda < limit; friction and disk that stick   in T, S = 0 or the law's compliance
-//   friction that slips with viscosity c                                          in T, S = 1/c
-//   disk that slips                                                               across the slip in T, S = |slip|/force;
-//                                                                                 along it the force follows mu lambda_n
-//   unilateral at one of its ends                                                 not in T
+//   bilateral                             in T, S = the law's compliance
+//   unilateral with 0 < lambda < limit    in T, S = 0
+//   friction, disk that stick             in T, S = 0
+//   friction that slips, viscosity c      in T, S = 1/c
+//   disk that slips                       across the slip in T, S = |slip|/force; along it the force is mu lambda_n
+//   all others                            not in T
 //
-// A: what the needle alone puts against d (inertia of the tick included), a Hessian. Turns do not commute: the torque of a
-// base with the torque m on its holder changes by -[m]x/2 times a turn beyond it, so K is symmetric but for that, and
-// where a contact slides.
+// A: what the needle alone puts against d (inertia of the tick included), a Hessian. Turns do not commute: the torque
+// of a base with the torque m on its holder changes by -[m]x/2 times a turn beyond it, so K is symmetric but for that,
+// and where a contact slides.
 //
 // What the tick does has more terms, in proportion to forces, that K leaves out. It linearises about a needle that is
-// carried along rigidly, so that a base which is turned turns the lines of the laws' forces with it. And a needle that is
-// moved along its path has another length beside the last vertex, and with it other thresholds and springs: force by
+// carried along rigidly, so that a base which is turned turns the lines of the laws' forces with it. And a needle that
+// is moved along its path has another length beside the last vertex, and with it other thresholds and springs: force by
 // length, 13 N/m beside 140 N/m of inertia in tests/simulation/test_base_stiffness.cpp. Else differences of whole ticks
 // agree within 2 %, those of free needles and of tips in contact within 1e-3 but for turns.
 //
-// The model holds until a law leaves its piece. For a motion along the base's +x axis that is where a line meets the end
-// of its piece; `forward` and `backward` are the nearest of them.
+// The model holds until a law leaves its piece. For a motion along the base's +x axis that is where a line meets the
+// end of its piece; `forward` and `backward` are the nearest of them.
 #pragma once
 
 #include <cstdint>
@@ -41,7 +42,7 @@ using protocol::ModelLimit;
 inline constexpr double kFarthest = 1;  // m, of a limit; beyond it there is none
 
 struct BaseStiffness {
-  Matrix6 stiffness = Matrix6::Zero();          // K: N/m, N/rad, N m/m, N m/rad
+  Matrix6 stiffness = Matrix6::Zero();               // K: N/m, N/rad, N m/m, N m/rad
   double forward = kFarthest, backward = kFarthest;  // m, in [0, kFarthest]
   ModelLimit forward_limit = ModelLimit::none, backward_limit = ModelLimit::none;
 };
@@ -86,11 +87,11 @@ class BaseStiffnessSolver {
 
   std::vector<Unknown> unknowns_;
   std::vector<Slide> slides_;
-  MatrixX factor_;            // of Tᵀ W T + S, lower triangle, in its top left corner
-  MatrixX slid_;              // unknowns x slides: what a unit of each slide's normal force makes of the unknowns
-  MatrixX shifts_, forces_;   // D and d lambda, rows x 6
+  MatrixX factor_;           // of Tᵀ W T + S, lower triangle, in its top left corner
+  MatrixX slid_;             // unknowns x slides: what a unit of each slide's normal force makes of the unknowns
+  MatrixX shifts_, forces_;  // D and d lambda, rows x 6
   VectorX unknown_, moved_, row_shift_, row_force_;
-  MatrixX follow_;            // of the needle's free nodes
+  MatrixX follow_;  // of the needle's free nodes
 };
 
 }  // namespace acus

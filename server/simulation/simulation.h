@@ -59,8 +59,9 @@ class Simulation {
 
   const TickReport& report() const { return report_; }
 
-  // How the wrenches that the last tick reports depend on where the bases are, of one needle after the other, valid until
-  // the next step(). All zero where there was none. Costs the more the more rows there are, and only those who ask.
+  // How the wrenches that the last tick reports depend on where the bases are, of one needle after the other, valid
+  // until the next step(). All zero where there was none. Costs the more the more rows there are, and only those who
+  // ask.
   std::span<const BaseStiffness> base_stiffnesses();
 
   // Where a needle's base, or guide g as number needles + g, is, and where it goes.

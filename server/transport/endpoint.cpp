@@ -19,13 +19,10 @@ using protocol::DecodeError;
 using protocol::ErrorCode;
 using std::chrono::milliseconds;
 
-constexpr double kErrorsPerSecond = 10;            // to one client, about its streams
-constexpr double kLogLinesPerSecond = 10;          // about one client
 constexpr double kRequestsPerSecond = 20;          // of one client, of those that cost time
 constexpr int kMessagesPerTurn = 16;               // received before states have their turn
 constexpr std::size_t kBytesPerTurn = 1 << 20;     // likewise
 constexpr std::size_t kMaxQuestionBytes = 200;     // of a message that is looked at before its turn
-constexpr std::size_t kMaxTypeTold = 100, kMaxSentence = 2000;  // bytes of an error's texts
 constexpr int kRecordsPerTurn = 1024;              // passed on before messages have theirs
 constexpr int kLinger = 1000;                      // ms to deliver the last answers
 constexpr std::int64_t kMaxFrameBytes = 32 << 20;  // beyond it the client is disconnected
@@ -35,9 +32,6 @@ constexpr int kMaxUnread = 16;                     // messages of one client tha
 constexpr int kHeartbeat = 1000, kHeartbeatTimeout = 5000, kKeepaliveIdle = 2, kKeepaliveCount = 3;
 constexpr auto kStatsPeriod = milliseconds(1000);
 constexpr auto kBlockedPoll = milliseconds(1);  // between two tries to send a state that is held back
-
-template <class Message>
-constexpr bool kIsStream = std::is_same_v<Message, protocol::Pose> || std::is_same_v<Message, protocol::Spin>;
 
 // Whether it takes this thread, or the simulation's, more than some microseconds.
 template <class Message>
@@ -61,13 +55,6 @@ std::uint64_t draw_instance() {
 
 bool is_shared(const LoadedScene& world) { return world.simulation.scene().clients.holding == Holding::any; }
 
-// Of a routing frame, for the log.
-std::string shown(const std::string& client) {
-  std::string text;
-  for (const unsigned char byte : client) text += fmt::format("{:02x}", byte);
-  return text;
-}
-
 std::string unknown(const std::string& name) {
   return "the scene has no needle or guide '" + name + "'; 'hello' lists them";
 }
@@ -80,23 +67,6 @@ std::optional<ZapHandler> make_zap_handler(zmq::context_t& context, const Admiss
 bool has_spin(const protocol::Pose& pose) { return pose.spin.has_value(); }
 bool has_spin(const protocol::Spin&) { return true; }
 
-// The types of what is always answered.
-template <class... Messages>
-std::vector<std::string> types_of_requests(const std::variant<Messages...>*) {
-  std::vector<std::string> types;
-  ((kIsStream<Messages> ? void() : types.push_back(Messages::kType)), ...);
-  return types;
-}
-
-const std::vector<std::string>& request_types() {
-  static const std::vector<std::string> types = types_of_requests(static_cast<const protocol::Command*>(nullptr));
-  return types;
-}
-
-bool is_request(std::string_view type) {
-  return std::ranges::find(request_types(), type) != request_types().end();
-}
-
 }  // namespace
 
 Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& link)
@@ -105,6 +75,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       zap_(make_zap_handler(context_, options.admission)),
       commands_(context_, zmq::socket_type::router),
       inbox_(commands_),
+      answers_(commands_),
       connections_(context_, commands_),
       publisher_(context_, options.states, options.admission, options.lockstep),
       loader_(link.to_sockets, options.rate, SceneFolders(options.folders)),
@@ -115,8 +86,6 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       bodies_(static_cast<std::size_t>(world.body_count())),
       holders_(world.body_count(), is_shared(world)),
       instance_(draw_instance()),
-      error_limit_(kErrorsPerSecond),
-      log_limit_(kLogLinesPerSecond),
       request_limit_(kRequestsPerSecond),
       stats_begun_(Clock::now()) {
   commands_.set(zmq::sockopt::linger, kLinger);
@@ -240,7 +209,7 @@ void Endpoint::forget_client(int connection) {
   const auto client = clients_.extract(connection);
   if (client.empty()) return;
   holders_.release_all(client.mapped());
-  log({.identity = client.mapped()}, "is gone and holds nothing any more");
+  answers_.log({.identity = client.mapped()}, "is gone and holds nothing any more");
 }
 
 // Descriptors are used again, and a message may be read after its connection has ended: another client that speaks
@@ -260,7 +229,7 @@ void Endpoint::handle(const Arrived& message) {
     std::visit([&](const auto& command) { handle_if_affordable(sender, command); },
                protocol::decode_command(message.bytes()));
   } catch (const DecodeError& error) {
-    reject(sender, error);
+    answers_.reject(sender, error);
   }
 }
 
@@ -271,38 +240,9 @@ void Endpoint::handle_if_affordable(const Sender& sender, const Message& message
     const std::string sentence =
         fmt::format("one client may ask for '{}' and the like {} times a second; try again later", Message::kType,
                     kRequestsPerSecond);
-    return reject(sender, message, ErrorCode::busy, sentence);
+    return answers_.reject(sender, message, ErrorCode::busy, sentence);
   }
   handle(sender, message);
-}
-
-void Endpoint::reject(const Sender& sender, const DecodeError& error) {
-  ++rejected_;
-  const bool request = error.type && is_request(*error.type);
-  if (!request && !error_limit_.allow(sender.identity, Clock::now())) return;
-  if (spdlog::should_log(spdlog::level::debug) && log_limit_.allow(sender.identity, Clock::now()))
-    spdlog::debug("rejects '{}' of client {}: {}", readable(error.type.value_or(""), kMaxTypeTold),
-                  shown(sender.identity), readable(error.what(), kMaxSentence));
-  std::optional<std::string> rejected;
-  if (error.type) rejected = readable(*error.type, kMaxTypeTold);
-  send(sender, protocol::Error{error.seq, std::move(rejected), error.code(), readable(error.what(), kMaxSentence)});
-}
-
-template <class Message>
-void Endpoint::reject(const Sender& sender, const Message& message, ErrorCode code, const std::string& sentence) {
-  DecodeError error(code, sentence);
-  error.type = Message::kType;
-  error.seq = message.seq;
-  reject(sender, error);
-}
-
-template <class Message>
-void Endpoint::send(const Sender& sender, const Message& message) {
-  protocol::encode(message, bytes_);
-  const auto more = zmq::send_flags::sndmore | zmq::send_flags::dontwait;
-  if (!commands_.send(zmq::buffer(sender.identity), more)) return;
-  if (sender.delimited) commands_.send(zmq::message_t(), more);
-  commands_.send(zmq::buffer(bytes_), zmq::send_flags::dontwait);
 }
 
 // ---- Requests ----
@@ -318,34 +258,29 @@ void Endpoint::handle(const Sender& sender, const protocol::Hello& request) {
   if (recordings_.state() == protocol::RecordingState::on) reply.recording = recordings_.name();
   reply.lockstep = options_.lockstep;
   reply.paused = paused_;
-  send(sender, reply);
+  answers_.send(sender, reply);
 }
 
 void Endpoint::handle(const Sender& sender, const protocol::Describe& request) {
   protocol::DescribeReply reply = published_->describe;
   reply.seq = request.seq;
   reply.epoch = published_epoch_;
-  send(sender, reply);
-}
-
-// Not more often than anybody could read.
-void Endpoint::log(const Sender& sender, const std::string& what) {
-  if (log_limit_.allow(sender.identity, Clock::now())) spdlog::info("client {} {}", shown(sender.identity), what);
+  answers_.send(sender, reply);
 }
 
 template <class Message>
 std::optional<std::vector<int>> Endpoint::find_bodies(const Sender& sender, const Message& message) {
   if (message.needles.size() > static_cast<std::size_t>(commanded_->body_count())) {
-    reject(sender, message, ErrorCode::bad_value,
-           "field 'needles' must have at most as many names as the scene has needles and guides, " +
-               std::to_string(commanded_->body_count()) + ", found " + std::to_string(message.needles.size()));
+    answers_.reject(sender, message, ErrorCode::bad_value,
+                    "field 'needles' must have at most as many names as the scene has needles and guides, " +
+                        std::to_string(commanded_->body_count()) + ", found " + std::to_string(message.needles.size()));
     return std::nullopt;
   }
   std::vector<int> bodies;
   for (const std::string& name : message.needles) {
     bodies.push_back(commanded_->find_body(name));
     if (bodies.back() >= 0) continue;
-    reject(sender, message, ErrorCode::unknown_needle, unknown(name));
+    answers_.reject(sender, message, ErrorCode::unknown_needle, unknown(name));
     return std::nullopt;
   }
   return bodies;
@@ -354,8 +289,9 @@ std::optional<std::vector<int>> Endpoint::find_bodies(const Sender& sender, cons
 void Endpoint::answer_holding(const Sender& sender, std::uint64_t seq) {
   protocol::Holding holding{seq, commanded_epoch_, {}};
   for (const int body : holders_.held_by(sender.identity)) holding.needles.push_back(commanded_->body_name(body));
-  log(sender, holding.needles.empty() ? "holds nothing" : fmt::format("holds {}", fmt::join(holding.needles, ", ")));
-  send(sender, holding);
+  answers_.log(sender,
+               holding.needles.empty() ? "holds nothing" : fmt::format("holds {}", fmt::join(holding.needles, ", ")));
+  answers_.send(sender, holding);
 }
 
 void Endpoint::handle(const Sender& sender, const protocol::Acquire& request) {
@@ -365,9 +301,9 @@ void Endpoint::handle(const Sender& sender, const protocol::Acquire& request) {
   if (!connections_.is_open(sender.connection)) return;  // its last words; nobody would ever release what it holds
   for (const int body : *bodies) {
     if (holders_.free_for(sender.identity, body)) continue;
-    return reject(sender, request, ErrorCode::held,
-                  "another client holds '" + commanded_->body_name(body) +
-                      "', until it releases it or disconnects; a scene with clients.holding: any is shared");
+    return answers_.reject(sender, request, ErrorCode::held,
+                           "another client holds '" + commanded_->body_name(body) +
+                               "', until it releases it or disconnects; a scene with clients.holding: any is shared");
   }
   for (const int body : *bodies) {
     if (holders_.holds(sender.identity, body)) continue;
@@ -388,9 +324,10 @@ void Endpoint::handle(const Sender& sender, const protocol::Release& request) {
 template <class Message>
 bool Endpoint::may_change_world(const Sender& sender, const Message& message) {
   if (holders_.may_change_world(sender.identity)) return true;
-  reject(sender, message, ErrorCode::not_holder,
-         std::string("other clients hold needles of this scene and this one does not: '") + Message::kType +
-             "' would change the world for them; 'acquire' a needle that is free, or wait until they release theirs");
+  answers_.reject(
+      sender, message, ErrorCode::not_holder,
+      std::string("other clients hold needles of this scene and this one does not: '") + Message::kType +
+          "' would change the world for them; 'acquire' a needle that is free, or wait until they release theirs");
   return false;
 }
 
@@ -417,11 +354,13 @@ void Endpoint::handle(const Sender& sender, const protocol::Reset& request) {
 
 void Endpoint::handle(const Sender& sender, const protocol::Load& request) {
   if (!may_change_world(sender, request)) return;
-  if (loader_.busy()) return reject(sender, request, ErrorCode::busy, "another scene is being loaded; try again later");
+  if (loader_.busy())
+    return answers_.reject(sender, request, ErrorCode::busy, "another scene is being loaded; try again later");
   if (request.scene.has_value() == request.text.has_value())
-    return reject(sender, request, ErrorCode::bad_value, "'load' needs either 'scene', a path, or 'text', a scene");
+    return answers_.reject(sender, request, ErrorCode::bad_value,
+                           "'load' needs either 'scene', a path, or 'text', a scene");
   if (request.text && request.text->empty())
-    return reject(sender, request, ErrorCode::bad_value, "field 'text' must be a scene, found nothing");
+    return answers_.reject(sender, request, ErrorCode::bad_value, "field 'text' must be a scene, found nothing");
   loading_ = request;
   loading_for_ = sender;
   loader_.start({request.scene.value_or(""), request.text.value_or("")});
@@ -434,7 +373,7 @@ void Endpoint::handle(const Sender& sender, const protocol::Restore& request) {
     const std::span<const std::uint8_t> bytes(request.snapshot);
     state = std::make_unique<State>(read_snapshot(commanded_->simulation.model(), std::as_bytes(bytes)));
   } catch (const SnapshotError& error) {
-    return reject(sender, request, ErrorCode::snapshot_error, error.what());
+    return answers_.reject(sender, request, ErrorCode::snapshot_error, error.what());
   }
   ask(sender, request, Request::Kind::restore, [&](Request& restore) {
     begin_epoch(restore);
@@ -452,7 +391,7 @@ void Endpoint::handle(const Sender& sender, const protocol::Record& request) {
       recordings_.ask_to_end();
     }
   } catch (const std::exception& error) {  // RecordingError, or no memory, no thread
-    return reject(sender, request, ErrorCode::record_error, error.what());
+    return answers_.reject(sender, request, ErrorCode::record_error, error.what());
   }
   ask(sender, request, Request::Kind::record, [this, &request](Request& record) {
     if (request.file) ask_to_record(record);
@@ -461,7 +400,8 @@ void Endpoint::handle(const Sender& sender, const protocol::Record& request) {
 
 void Endpoint::handle(const Sender& sender, const protocol::Step& request) {
   if (!options_.lockstep) {
-    return reject(sender, request, ErrorCode::wrong_mode, "'step' needs a server that was started with --lockstep");
+    return answers_.reject(sender, request, ErrorCode::wrong_mode,
+                           "'step' needs a server that was started with --lockstep");
   }
   forget_lost_clients();
   if (!connections_.is_open(sender.connection)) return;  // its client is gone, and with it whoever wanted the ticks
@@ -477,7 +417,8 @@ void Endpoint::handle(const Sender& sender, const protocol::Shutdown& request) {
 // The simulation thread copies its state, this one makes of it what the client wants.
 template <class Message>
 void Endpoint::ask_for_state(const Sender& sender, const Message& message, Request::Kind kind) {
-  if (copying_) return reject(sender, message, ErrorCode::busy, "another state is being copied; try again later");
+  if (copying_)
+    return answers_.reject(sender, message, ErrorCode::busy, "another state is being copied; try again later");
   copying_ = ask(sender, message, kind, [this](Request& request) {
     request.state = std::make_unique<State>(make_state(commanded_->simulation.model()));
   });
@@ -507,7 +448,7 @@ void Endpoint::ask_in_real_time(const Sender& sender, const Message& message, Re
   if (options_.lockstep) {
     const std::string sentence = std::string("in lockstep the world stands still anyway, '") + Message::kType +
                                  "' needs a server that was started without --lockstep";
-    return reject(sender, message, ErrorCode::wrong_mode, sentence);
+    return answers_.reject(sender, message, ErrorCode::wrong_mode, sentence);
   }
   if (!may_change_world(sender, message)) return;
   ask(sender, message, kind, [](Request&) {});
@@ -515,7 +456,7 @@ void Endpoint::ask_in_real_time(const Sender& sender, const Message& message, Re
 
 template <class Message>
 void Endpoint::reject_for_want_of_room(const Sender& sender, const Message& message) {
-  reject(sender, message, ErrorCode::busy, "too many requests wait to be carried out; try again later");
+  answers_.reject(sender, message, ErrorCode::busy, "too many requests wait to be carried out; try again later");
 }
 
 template <class Message, class Prepare>
@@ -525,7 +466,7 @@ bool Endpoint::ask(const Sender& sender, const Message& message, Request::Kind k
     reject_for_want_of_room(sender, message);
     return false;
   }
-  if (changes_world(kind)) log(sender, fmt::format("asks for '{}'", Message::kType));
+  if (changes_world(kind)) answers_.log(sender, fmt::format("asks for '{}'", Message::kType));
   request->kind = kind;
   request->id = ++last_request_;
   request->recorder = nullptr;
@@ -559,7 +500,7 @@ std::unique_ptr<StateBox> Endpoint::make_box() const {
 void Endpoint::finish_loading() {
   std::optional<LoadResult> result = loader_.take();
   if (!result) return;
-  if (!result->world) return reject(loading_for_, loading_, ErrorCode::scene_error, result->error);
+  if (!result->world) return answers_.reject(loading_for_, loading_, ErrorCode::scene_error, result->error);
   // Others may have come meanwhile.
   if (!may_change_world(loading_for_, loading_)) return loader_.destroy(std::move(result->world));
   const bool asked = ask(loading_for_, loading_, Request::Kind::replace_world, [&](Request& request) {
@@ -603,17 +544,18 @@ void Endpoint::finish_request(Acknowledgement& acknowledgement) {
   }
   if (due_snapshot_ == acknowledgement.id) {
     due_snapshot_.reset();
-    return snapshot_file_.write(acknowledgement.world->simulation.model().fingerprint, std::move(acknowledgement.state));
+    return snapshot_file_.write(acknowledgement.world->simulation.model().fingerprint,
+                                std::move(acknowledgement.state));
   }
   const auto sender = waiting_.extract(acknowledgement.id);
   const std::unique_ptr<State> state = std::move(acknowledgement.state);  // freed here, not in a tick
   const protocol::Standing standing = standing_of(sender.mapped(), acknowledgement);
   if (acknowledgement.kind == Request::Kind::hash) {
-    send(sender.mapped(), protocol::HashReply{standing, comparable_hash(*state)});
+    answers_.send(sender.mapped(), protocol::HashReply{standing, comparable_hash(*state)});
   } else if (acknowledgement.kind == Request::Kind::snapshot) {
     send_snapshot(sender.mapped(), standing, acknowledgement.world->simulation.model(), *state);
   } else {
-    send(sender.mapped(), protocol::Done{standing});
+    answers_.send(sender.mapped(), protocol::Done{standing});
   }
 }
 
@@ -625,9 +567,9 @@ void Endpoint::finish_recording_request(const Acknowledgement& acknowledgement) 
   const auto sender = waiting_.extract(acknowledgement.id);
   if (sender.empty()) return;
   const protocol::Standing standing = standing_of(sender.mapped(), acknowledgement);
-  if (!failed) return send(sender.mapped(), protocol::Done{standing});
-  reject(sender.mapped(), protocol::Record{.seq = standing.seq, .file = {}}, ErrorCode::record_error,
-         "'" + name + "' ended by itself, as the server's log says; what it holds up to there can be used");
+  if (!failed) return answers_.send(sender.mapped(), protocol::Done{standing});
+  answers_.reject(sender.mapped(), protocol::Record{.seq = standing.seq, .file = {}}, ErrorCode::record_error,
+                  "'" + name + "' ended by itself, as the server's log says; what it holds up to there can be used");
 }
 
 void Endpoint::send_snapshot(const Sender& sender, const protocol::Standing& standing, const Model& model, State& state) {
@@ -635,7 +577,7 @@ void Endpoint::send_snapshot(const Sender& sender, const protocol::Standing& sta
   const std::vector<std::byte> snapshot = make_snapshot(model.fingerprint, state);
   const auto* first = reinterpret_cast<const std::uint8_t*>(snapshot.data());
   reply.snapshot.assign(first, first + snapshot.size());
-  send(sender, reply);
+  answers_.send(sender, reply);
 }
 
 // ---- Streams ----
@@ -655,15 +597,17 @@ template <class Stream, class Change>
 void Endpoint::update_command(const Sender& sender, const Stream& stream, Change&& change) {
   const int body = commanded_->find_body(stream.needle);
   if (body < 0) {
-    return reject(sender, stream, ErrorCode::unknown_needle, unknown(stream.needle));
+    return answers_.reject(sender, stream, ErrorCode::unknown_needle, unknown(stream.needle));
   }
   if (commanded_->is_guide(body) && has_spin(stream)) {
-    return reject(sender, stream, ErrorCode::bad_value,
-                  "field 'spin' must not be given for '" + stream.needle + "', which is a guide and does not spin");
+    return answers_.reject(
+        sender, stream, ErrorCode::bad_value,
+        "field 'spin' must not be given for '" + stream.needle + "', which is a guide and does not spin");
   }
   if (!holders_.holds(sender.identity, body)) {
-    return reject(sender, stream, ErrorCode::not_holder,
-                  "this client does not hold '" + stream.needle + "' and cannot command it; 'acquire' it first");
+    return answers_.reject(
+        sender, stream, ErrorCode::not_holder,
+        "this client does not hold '" + stream.needle + "' and cannot command it; 'acquire' it first");
   }
   const auto i = static_cast<std::size_t>(body);
   auto& [newest, origin, at, by] = bodies_[i];
@@ -690,7 +634,7 @@ void Endpoint::tell_limit(const LimitRecord& beyond) {
       beyond.acceptance == Acceptance::clamped ? "clamped" : "ignored");
   protocol::Pose pose;
   pose.seq = beyond.seq;
-  reject(commanded.by, pose, ErrorCode::beyond_limit, sentence);
+  answers_.reject(commanded.by, pose, ErrorCode::beyond_limit, sentence);
 }
 
 // ---- States ----
@@ -749,7 +693,7 @@ void Endpoint::publish_stats() {
   stats.period = period.count();
   stats.paused = paused_;
   stats.overruns = link_.overruns.load(std::memory_order_relaxed);
-  stats.rejected = rejected_;
+  stats.rejected = answers_.rejected();
   stats.dropped = dropped();
   stats.recording = recordings_.state();
   if (StateBox& second = published_->second; second.full.load(std::memory_order_acquire)) {

@@ -17,6 +17,8 @@
 
 #include "protocol/codec.h"
 #include "server/runtime/link.h"
+#include "server/runtime/scene_loader.h"
+#include "server/transport/answers.h"
 #include "server/transport/connection_monitor.h"
 #include "server/transport/holders.h"
 #include "server/transport/inbox.h"
@@ -25,7 +27,6 @@
 #include "server/transport/rate_limiter.h"
 #include "server/transport/recordings.h"
 #include "server/transport/snapshot_file.h"
-#include "server/runtime/scene_loader.h"
 #include "server/transport/tick_statistics.h"
 #include "server/transport/zap_handler.h"
 
@@ -58,7 +59,7 @@ class Endpoint {
   // What is simulated and how, in a line for people.
   std::string standing() const;
 
-  std::uint64_t rejected() const { return rejected_; }
+  std::uint64_t rejected() const { return answers_.rejected(); }
   bool recording_failed() const { return recordings_.state() == protocol::RecordingState::failed; }
   std::uint64_t dropped() const { return link_.dropped.load(std::memory_order_relaxed) + publisher_.dropped(); }
 
@@ -82,11 +83,6 @@ class Endpoint {
   void handle(const Arrived& message);
   template <class Message>
   void handle_if_affordable(const Sender& sender, const Message& message);
-  void reject(const Sender& sender, const protocol::DecodeError& error);
-  template <class Message>
-  void reject(const Sender& sender, const Message& message, protocol::ErrorCode code, const std::string& sentence);
-  template <class Message>
-  void send(const Sender& sender, const Message& message);
 
   void handle(const Sender& sender, const protocol::Hello& request);
   void handle(const Sender& sender, const protocol::Describe& request);
@@ -119,7 +115,6 @@ class Endpoint {
   // The bodies of these names; nothing, and an error to the client, if one is unknown.
   template <class Message>
   std::optional<std::vector<int>> find_bodies(const Sender& sender, const Message& message);
-  void log(const Sender& sender, const std::string& what);
   void answer_holding(const Sender& sender, std::uint64_t seq);
   void forget_lost_clients();
   void forget_client(int connection);
@@ -153,6 +148,7 @@ class Endpoint {
   std::optional<ZapHandler> zap_;  // with keys
   zmq::socket_t commands_;
   Inbox inbox_;
+  Answers answers_;
   ConnectionMonitor connections_;
   Publisher publisher_;
   SceneLoader loader_;
@@ -177,14 +173,12 @@ class Endpoint {
   protocol::Load loading_;                             // the request that the loader works on,
   Sender loading_for_;                                 // and whose it is
 
-  RateLimiter error_limit_, log_limit_, request_limit_;
-  std::uint64_t rejected_ = 0;
+  RateLimiter request_limit_;
   TopicSet wanted_ = 0;
   TickStatistics statistics_;
   Clock::time_point stats_begun_;
   bool blocked_ = false;   // the publisher holds a state back
   bool all_sent_ = false;  // nothing that the simulation thread said so far waits
-  std::string bytes_;      // the encoded answer, reused
 };
 
 }  // namespace acus

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The file of a server's snapshots: the newest whole one, whatever happens while the next is being written. It is written
-// beside the file, brought to the disk and put in its place. On a thread of its own, as disks may take seconds.
+// The file of a server's snapshots: the newest whole one, whatever happens while the next is being written. It is
+// written beside the file, brought to the disk and put in its place. On a thread of its own, as disks may take seconds.
 #pragma once
 
 #include <cstdint>

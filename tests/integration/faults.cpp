@@ -41,7 +41,8 @@ class Observer {
 };
 
 std::string slow_descent(const TemporaryFolder& folder) {
-  folder.write("descent.csv", "t,needle,x,y,z,qw,qx,qy,qz,spin\n0,needle,0,0,0.5,1,0,0,0,0\n30,needle,0,0,0.2,1,0,0,0,0\n");
+  folder.write("descent.csv",
+               "t,needle,x,y,z,qw,qx,qy,qz,spin\n0,needle,0,0,0.5,1,0,0,0,0\n30,needle,0,0,0.2,1,0,0,0,0\n");
   return folder / "descent.csv";
 }
 
@@ -52,11 +53,12 @@ std::unique_ptr<Process> busy() {
 
 }  // namespace
 
-TEST_CASE("a client that is stopped leaves its needle at rest, loses nobody a state, and goes on when it is continued") {
+TEST_CASE(
+    "a client that is stopped leaves its needle at rest, loses nobody a state, and goes on when it is continued") {
   ServerProcess server;
   Observer observer(server);
-  Process client({ACUS_BINARY_DIR "/acus-replay", slow_descent(server.folder()), "--commands", server.commands(), "--states",
-                  server.states()});
+  Process client({ACUS_BINARY_DIR "/acus-replay", slow_descent(server.folder()), "--commands", server.commands(),
+                  "--states", server.states()});
   const protocol::Force moving = observer.wait_for([](const auto& f) { return f.base_position[2] < 0.498; });
   CHECK(!moving.stale);
   client.send_signal(SIGSTOP);
@@ -74,8 +76,8 @@ TEST_CASE("a client that is stopped leaves its needle at rest, loses nobody a st
 TEST_CASE("a server without descriptors left goes on for those it serves, and serves others once there are") {
   const TemporaryFolder folder;
   folder.write("scene.yaml", small_scene("small"));
-  Printed server({"/usr/bin/prlimit", "--nofile=48:48", ACUS_BINARY_DIR "/acus-server", folder / "scene.yaml", "--commands",
-                  "tcp://127.0.0.1:*", "--states", "ipc://" + (folder / "states")});
+  Printed server({"/usr/bin/prlimit", "--nofile=48:48", ACUS_BINARY_DIR "/acus-server", folder / "scene.yaml",
+                  "--commands", "tcp://127.0.0.1:*", "--states", "ipc://" + (folder / "states")});
   std::string line;
   do line = server.read_line();
   while (!line.empty() && line.find("commands on ") == std::string::npos);

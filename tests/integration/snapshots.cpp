@@ -154,7 +154,8 @@ TEST_CASE("stats tell the hash of every full second, the same in each run") {
 // What is in a file, once it is there.
 std::vector<std::uint8_t> wait_for_file(const std::string& file) {
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  while (!std::filesystem::exists(file) && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(10ms);
+  while (!std::filesystem::exists(file) && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(10ms);
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
 }

@@ -8,16 +8,17 @@
 namespace acus {
 namespace {
 
-// A needle 20 mm above a block, or turned away from it.
+// A needle 35 mm above a block, or turned away from it.
 Simulation simulation_of(const std::string& orientation) {
-  return Simulation(parse_scene("acus_scene: 1\nrate: 200\n"
-                                "tissue:\n"
-                                "  mesh: {box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}}\n"
-                                "  regions: [{interaction: {puncture_force: 0.2}}]\n"
-                                "  fixed: [{box: {max: [.inf, .inf, -0.05]}}]\n"
-                                "needles: [{length: 0.1, base: {position: [0.003, 0.002, 0.185], orientation: [" +
-                                    orientation + "]}}]\n",
-                                "scene.yaml", ""));
+  return Simulation(
+      parse_scene("acus_scene: 1\nrate: 200\n"
+                  "tissue:\n"
+                  "  mesh: {box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}}\n"
+                  "  regions: [{interaction: {puncture_force: 0.2}}]\n"
+                  "  fixed: [{box: {max: [.inf, .inf, -0.05]}}]\n"
+                  "needles: [{length: 0.1, base: {position: [0.003, 0.002, 0.185], orientation: [" +
+                      orientation + "]}}]\n",
+                  "scene.yaml", ""));
 }
 
 }  // namespace

@@ -381,8 +381,8 @@ TEST_CASE("a base that is to rest rests a time constant's way on, without turnin
   }
 }
 
-// Sampled `period` ticks apart, each sample `jitter(k)` ticks late: the base's distance behind (s, by its speed) and the
-// largest change of its speed from tick to tick, of its speed, once the rhythm is known.
+// Sampled `period` ticks apart, each sample `jitter(k)` ticks late: the base's distance behind (s, by its speed) and
+// the largest change of its speed from tick to tick, of its speed, once the rhythm is known.
 struct Following {
   double lag = 0, unevenness = 0;
 };

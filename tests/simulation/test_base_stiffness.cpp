@@ -53,8 +53,8 @@ Matrix6 by_differences(const Scene& scene, const State& before, const Pose& pose
   return stiffness;
 }
 
-// What the model leaves out (base_stiffness.h): lengths of needle beside path vertices change as the needle moves along,
-// and with them what they bear. N/m.
+// What the model leaves out (base_stiffness.h): lengths of needle beside path vertices change as the needle moves
+// along, and with them what they bear. N/m.
 double left_out(const NeedleReport& needle, const Needle& parameters) {
   if (needle.phase != protocol::Phase::inside) return 0;
   return (needle.friction_force.norm() + needle.lateral_force.norm()) / parameters.constraint_spacing;

@@ -3,8 +3,10 @@
 #include <doctest/doctest.h>
 
 #include <limits>
+#include <map>
 #include <span>
 
+#include "server/math/random.h"
 #include "server/simulation/snapshot.h"
 #include "server/simulation/state_bytes.h"
 #include "server/simulation/step.h"
@@ -58,6 +60,35 @@ void check_all(std::span<const SceneWithTrajectory> scenes, TissueRung rung, std
   }
 }
 
+// Makes a run once, and goes on from snapshots of it.
+void check_branches(const SceneWithTrajectory& experiment, TissueRung rung) {
+  constexpr int kBranches = 20;
+  constexpr std::uint64_t kTicks = 2000;
+  Simulation simulation(scene_of(experiment.scene, rung));
+  TrajectoryDriver driver(simulation, motion_of(experiment.trajectory));
+  Random random(1);
+  std::map<std::uint64_t, std::vector<std::byte>> snapshots;
+  while (snapshots.size() < kBranches) snapshots[static_cast<std::uint64_t>(random.index(static_cast<int>(driver.ticks())))];
+  std::vector<std::uint64_t> hashes;
+  const auto tick = [&] {
+    driver.command();
+    simulation.step();
+    return hash(simulation.state());
+  };
+  while (hashes.size() < snapshots.rbegin()->first + kTicks) {
+    if (const auto here = snapshots.find(hashes.size()); here != snapshots.end())
+      here->second = make_snapshot(simulation.model().fingerprint, simulation.state());
+    hashes.push_back(tick());
+  }
+  for (const auto& [begin, snapshot] : snapshots) {
+    simulation.restore(read_snapshot(simulation.model(), snapshot));
+    std::uint64_t i = begin;
+    while (i < begin + kTicks && tick() == hashes[i]) ++i;
+    CAPTURE(begin);
+    CHECK(i == begin + kTicks);
+  }
+}
+
 // A bevel needle with torsional friction in a guide with friction, in the middle of an insertion.
 class Poisoned {
  public:
@@ -99,6 +130,15 @@ TEST_CASE("a copied state goes on as the original: rung refined, second half of 
   check_all(std::span(kScenes).subspan(7), TissueRung::refined, 200, 1000);
 }
 TEST_CASE("a copied state goes on as the original: rung exact") { check_all(kScenes, TissueRung::exact, 20, 50); }
+
+// An hour: by hand, `test_state --no-skip --test-case="long:*"`.
+TEST_CASE("long: from twenty random ticks a snapshot goes on for 2,000 ticks as the run did" * doctest::skip()) {
+  for (const TissueRung rung : {TissueRung::linear, TissueRung::warped, TissueRung::refined})
+    for (const SceneWithTrajectory& experiment : kScenes) {
+      CAPTURE(experiment.scene);
+      check_branches(experiment, rung);
+    }
+}
 
 TEST_CASE("a state is the bytes of its image, and an image of another scene is refused") {
   const Poisoned bench;

@@ -5,6 +5,7 @@
 
 #include "server/simulation/enums.h"
 #include "server/simulation/insertion/path_growth.h"
+#include "server/simulation/insertion/tip_bite.h"
 #include "server/simulation/insertion/tip_place.h"
 
 namespace acus {
@@ -107,7 +108,8 @@ void leave_contact_or_puncture(const Transition& now) {
   Path* const path = find_vacant(now.paths);
   if (!path) return;  // the surface keeps its cap
   const Obstacle& obstacle = *now.work.located.obstacle;
-  now.report(EventKind::puncture, obstacle.region, contact);
+  const double puncture_force = now.at.tissue.interaction(obstacle.material).puncture_force;
+  now.report(EventKind::puncture, obstacle.region, contact / bite(now.at, obstacle, puncture_force, 0).puncture_share);
   open_path(now, *path, new_mouth(now, obstacle, contact));
   begin_cut(now, *path, contact);
 }

@@ -7,6 +7,7 @@
 
 #include "server/math/rotation.h"
 #include "server/simulation/insertion/path_tangents.h"
+#include "server/simulation/insertion/tip_bite.h"
 #include "server/simulation/insertion/tip_give.h"
 
 namespace acus {
@@ -98,7 +99,8 @@ bool add_border_contact(const InsertionView& at, const InsertionWork& work, Rows
   const Obstacle& obstacle = *work.located.obstacle;
   const Border& border = at.tissue.border(obstacle.material, obstacle.region);
   const double gap = obstacle_gap(at, obstacle, work.next.tip, kRecoverySpeed);
-  return add_contact(at, obstacle, work.next.tip, border.puncture_force, gap, rows);
+  const double share = bite(at, obstacle, border.puncture_force, border.friction_contact).puncture_share;
+  return add_contact(at, obstacle, work.next.tip, share * border.puncture_force, gap, rows);
 }
 
 // What a tip on a border has to cut as it slides: all of f_c ahead and aside, nothing within 60 degrees of its way back.
@@ -156,14 +158,16 @@ bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& 
   const Interaction& law = at.tissue.interaction(obstacle.material);
   const int normal_row = rows.count();
   const double gap = obstacle_gap(at, obstacle, tip, kSettlingSpeed);
-  return add_contact(at, obstacle, tip, law.puncture_force, gap, rows) &&
-         add_contact_friction(at, obstacle, tip, law.friction_contact, 0, normal_row, rows);
+  const auto [friction, share] = bite(at, obstacle, law.puncture_force, law.friction_contact);
+  return add_contact(at, obstacle, tip, share * law.puncture_force, gap, rows) &&
+         add_contact_friction(at, obstacle, tip, friction, 0, normal_row, rows);
 }
 
 bool add_border_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
   assert(work.located.obstacle);
   const Obstacle& obstacle = *work.located.obstacle;
-  const double friction = at.tissue.border(obstacle.material, obstacle.region).friction_contact;
+  const Border& border = at.tissue.border(obstacle.material, obstacle.region);
+  const double friction = bite(at, obstacle, border.puncture_force, border.friction_contact).friction;
   const double cohesion = border_cohesion(at, path, work.next.tip);
   const int normal_row = rows.count();
   return add_border_contact(at, work, rows) &&

@@ -20,6 +20,8 @@
 // in the mesh. A tip that cuts leaves its path's end e f_c behind along the cutting direction, so that the force stays at
 // f_c as the end moves on; towards a border that holds it e falls to nothing (tip_give.h).
 //
+// A sharp tip bites: tip_bite.h.
+//
 // A law that cannot bear any force has no row. All functions return false if a row did not fit.
 #pragma once
 

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/transport/answers.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <variant>
+
+#include "server/transport/readable_text.h"
+
+namespace acus {
+namespace {
+
+constexpr double kErrorsPerSecond = 10;                         // to one client, about its streams
+constexpr double kLogLinesPerSecond = 10;                       // about one client
+constexpr std::size_t kMaxTypeTold = 100, kMaxSentence = 2000;  // bytes of an error's texts
+
+// Of a routing frame, for the log.
+std::string shown(const std::string& client) {
+  std::string text;
+  for (const unsigned char byte : client) text += fmt::format("{:02x}", byte);
+  return text;
+}
+
+template <class... Messages>
+std::vector<std::string> types_of_requests(const std::variant<Messages...>*) {
+  std::vector<std::string> types;
+  ((kIsStream<Messages> ? void() : types.push_back(Messages::kType)), ...);
+  return types;
+}
+
+bool is_request(std::string_view type) { return std::ranges::find(request_types(), type) != request_types().end(); }
+
+}  // namespace
+
+const std::vector<std::string>& request_types() {
+  static const std::vector<std::string> types = types_of_requests(static_cast<const protocol::Command*>(nullptr));
+  return types;
+}
+
+Answers::Answers(zmq::socket_t& commands)
+    : commands_(commands), error_limit_(kErrorsPerSecond), log_limit_(kLogLinesPerSecond) {}
+
+void Answers::reject(const Sender& sender, const protocol::DecodeError& error) {
+  ++rejected_;
+  const auto now = RateLimiter::Clock::now();
+  const bool request = error.type && is_request(*error.type);
+  if (!request && !error_limit_.allow(sender.identity, now)) return;
+  if (spdlog::should_log(spdlog::level::debug) && log_limit_.allow(sender.identity, now))
+    spdlog::debug("rejects '{}' of client {}: {}", readable(error.type.value_or(""), kMaxTypeTold),
+                  shown(sender.identity), readable(error.what(), kMaxSentence));
+  std::optional<std::string> rejected;
+  if (error.type) rejected = readable(*error.type, kMaxTypeTold);
+  send(sender, protocol::Error{error.seq, std::move(rejected), error.code(), readable(error.what(), kMaxSentence)});
+}
+
+void Answers::log(const Sender& sender, const std::string& what) {
+  if (log_limit_.allow(sender.identity, RateLimiter::Clock::now()))
+    spdlog::info("client {} {}", shown(sender.identity), what);
+}
+
+void Answers::send_bytes(const Sender& sender) {
+  const auto more = zmq::send_flags::sndmore | zmq::send_flags::dontwait;
+  if (!commands_.send(zmq::buffer(sender.identity), more)) return;
+  if (sender.delimited) commands_.send(zmq::message_t(), more);
+  commands_.send(zmq::buffer(bytes_), zmq::send_flags::dontwait);
+}
+
+}  // namespace acus
