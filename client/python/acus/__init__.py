@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: MIT
+"""Needles in soft tissue, simulated by acus-server: docs/python.md says how this package is used."""
+
+from .client import Client
+from .errors import (AcusError, ClientError, KeyFileError, KeysRefused, ProgramNotFound, ProtocolMismatch, Refused,
+                     RunError, SceneError, ServerFailed, Vanished)
+from .keys import Keys
+from .messages import (DescribeReply, Done, Event, Force, Guide, HashReply, HelloReply, Needle, NeedleShape,
+                       SnapshotReply, States, Stats, TissueShape, flag_names)
+from .server import Server
+
+__all__ = ["AcusError", "Client", "ClientError", "DescribeReply", "Done", "Event", "Force", "Guide", "HashReply",
+           "HelloReply", "KeyFileError", "Keys", "KeysRefused", "Needle", "NeedleShape", "ProgramNotFound",
+           "ProtocolMismatch", "Refused", "RunError", "SceneError", "Server", "ServerFailed", "SnapshotReply", "States",
+           "Stats", "TissueShape", "Vanished", "flag_names"]
