@@ -7,9 +7,6 @@ from .errors import (AcusError, ClientError, KeyFileError, KeysRefused, ProgramN
 from .keys import Keys
 from .messages import (DescribeReply, Done, Event, Force, Guide, HashReply, HelloReply, Needle, NeedleShape,
                        SnapshotReply, States, Stats, TissueShape, flag_names)
+from .run import Run, Track
 from .server import Server
-
-__all__ = ["AcusError", "Client", "ClientError", "DescribeReply", "Done", "Event", "Force", "Guide", "HashReply",
-           "HelloReply", "KeyFileError", "Keys", "KeysRefused", "Needle", "NeedleShape", "ProgramNotFound",
-           "ProtocolMismatch", "Refused", "RunError", "SceneError", "Server", "ServerFailed", "SnapshotReply", "States",
-           "Stats", "TissueShape", "Vanished", "flag_names"]
+from .shapes import Shapes

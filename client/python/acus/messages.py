@@ -48,14 +48,23 @@ def list_of(kind):
     return lambda value: [kind(each) for each in value]
 
 
-Vector = Annotated[np.ndarray, array_of(3)]
-Quaternion = Annotated[np.ndarray, array_of(4)]  # w, x, y, z
+array_of_3, array_of_4 = array_of(3), array_of(4)
+Vector = Annotated[np.ndarray, array_of_3]
+Quaternion = Annotated[np.ndarray, array_of_4]  # w, x, y, z
 Points = Annotated[np.ndarray, packed("<f8", 3)]  # n x 3
 Quaternions = Annotated[np.ndarray, packed("<f8", 4)]  # n x 4
 SinglePoints = Annotated[np.ndarray, packed("<f4", 3)]  # n x 3, single precision
 Indices = Annotated[np.ndarray, packed("<i4")]
 Triangles = Annotated[np.ndarray, packed("<i4", 3)]
 Tetrahedra = Annotated[np.ndarray, packed("<i4", 4)]
+
+
+COMPONENTS = {array_of_3: "xyz", array_of_4: "wxyz"}
+
+
+def array_fields(message):
+    """The components, xyz or wxyz, of the vectors and quaternions among a class's fields."""
+    return {name: COMPONENTS[convert] for name, convert in message.converters if convert in COMPONENTS}
 
 
 def as_it_is(value):
