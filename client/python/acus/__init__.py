@@ -8,5 +8,6 @@ from .keys import Keys
 from .messages import (DescribeReply, Done, Event, Force, Guide, HashReply, HelloReply, Needle, NeedleShape,
                        SnapshotReply, States, Stats, TissueShape, flag_names)
 from .run import Run, Track
+from .scene import Scene
 from .server import Server
 from .shapes import Shapes
