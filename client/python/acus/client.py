@@ -55,6 +55,7 @@ class Client:
             self._poller = zmq.Poller()
             for socket in (self._requests.socket, self._states.socket, self._requests.monitor, self._states.monitor):
                 self._poller.register(socket, zmq.POLLIN)
+            self._topics = set(topics)
             for topic in topics:
                 self._states.socket.subscribe(topic)
             self._states.socket.subscribe("stats")  # the last: once one comes, the others are in effect
@@ -162,11 +163,13 @@ class Client:
 
     def subscribe(self, *topics):
         """To `needle` and `tissue`, whose newest then stand in `shapes` and `tissue`, and in States."""
+        self._topics.update(topics)
         for topic in topics:
             self._states.socket.subscribe(topic)
         self._stats_awaited = 2  # the first may have been on its way
 
     def unsubscribe(self, *topics):
+        self._topics.difference_update(topics)
         for topic in topics:
             self._states.socket.unsubscribe(topic)
 
@@ -367,7 +370,7 @@ class Client:
         while ran < ticks:
             done = self._run_ticks(min(ticks - ran, LONGEST_STEP))
             ran += LONGEST_STEP
-        self._wait_for_states(done, before + ticks)
+        self._wait_for_states(done, ticks, before)
         self._take_states()  # events and shapes follow the forces
         self._raise_rejection()
         events, self._ticks, whole = self._take_events(), deque(maxlen=1), list(self._ticks)
@@ -385,12 +388,28 @@ class Client:
                 raise Vanished(f"no answer to 'step' from '{self._requests.endpoint}': the connection ended")
             self._take_until(self._deadline())
 
-    def _wait_for_states(self, done, arrived):
+    def _wait_for_states(self, done, ticks, before):
         """They come on another connection than the answer."""
         deadline = self._deadline()
-        while self.needles and (self._arrived < arrived or self._last != (done.epoch, done.tick)):
+        while not self._all_states_of(done, ticks, before):
             if not self._take_until(deadline):
                 raise Vanished(f"the states of tick {done.tick} did not come from '{self._states.endpoint}'")
+
+    def _all_states_of(self, done, ticks, before):
+        """Of ticks that have ended; `before` is how many had arrived by then."""
+        if self.needles and "force" in self._topics:
+            if self._arrived < before + ticks or self._last != (done.epoch, done.tick):
+                return False
+        if "needle" in self._topics and not all(
+                self._newest_is_here("needle", self.shapes.get(needle.name), done, ticks) for needle in self.needles):
+            return False
+        return "tissue" not in self._topics or self._newest_is_here("tissue", self.tissue, done, ticks)
+
+    def _newest_is_here(self, topic, shape, done, ticks):
+        """Shapes come every so many ticks; whether that of the last such tick is here, if it was one of these."""
+        rate = next(each.rate for each in self.hello.topics if each.name == topic)
+        due = done.tick - done.tick % max(1, round(self.hello.rate / rate))
+        return due <= done.tick - ticks or (shape is not None and (shape.epoch, shape.tick) >= (done.epoch, due))
 
     def _confirm_subscriptions(self, deadline):
         """Before that, states would be lost. Takes up to a second, once."""

@@ -39,6 +39,20 @@ def find_program(name, server=None):
     return found
 
 
+def find_scene(name):
+    """The file of a scene of the project, in the checkout or where it is installed; raises ProgramNotFound."""
+    folders = [os.path.join(CHECKOUT, "scenes")]
+    try:
+        folders.append(os.path.join(os.path.dirname(os.path.dirname(find_server())), "share", "acus", "scenes"))
+    except ProgramNotFound:
+        pass
+    for folder in [*folders, "/usr/share/acus/scenes"]:
+        path = os.path.join(folder, name + ".yaml")
+        if os.path.exists(path):
+            return path
+    raise ProgramNotFound(f"the scene '{name}' is neither in the checkout nor installed (package acus-scenes)")
+
+
 def newest_build(name):
     programs = [path for path in glob.glob(os.path.join(CHECKOUT, "build", "*", "bin", name)) if is_program(path)]
     preferred = os.path.join(CHECKOUT, "build", PREFERRED, "bin", name)
