@@ -34,6 +34,8 @@ endforeach()
 # Python itself finds the package there below /usr; the programs above also below other prefixes.
 install(DIRECTORY client/python/acus DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
+install(DIRECTORY client/python/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-acus COMPONENT python
+        FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
 if(TARGET acus-server)
   install(TARGETS acus-server acus-mesh acus-scene acus-export RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
   # systemd finds units below /usr and /usr/local.

@@ -156,6 +156,18 @@ class Lockstep(WithWorld):
             return file.read().split(b"\0")[1].decode()
 
 
+class AsItStands(unittest.TestCase):
+    def test_the_shortest_program(self):
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(ROOT)
+        position = np.array([-0.003, -0.002, 0.209])
+        with acus.Server("scenes/insertion_pullback.yaml", lockstep=True) as server, server.client() as client:
+            needle = client.needles[0]
+            client.pose(needle.name, position, needle.base_orientation)     # acquires the needle if nobody holds it
+            states = client.step(1)                                         # real time: client.wait()
+            print(states[needle.name].base_force)
+
+
 class RealTime(InTemporaryFolder):
     def test_wait_gives_later_ticks_only_and_the_newest(self):
         with acus.Server(self.write_scene()) as server, server.client(timeout=PATIENCE) as client:

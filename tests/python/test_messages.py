@@ -4,13 +4,15 @@
 
 import os
 import re
+import types
 import unittest
 
 import numpy as np
 
 from small_scene import ROOT
 
-from acus import errors, messages, rotation  # noqa: E402
+import acus  # noqa: E402
+from acus import env, errors, messages, rotation  # noqa: E402
 
 # What a class is called there, where it is not called the same.
 NAMES = {"Needle": "NeedleInfo", "Guide": "GuideInfo", "TissueSize": "TissueInfo", "Topic": "TopicInfo",
@@ -69,6 +71,19 @@ class Decoding(unittest.TestCase):
                                       "path_sizes": np.array([2, 1], "<i4").tobytes()})
         np.testing.assert_array_equal(shape.positions, [[0, 1, 2], [3, 4, 5]])
         self.assertEqual([len(path) for path in shape.paths], [2, 1])
+
+
+def public_names(of):
+    return [name for name, value in vars(of).items() if not name.startswith("_") and not isinstance(value, types.ModuleType)]
+
+
+class Page(unittest.TestCase):
+    def test_docs_name_everything_that_is_public(self):
+        with open(os.path.join(ROOT, "docs", "python.md"), encoding="utf-8") as file:
+            words = set(re.findall(r"\w+", file.read()))
+        for of in (acus, acus.Client, acus.Server, acus.Run, acus.Track, acus.Scene, rotation, env, env.NeedleEnv):
+            names = set(public_names(of)) - {"np", "close"}
+            self.assertEqual(names - words, set(), of.__name__)
 
 
 class Rotations(unittest.TestCase):

@@ -7,6 +7,7 @@ from .errors import (AcusError, ClientError, KeyFileError, KeysRefused, ProgramN
 from .keys import Keys
 from .messages import (DescribeReply, Done, Event, Force, Guide, HashReply, HelloReply, Needle, NeedleShape,
                        SnapshotReply, States, Stats, TissueShape, flag_names)
+from .programs import find_scene, find_server
 from .run import Run, Track
 from .scene import Scene
 from .server import Server
