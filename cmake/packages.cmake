@@ -45,9 +45,9 @@ what comes back, acus-plot, acus-plot-timing and acus-picture draw that,
 acus-top shows how a running server does, and acus-keygen makes keys for server
 and clients.")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Python package for Acus servers
-Acus simulates needles in soft tissue in real time. This package has the Python
-module acus: a client of its server, servers of one's own, scenes, recorded runs
-as arrays, and environments for learning to steer needles.")
+Acus simulates needles in soft tissue in real time. This package has the
+Python module acus: a client of its server, servers of one's own, scenes,
+recorded runs as arrays, and environments for learning to steer needles.")
 set(CPACK_DEBIAN_DEV_DESCRIPTION "client library of Acus, development files
 Acus simulates needles in soft tissue in real time. This package has headers,
 static libraries and the CMake package of its protocol and of its C++ client
