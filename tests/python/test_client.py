@@ -249,11 +249,19 @@ class WithKeys(InTemporaryFolder):
             for keys, reason in ((self.keys("bob"), "refuses this client's key"), (None, "only clients with keys")):
                 with self.assertRaisesRegex(acus.KeysRefused, reason):
                     server.client(keys=keys, timeout=PATIENCE)
-            with self.assertRaisesRegex(acus.Vanished, "ended in the handshake"):
-                server.client(keys=self.keys("alice", server="bob"), timeout=2)
+            self.assertIn("ended in the handshake", self.reason_after_an_attempt(server))
         with acus.Server(self.write_scene(), lockstep=True) as server:
             with self.assertRaisesRegex(acus.KeysRefused, "does not use keys"):
                 server.client(keys=self.keys("alice"), timeout=PATIENCE)
+
+    def reason_after_an_attempt(self, server):
+        """Why nobody answers to the wrong key of a server; on a busy machine there may be no attempt within the time."""
+        for _ in range(PATIENCE):
+            with self.assertRaises(acus.Vanished) as caught:
+                server.client(keys=self.keys("alice", server="bob"), timeout=1)
+            if "nobody is there" not in str(caught.exception):
+                break
+        return str(caught.exception)
 
     def test_files_that_hold_no_keys_are_named(self):
         self.assertRaisesRegex(acus.KeyFileError, "secret key", acus.Keys, self.path("server.key_secret"),

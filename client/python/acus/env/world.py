@@ -5,6 +5,7 @@ import numpy as np
 
 from ..server import Server
 
+PATIENCE = 60.0  # s for an answer: loading a scene may take a while
 SETTLING = 2  # ticks before the state that every episode begins with
 
 
@@ -15,7 +16,7 @@ class World:
     def __init__(self, scene, topics=("force",), **server):
         self.server = Server(scene, lockstep=True, **server)
         try:
-            self.client = self.server.client(topics=topics)
+            self.client = self.server.client(topics=topics, timeout=PATIENCE)
             self._prepare()
         except BaseException:
             self.server.end()
