@@ -156,6 +156,13 @@ class Lockstep(WithWorld):
             return file.read().split(b"\0")[1].decode()
 
 
+class Others(InTemporaryFolder):
+    def test_a_client_without_forces_has_ticks(self):
+        with acus.Server(self.write_scene(), lockstep=True) as server:
+            with server.client(topics=(), timeout=PATIENCE) as client:
+                self.assertEqual((client.step(10), client.trace(2)[-1].tick), ({}, 12))
+
+
 class AsItStands(unittest.TestCase):
     def test_the_shortest_program(self):
         self.addCleanup(os.chdir, os.getcwd())
@@ -201,10 +208,12 @@ class RealTime(InTemporaryFolder):
             instance = client.hello.instance
             client.pose("left", client.needles[0].base_position)
             self.assertGreater(client.wait().tick, 0)
+            client.reset()  # an epoch that the next server does not have
             before.kill()
             before.wait()
             self.assertRaises(acus.Vanished, client._ask, "hash", acus.HashReply, timeout=0.1)
             start()
+            self.assertEqual(client.wait().epoch, 0)
             client.pose("left", client.needles[0].base_position)  # acquires it anew
             self.assertEqual(client.reconnections, 1)
             self.assertNotEqual(client.hello.instance, instance)

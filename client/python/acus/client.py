@@ -9,9 +9,9 @@ import zmq
 
 from . import messages
 from .errors import KeysRefused, ProtocolMismatch, Refused, Vanished
+from .inbox import Inbox
 from .link import Link
-from .messages import (DescribeReply, Done, Event, Force, HashReply, HelloReply, Holding, NeedleShape, SnapshotReply,
-                       States, Stats, TissueShape)
+from .messages import DescribeReply, Done, HashReply, HelloReply, Holding, SnapshotReply
 
 COMMANDS, STATES = "tcp://127.0.0.1:5750", "tcp://127.0.0.1:5751"
 TIMEOUT = 10.0  # s
@@ -32,22 +32,13 @@ class Client:
         self.timeout = timeout
         self.hello = None  # HelloReply
         self.reconnections = 0
-        self.lost_states = 0  # ticks whose forces never came
-        self.shapes = {}  # the newest NeedleShape, by the needle's name
-        self.tissue = None  # the newest TissueShape
-        self.stats = None  # the newest Stats
         self._seq = 0
         self._commanded = {}  # (count of commands, orientation), by name
         self._held = set()
         self._lost = 0  # connections, of which this object knows
         self._rejections = deque(maxlen=1000)  # of poses and spins
-        self._partial = {}  # forces of the tick that is coming in, as maps
-        self._ticks = deque(maxlen=1)  # those of the newest whole ticks
-        self._arrived = 0  # whole ticks
-        self._last = None  # (epoch, tick) of the newest
-        self._least_epoch = 0  # of states that count
-        self._events = []
-        self._stats_awaited = 0  # until every subscription is known to be in effect
+        self._inbox = Inbox()
+        self._topics = set(topics)
         self._context = zmq.Context()
         try:
             self._requests = Link(self._context, zmq.DEALER, commands, keys, [(zmq.IMMEDIATE, 1)])
@@ -55,11 +46,10 @@ class Client:
             self._poller = zmq.Poller()
             for socket in (self._requests.socket, self._states.socket, self._requests.monitor, self._states.monitor):
                 self._poller.register(socket, zmq.POLLIN)
-            self._topics = set(topics)
             for topic in topics:
                 self._states.socket.subscribe(topic)
             self._states.socket.subscribe("stats")  # the last: once one comes, the others are in effect
-            self._stats_awaited = 1
+            self._inbox.stats_awaited = 1
             self._greet(self._deadline())
         except BaseException:
             self.close()
@@ -93,6 +83,26 @@ class Client:
     def time_step(self):
         """s"""
         return self.hello.time_step
+
+    @property
+    def shapes(self):
+        """The newest NeedleShape that has come, by the needle's name."""
+        return self._inbox.shapes
+
+    @property
+    def tissue(self):
+        """The newest TissueShape that has come, or None."""
+        return self._inbox.tissue
+
+    @property
+    def stats(self):
+        """The newest Stats that have come, or None."""
+        return self._inbox.stats
+
+    @property
+    def lost_states(self):
+        """Ticks whose forces never came, as their numbers tell."""
+        return self._inbox.lost_ticks
 
     def refresh(self):
         """Asks anew what is simulated, who holds what, and whether it is paused; the HelloReply."""
@@ -150,23 +160,25 @@ class Client:
         """Real time: the States of the newest tick, a later one than the last call gave. Waits for it if need be, at
         most `timeout` (s; None: that of the client), then raises Vanished."""
         deadline = self._deadline(timeout)
+        self._wait_for_peer(deadline)
         self._confirm_subscriptions(deadline)
         self._take_waiting()
-        while not self._ticks:
+        while not self._inbox.has_tick():
+            self._wait_for_peer(deadline)
             if not self._take_until(deadline):
                 raise Vanished(f"no states from '{self._states.endpoint}' in time: "
                                + ("the server is paused or runs in lockstep" if self._states.connected() else
                                   self._states.why_no_peer()))
-            self._take_waiting()
+        self._take_waiting()
         self._raise_rejection()
-        return self._states_of(self._ticks.pop(), self._take_events())
+        return self._inbox.give(None)[-1]
 
     def subscribe(self, *topics):
         """To `needle` and `tissue`, whose newest then stand in `shapes` and `tissue`, and in States."""
         self._topics.update(topics)
         for topic in topics:
             self._states.socket.subscribe(topic)
-        self._stats_awaited = 2  # the first may have been on its way
+        self._inbox.stats_awaited = 2  # the first may have been on its way
 
     def unsubscribe(self, *topics):
         self._topics.difference_update(topics)
@@ -221,15 +233,8 @@ class Client:
     # ---- Inside ----
 
     def _begin_epoch(self, done):
-        """States of earlier epochs that are still on their way are no news."""
-        self._least_epoch = done.epoch
-        self._forget_states()
+        self._inbox.forget(done.epoch)
         return done
-
-    def _forget_states(self):
-        self._partial, self._last, self._events = {}, None, []
-        self._ticks.clear()
-        self.shapes, self.tissue = {}, None
 
     def _deadline(self, timeout=None):
         return time.monotonic() + (self.timeout if timeout is None else timeout)
@@ -288,11 +293,11 @@ class Client:
         if self.hello is not None and self._requests.lost != self._lost:
             self.reconnections += 1
             self._held.clear()
-            self._least_epoch = 0
-            self._forget_states()
-            self._stats_awaited = 2  # the first of a server that may not know all subscriptions again
+            self._inbox.forget()
+            self._inbox.stats_awaited = 2  # the first of a server that may not know all subscriptions again
         self._lost = self._requests.lost
         self.hello = self._request("hello", HelloReply, deadline)
+        self._inbox.expect(len(self.hello.needles))
 
     @staticmethod
     def _poll(deadline, *sockets):
@@ -321,10 +326,13 @@ class Client:
 
     def _wait_for_answer(self, kind, deadline):
         """Takes in states meanwhile: in lockstep the world waits for those who do not read them."""
-        if self._requests.lost != self._lost:
-            raise Vanished(f"no answer to '{kind}' from '{self._requests.endpoint}': the connection ended")
+        self._check_connection(kind)
         if not self._take_until(deadline):
             raise Vanished(f"no answer to '{kind}' from '{self._requests.endpoint}' in time")
+
+    def _check_connection(self, kind):
+        if self._requests.lost != self._lost:
+            raise Vanished(f"no answer to '{kind}' from '{self._requests.endpoint}': the connection ended")
 
     def _take_answer(self, kind, seq):
         """The answer with that number if it has come; raises Refused if it is an error."""
@@ -365,17 +373,16 @@ class Client:
         self._wait_for_peer(deadline)
         self._confirm_subscriptions(deadline)
         self._take_waiting()
-        self._ticks = deque(maxlen=kept)
-        before, ran = self._arrived, 0
+        self._inbox.keep(kept)
+        before, ran = self._inbox.arrived, 0
         while ran < ticks:
             done = self._run_ticks(min(ticks - ran, LONGEST_STEP))
             ran += LONGEST_STEP
         self._wait_for_states(done, ticks, before)
-        self._take_states()  # events and shapes follow the forces
+        self._take_states()  # events follow the forces
+        states = self._inbox.give(done)
         self._raise_rejection()
-        events, self._ticks, whole = self._take_events(), deque(maxlen=1), list(self._ticks)
-        return [self._states_of(forces, [each for each in events if each.tick == tick_of(forces)] if kept > 1 else events)
-                for forces in whole]
+        return states
 
     def _run_ticks(self, ticks):
         """However long that takes, as long as the server is there."""
@@ -384,8 +391,7 @@ class Client:
             message = self._take_answer("step", seq)
             if message is not None:
                 return Done(message)
-            if not self._requests.connected():
-                raise Vanished(f"no answer to 'step' from '{self._requests.endpoint}': the connection ended")
+            self._check_connection("step")
             self._take_until(self._deadline())
 
     def _wait_for_states(self, done, ticks, before):
@@ -398,7 +404,7 @@ class Client:
     def _all_states_of(self, done, ticks, before):
         """Of ticks that have ended; `before` is how many had arrived by then."""
         if self.needles and "force" in self._topics:
-            if self._arrived < before + ticks or self._last != (done.epoch, done.tick):
+            if self._inbox.arrived < before + ticks or self._inbox.last != (done.epoch, done.tick):
                 return False
         if "needle" in self._topics and not all(
                 self._newest_is_here("needle", self.shapes.get(needle.name), done, ticks) for needle in self.needles):
@@ -413,7 +419,7 @@ class Client:
 
     def _confirm_subscriptions(self, deadline):
         """Before that, states would be lost. Takes up to a second, once."""
-        while self._stats_awaited > 0:
+        while self._inbox.stats_awaited > 0:
             if not self._take_until(deadline):
                 raise Vanished(f"no states from '{self._states.endpoint}' in time: {self._states.why_no_peer()}")
 
@@ -440,56 +446,4 @@ class Client:
                 frames = self._states.socket.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
                 return
-            message = messages.decode(frames[-1])
-            take = self._TAKE.get(message["type"])
-            if take and self.hello is not None and message.get("epoch", 0) >= self._least_epoch:
-                take(self, message)
-
-    def _take_force(self, message):
-        try:
-            tick, name = (message["epoch"], message["tick"]), message["needle"]
-        except KeyError as error:
-            raise ProtocolMismatch(f"Force: field {error} is missing") from error
-        if self._partial and (name in self._partial or tick != key_of(self._partial)):
-            self._partial = {}
-        self._partial[name] = message
-        if len(self._partial) < len(self.hello.needles):
-            return
-        if self._last and self._last[0] == tick[0]:
-            self.lost_states += max(0, tick[1] - self._last[1] - 1)
-        self._last = tick
-        self._arrived += 1
-        self._ticks.append(self._partial)
-        self._partial = {}
-
-    def _take_shape(self, message):
-        self.shapes[message["needle"]] = NeedleShape(message)
-
-    def _take_tissue(self, message):
-        self.tissue = TissueShape(message)
-
-    def _take_event(self, message):
-        self._events.append(Event(message))
-
-    def _take_stats(self, message):
-        self.stats = Stats(message)
-        self._stats_awaited = max(0, self._stats_awaited - 1)
-
-    _TAKE = {"force": _take_force, "needle": _take_shape, "tissue": _take_tissue, "event": _take_event,
-             "stats": _take_stats}
-
-    def _take_events(self):
-        events, self._events = self._events, []
-        return events
-
-    def _states_of(self, forces, events):
-        return States({name: Force(message) for name, message in forces.items()}, events, self.shapes, self.tissue)
-
-
-def key_of(forces):
-    first = next(iter(forces.values()))
-    return first["epoch"], first["tick"]
-
-
-def tick_of(forces):
-    return key_of(forces)[1]
+            self._inbox.take(messages.decode(frames[-1]))

@@ -299,10 +299,11 @@ class States(dict):
     """The forces after a tick: Force by the name of the needle. `events` are those that came since the States before,
     `shapes` (NeedleShape by needle) and `tissue` (TissueShape) the newest that have come, if they are subscribed to."""
 
-    def __init__(self, forces, events=(), shapes=None, tissue=None):
+    def __init__(self, forces, events=(), shapes=None, tissue=None, standing=None):
+        """`standing` tells epoch, tick and time where there are no forces."""
         super().__init__(forces)
-        first = next(iter(forces.values()), None)
-        self.epoch, self.tick, self.time = (first.epoch, first.tick, first.time) if first else (0, 0, 0.0)
+        standing = next(iter(forces.values()), standing)
+        self.epoch, self.tick, self.time = standing.epoch, standing.tick, standing.time
         self.events = list(events)
         self.shapes = dict(shapes or {})
         self.tissue = tissue
