@@ -23,8 +23,14 @@ tissue:
   fixed:
     - box: {{max: [.inf, .inf, -0.05]}}
 needles:
-  - {{name: left, length: 0.1, beams: 5, base: {{position: [0.003, 0.002, 0.16], orientation: [0.7071068, 0, 0.7071068, 0]}}}}
-  - {{name: right, length: 0.1, beams: 5, base: {{position: [0.03, 0, 0.16], orientation: [0.7071068, 0, 0.7071068, 0]}}}}
+  - name: left
+    length: 0.1
+    beams: 5
+    base: {{position: [0.003, 0.002, 0.16], orientation: [0.7071068, 0, 0.7071068, 0]}}
+  - name: right
+    length: 0.1
+    beams: 5
+    base: {{position: [0.03, 0, 0.16], orientation: [0.7071068, 0, 0.7071068, 0]}}
 guides:
   - {{name: hole, needle: left, pose: {{position: [0.003, 0.002, 0.055], orientation: [0.7071068, 0, 0.7071068, 0]}}}}
 """

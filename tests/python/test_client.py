@@ -264,7 +264,8 @@ class WithKeys(InTemporaryFolder):
                 server.client(keys=self.keys("alice"), timeout=PATIENCE)
 
     def reason_after_an_attempt(self, server):
-        """Why nobody answers to the wrong key of a server; on a busy machine there may be no attempt within the time."""
+        """Why nobody answers to the wrong key of a server; on a busy machine there may be no attempt within the
+        time."""
         for _ in range(PATIENCE):
             with self.assertRaises(acus.Vanished) as caught:
                 server.client(keys=self.keys("alice", server="bob"), timeout=1)

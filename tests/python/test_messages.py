@@ -54,8 +54,8 @@ class Contract(unittest.TestCase):
 
 
 class Decoding(unittest.TestCase):
-    MESSAGE = {"epoch": 0, "tick": 3, "time": 0.1, "needle": "n", "kind": "contact", "region": "r", "position": [1, 2, 3],
-               "force": 0.5, "later": "unknown"}
+    MESSAGE = {"epoch": 0, "tick": 3, "time": 0.1, "needle": "n", "kind": "contact", "region": "r",
+               "position": [1, 2, 3], "force": 0.5, "later": "unknown"}
 
     def test_unknown_fields_are_left_out_and_missing_ones_are_a_mismatch(self):
         event = messages.Event(self.MESSAGE)
@@ -66,7 +66,8 @@ class Decoding(unittest.TestCase):
         self.assertRaises(errors.ProtocolMismatch, messages.Event, {"epoch": 0})
 
     def test_packed_arrays_have_their_shapes(self):
-        shape = messages.TissueShape({"epoch": 0, "tick": 0, "time": 0, "positions": np.arange(6, dtype="<f4").tobytes(),
+        shape = messages.TissueShape({"epoch": 0, "tick": 0, "time": 0,
+                                      "positions": np.arange(6, dtype="<f4").tobytes(),
                                       "path_points": np.arange(9, dtype="<f4").tobytes(),
                                       "path_sizes": np.array([2, 1], "<i4").tobytes()})
         np.testing.assert_array_equal(shape.positions, [[0, 1, 2], [3, 4, 5]])
@@ -74,7 +75,8 @@ class Decoding(unittest.TestCase):
 
 
 def public_names(of):
-    return [name for name, value in vars(of).items() if not name.startswith("_") and not isinstance(value, types.ModuleType)]
+    return [name for name, value in vars(of).items()
+            if not name.startswith("_") and not isinstance(value, types.ModuleType)]
 
 
 class Page(unittest.TestCase):

@@ -81,7 +81,8 @@ class OneRunInThreeForms(InTemporaryFolder):
             self.assertEqual(frame.needles["left"][0].shape, (6, 3))
             self.assertEqual(frame.needles["left"][1].shape, (6, 4))
             self.assertTrue(np.all(np.diff(run.shapes.times) > 0))
-        self.assertRaisesRegex(acus.RunError, "acus-replay --shapes", lambda: acus.Run(self.made.path("motion.csv")).shapes)
+        self.assertRaisesRegex(acus.RunError, "acus-replay --shapes",
+                               lambda: acus.Run(self.made.path("motion.csv")).shapes)
 
     def test_what_is_not_there_is_named(self):
         run = self.runs()[0]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""What has come from a server's states socket: forces by whole ticks, the newest shapes, events that wait to be told."""
+"""What has come from a server's states socket: forces by whole ticks, the newest shapes, events that wait to be
+told."""
 
 from collections import deque
 
@@ -49,8 +50,8 @@ class Inbox:
             raise ProtocolMismatch(f"{message['type']}: field {error} is missing") from error
 
     def give(self, otherwise):
-        """The States of each tick that is kept, with the events of each; those of a message that tells epoch, tick and time
-        where no forces come."""
+        """The States of each tick that is kept, with the events of each; those of a message that tells epoch, tick and
+        time where no forces come."""
         ticks, events = list(self._ticks), self._events
         self._ticks, self._events = deque(maxlen=1), []
         if not ticks:

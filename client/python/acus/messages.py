@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What the server says, as objects with typed fields; protocol/README.md is the contract, with every field's meaning.
 
-Each class lists its fields once; the annotation says how a field arrives. Vectors and packed arrays become numpy arrays.
-SI units, world frame unless a name says otherwise.
+Each class lists its fields once; the annotation says how a field arrives. Vectors and packed arrays become numpy
+arrays. SI units, world frame unless a name says otherwise.
 """
 
 from typing import Annotated, get_type_hints
@@ -75,8 +75,9 @@ class Message:
     """Made of the map that arrives. Fields that the class does not know are left out, missing ones are a mismatch."""
 
     def __init_subclass__(cls):
+        hints = get_type_hints(cls, include_extras=True)
         cls.converters = [(name, hint.__metadata__[0] if hasattr(hint, "__metadata__") else as_it_is)
-                          for name, hint in get_type_hints(cls, include_extras=True).items() if name not in cls.OPTIONAL]
+                          for name, hint in hints.items() if name not in cls.OPTIONAL]
 
     OPTIONAL = {}  # fields that may be absent, and what they are then
 

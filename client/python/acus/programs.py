@@ -17,11 +17,10 @@ def find_server(program=None):
     for found in (program, os.environ.get("ACUS_SERVER")):
         if found:
             return checked(found)
-    built = newest_build("acus-server")
-    found = built or shutil.which("acus-server")
+    found = newest_build("acus-server") or shutil.which("acus-server")
     if not found:
-        raise ProgramNotFound("acus-server is neither in the build of this checkout nor on PATH; build or install it, or "
-                              "say where it is by $ACUS_SERVER")
+        raise ProgramNotFound("acus-server is neither in the build of this checkout nor on PATH; build or install "
+                              "it, or say where it is by $ACUS_SERVER")
     return found
 
 

@@ -27,7 +27,8 @@ TYPES = {"needle": str, "phase": str, "solver": str, "epoch": int, "tick": int, 
 
 
 class Run:
-    """`needles` are the names, run[name] the Track of one. May be used in a `with` block: `shapes` keeps a file open."""
+    """`needles` are the names, run[name] the Track of one. May be used in a `with` block: `shapes` keeps a file
+    open."""
 
     def __init__(self, path, shapes=None):
         self.path = os.fspath(path)
@@ -104,8 +105,8 @@ class Run:
 
 
 class Track:
-    """A needle's forces over the run: an attribute for each field of Force, an array with a row per tick. Vectors have 3
-    columns, orientations 4 (w, x, y, z). SI units, world frame unless a name says otherwise."""
+    """A needle's forces over the run: an attribute for each field of Force, an array with a row per tick. Vectors have
+    3 columns, orientations 4 (w, x, y, z). SI units, world frame unless a name says otherwise."""
 
     def __init__(self, needle, table):
         self.needle = needle

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Scenes in Python: read, built, edited, checked, and written as text for the server.
 
-The format is acus-scene's to know: it reads YAML, checks a scene, and tells the schema. Here a scene is what stands in the
-file, as dictionaries and lists, and a field is named as in the messages of the programs:
-tissue.regions[0].material.young_modulus. A region, needle or guide may be named instead of counted: needles[left].length.
+The format is acus-scene's to know: it reads YAML, checks a scene, and tells the schema. Here a scene is what stands in
+the file, as dictionaries and lists, and a field is named as in the messages of the programs:
+tissue.regions[0].material.young_modulus. A region, needle or guide may be named instead of counted:
+needles[left].length.
 """
 
 import copy
@@ -25,8 +26,8 @@ MESH_FILE = ("tissue", "mesh", "gmsh", "file")
 
 
 class Scene:
-    """`fields` are the scene's, nested as in a file; without any it is an empty one of the newest format. `folder` is where
-    mesh files are looked up, that of the scene's file."""
+    """`fields` are the scene's, nested as in a file; without any it is an empty one of the newest format. `folder` is
+    where mesh files are looked up, that of the scene's file."""
 
     def __init__(self, fields=None, folder=None):
         self.fields = {"acus_scene": 1, **copy.deepcopy(dict(fields or {}))}
@@ -220,7 +221,8 @@ def scalar(value):
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return value if re.fullmatch(r"[a-z_]+", value) and value not in ("true", "false", "null") else json.dumps(value)
+        is_plain = re.fullmatch(r"[a-z_]+", value) and value not in ("true", "false", "null")
+        return value if is_plain else json.dumps(value)
     if isinstance(value, (int, float)):
         if math.isinf(value):
             return "-.inf" if value < 0 else ".inf"

@@ -24,9 +24,9 @@ LONGEST_PATH = 107 - len("/commands")  # bytes of an ipc path
 class Server:
     """Starts acus-server with a scene, on ipc sockets in a folder of its own, and waits until it listens.
 
-    `scene` is a path, the name of an installed scene, or a Scene. In lockstep ticks run when a client asks, else in real
-    time. `rate` (Hz) replaces the scene's own; `options` are further ones of acus-server; `keys` those with which its
-    clients connect. Raises ServerFailed with what the server says if it cannot start. It ends with end(), with the
+    `scene` is a path, the name of an installed scene, or a Scene. In lockstep ticks run when a client asks, else in
+    real time. `rate` (Hz) replaces the scene's own; `options` are further ones of acus-server; `keys` those with which
+    its clients connect. Raises ServerFailed with what the server says if it cannot start. It ends with end(), with the
     `with` block, with the object or with the interpreter.
     """
 

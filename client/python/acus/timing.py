@@ -9,8 +9,8 @@ from .errors import RunError
 
 
 class Timing:
-    """trips["round_trip_s"] and the other columns of NAME.csv, a row per pose; stats[...] those of NAME.stats.csv, a row
-    per second. Raises RunError."""
+    """trips["round_trip_s"] and the other columns of NAME.csv, a row per pose; stats[...] those of NAME.stats.csv, a
+    row per second. Raises RunError."""
 
     def __init__(self, path):
         path = os.fspath(path)

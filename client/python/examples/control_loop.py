@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A closed control loop at 1 kHz in real time: press on a tissue with a force of 0.3 N, and hold it.
 
-Each turn waits for the newest states, and answers with a pose. How long a pose takes to come back in a state is the delay
-of the loop; turns that the program or the machine missed are told, too. python3 control_loop.py [SECONDS]
+Each turn waits for the newest states, and answers with a pose. How long a pose takes to come back in a state is the
+delay of the loop; turns that the program or the machine missed are told, too. python3 control_loop.py [SECONDS]
 """
 
 # %% The default scene at 1000 Hz, with a mesh that one core computes in a fraction of a tick.

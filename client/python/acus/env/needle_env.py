@@ -13,12 +13,12 @@ POLICIES = {"reach": reach.policy, "force_limit": force_limit.policy, "needle_or
 
 
 class NeedleEnv(Env):
-    """`task` is a name of TASKS or a Task. `randomise` draws parameters of the scene for each episode: True for the task's
-    own ranges, or {place: (low, high)}. Further arguments are those of Server. An episode is the same, bit by bit, for
-    the same seed and the same actions.
+    """`task` is a name of TASKS or a Task. `randomise` draws parameters of the scene for each episode: True for the
+    task's own ranges, or {place: (low, high)}. Further arguments are those of Server. An episode is the same, bit by
+    bit, for the same seed and the same actions.
 
-    reset(seed, options): options may hold "parameters", {place: value} in place of drawn ones, and what the task takes as
-    its goal. info: "success", "tick", "parameters" after reset, and what the task adds.
+    reset(seed, options): options may hold "parameters", {place: value} in place of drawn ones, and what the task takes
+    as its goal. info: "success", "tick", "parameters" after reset, and what the task adds.
     """
 
     def __init__(self, task="reach", *, randomise=None, **server):

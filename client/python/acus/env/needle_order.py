@@ -22,8 +22,8 @@ TOLERANCE = 1.6e-3  # m; 2.0 to 2.9 mm for a needle that went in first, 0.8 to 1
 
 
 class NeedleOrder(Task):
-    """Action: which needle goes in next (0 to 5); one that stands already costs 1 and changes nothing. Reward at the end:
-    -1 for each millimetre that the chosen needle's tip is from its target. Success: less than 1.6 mm."""
+    """Action: which needle goes in next (0 to 5); one that stands already costs 1 and changes nothing. Reward at the
+    end: -1 for each millimetre that the chosen needle's tip is from its target. Success: less than 1.6 mm."""
 
     name = "needle_order"
     topics = ("force", "tissue")

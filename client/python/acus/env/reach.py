@@ -27,8 +27,8 @@ ASIDE = 8e-3  # m from the axis, at most
 
 
 class Reach(Task):
-    """Action: feed (0 to 1), spin (-1 to 1). Observation: see observe(). Reward: millimetres that the tip came nearer, 10
-    at the target. Ends at the target (success) or past it."""
+    """Action: feed (0 to 1), spin (-1 to 1). Observation: see observe(). Reward: millimetres that the tip came nearer,
+    10 at the target. Ends at the target (success) or past it."""
 
     name = "reach"
     steps = 150

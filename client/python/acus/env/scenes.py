@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The scenes of the tasks, which do not need the files of scenes/ but for a mesh: coarser than those, at 100 to 200 Hz."""
+"""The scenes of the tasks: coarser than those of scenes/, at 100 to 200 Hz. Only that of needle_order is made of one."""
 
 import math
 

@@ -12,8 +12,8 @@ class Outcome(NamedTuple):
 
 
 class Task:
-    """`steps` end an episode at the latest; `topics` are those of Client; `ranges` what NeedleEnv(randomise=True) draws, by
-    place in the scene: (low, high) or a function of a numpy Generator."""
+    """`steps` end an episode at the latest; `topics` are those of Client; `ranges` what NeedleEnv(randomise=True)
+    draws, by place in the scene: (low, high) or a function of a numpy Generator."""
 
     name = ""
     steps = 100

@@ -14,9 +14,9 @@ JOINING = 15  # s that a process may take to end its server
 
 class VectorEnv:
     """NeedleEnv's arguments after the number of worlds; `make` (a function without arguments, of a module) makes other
-    environments. As in Gymnasium's vector environments, arrays have a row per world, and an episode that is over begins
-    anew by itself: the step that ends it returns the first observation of the next one, with the last one and its info in
-    infos[i]["final_observation"] and infos[i]["final_info"].
+    environments. As in Gymnasium's vector environments, arrays have a row per world, and an episode that is over
+    begins anew by itself: the step that ends it returns the first observation of the next one, with the last one and
+    its info in infos[i]["final_observation"] and infos[i]["final_info"].
 
     Processes are spawned: a program that makes a VectorEnv does so below `if __name__ == "__main__":`.
     """
