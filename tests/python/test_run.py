@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """acus.Run: what acus-replay, a server's recording and a client's States hold of the same run is the same."""
 
+import os
 import subprocess
 import unittest
 
 import numpy as np
 
-from small_scene import PATIENCE, InTemporaryFolder
+from small_scene import PATIENCE, ROOT, InTemporaryFolder
 
 import acus  # noqa: E402
 from acus.programs import find_program  # noqa: E402
@@ -75,14 +76,29 @@ class OneRunInThreeForms(InTemporaryFolder):
             self.assertAlmostEqual(run.events[1].force, 0.5, delta=0.1)
 
     def test_shapes_are_beside_the_run(self):
-        with acus.Run(self.made.path("run.csv")) as run:
+        replayed, _, recorded = self.runs()
+        self.addCleanup(replayed.close)
+        for run in (replayed, recorded):
             frame = run.shapes.frame(0.4)
             self.assertEqual(frame.tissue.shape, (64, 3))
             self.assertEqual(frame.needles["left"][0].shape, (6, 3))
             self.assertEqual(frame.needles["left"][1].shape, (6, 4))
             self.assertTrue(np.all(np.diff(run.shapes.times) > 0))
+            np.testing.assert_allclose(frame.guides["hole"][0], [0.003, 0.002, 0.055])
+            left = run["left"]
+            base = left.base_position[np.searchsorted(left.time, frame.time - 1e-9)]
+            np.testing.assert_allclose(frame.needles["left"][0][0], base, atol=1e-3)
+        for name in ("positions", "tetrahedra", "regions", "needles"):
+            self.assertEqual(recorded.shapes.describe[name], replayed.shapes.describe[name])
         self.assertRaisesRegex(acus.RunError, "acus-replay --shapes",
                                lambda: acus.Run(self.made.path("motion.csv")).shapes)
+
+    def test_a_recording_is_drawn_as_it_is(self):
+        out = self.path("run.png")
+        done = subprocess.run([os.path.join(ROOT, "client", "picture"), self.made.path("run.acus"), "--out", out],
+                              capture_output=True, text=True, timeout=4 * PATIENCE, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertGreater(os.path.getsize(out), 30_000)
 
     def test_what_is_not_there_is_named(self):
         run = self.runs()[0]
