@@ -49,6 +49,13 @@ class Contract(unittest.TestCase):
         self.assertEqual(list(messages.FLAG_NAMES), names)
         self.assertEqual(messages.flag_names(1 << 5 | 1 << 10 | 1 << 30), ["not_finite", "step_limited"])
 
+    def test_the_package_has_the_version_of_the_project(self):
+        versions = []
+        for path in ("CMakeLists.txt", "client/python/pyproject.toml"):
+            with open(os.path.join(ROOT, path), encoding="utf-8") as file:
+                versions.append(re.search(r'(?:project\(acus VERSION |\nversion = ")([0-9.]+)', file.read())[1])
+        self.assertEqual(versions[0], versions[1])
+
     def test_the_version_is_that_of_the_contract(self):
         self.assertIn(f"kVersion = {messages.VERSION};", header("messages.h"))
 
