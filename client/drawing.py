@@ -26,6 +26,11 @@ EVENT_MARKERS = {"contact": "o", "release": "s", "puncture": "*", "crossing": "P
 EVENT_STYLE = {"color": "black", "markerfacecolor": "gold", "markeredgewidth": 0.8, "linestyle": "none"}
 
 
+def last_epoch(run):
+    """Of a run in which the simulation began anew, what came after that: time runs anew, too."""
+    return run.of_epoch(run.epochs[-1])
+
+
 class Curves:
     """What is drawn of one needle, as arrays over the rows of a run; times count from its first row."""
 

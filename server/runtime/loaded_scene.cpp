@@ -25,7 +25,7 @@ std::size_t largest_node_count(const Simulation& simulation) {
 
 std::vector<protocol::TopicInfo> topic_rates(const Scene& scene) {
   const auto shapes = [&scene](double rate) {
-    return scene.rate / static_cast<double>(ticks_between_shapes(scene.rate, rate));
+    return scene.rate / static_cast<double>(ticks_between(scene.rate, rate));
   };
   std::vector<protocol::TopicInfo> topics;
   for (const char* name : kTopicNames) topics.push_back({name, 0});
@@ -46,7 +46,7 @@ std::vector<std::int32_t> flatten(const std::vector<std::array<int, N>>& rows) {
 
 }  // namespace
 
-std::uint64_t ticks_between_shapes(double rate, double published_rate) {
+std::uint64_t ticks_between(double rate, double published_rate) {
   return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(rate / published_rate)));
 }
 
@@ -106,9 +106,9 @@ LoadedScene::LoadedScene(const Scene& scene, TetrahedralMesh own_mesh, const Pro
       tissue_frames(kFrames),
       path_points(3, simulation.path_capacity()),
       recorded(std::make_shared<recorded::World>(record_of(scene, own_mesh, simulation.model().fingerprint))),
-      needle_frame_ticks(ticks_between_shapes(scene.rate, scene.publish.needle_rate)),
-      tissue_frame_ticks(ticks_between_shapes(scene.rate, scene.publish.tissue_rate)),
-      second_ticks(ticks_between_shapes(scene.rate, 1)),
+      needle_frame_ticks(ticks_between(scene.rate, scene.publish.needle_rate)),
+      tissue_frame_ticks(ticks_between(scene.rate, scene.publish.tissue_rate)),
+      second_ticks(ticks_between(scene.rate, 1)),
       hello(hello_of(simulation)),
       describe(describe_of(simulation)) {
   second.state = simulation.state();

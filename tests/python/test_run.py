@@ -100,6 +100,22 @@ class OneRunInThreeForms(InTemporaryFolder):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertGreater(os.path.getsize(out), 30_000)
 
+    def test_a_run_that_began_anew_has_epochs(self):
+        with acus.Server(self.made.path("small.yaml"), lockstep=True, options=["--recordings", self.folder]) as server:
+            with server.client(timeout=PATIENCE) as client:
+                client.record("twice.acus")
+                states = client.trace(20)
+                client.reset()
+                states += client.trace(30)
+                client.end_recording()
+        with acus.Run(self.path("twice.acus")) as recorded:
+            for run in (recorded, acus.Run.of_states(states)):
+                self.assertEqual((run.epochs, len(run["left"])), ([0, 1], 50))
+                self.assertEqual([len(run.of_epoch(epoch)["left"]) for epoch in run.epochs], [20, 30])
+            with recorded.of_epoch(0) as first:
+                self.assertEqual([run.shapes.times[-1] for run in (first, recorded)], [0.07, 0.14])
+            self.assertTrue(np.all(np.diff(recorded.shapes.times) > 0))
+
     def test_what_is_not_there_is_named(self):
         run = self.runs()[0]
         self.assertRaisesRegex(acus.RunError, "its needles are left, right", lambda: run["middle"])
@@ -118,7 +134,8 @@ class Broken(InTemporaryFolder):
         self.assertRaisesRegex(acus.RunError, "No such file", lambda: acus.Run(self.path("none.csv")).needles)
         with open(self.path("bad.acus"), "wb") as file:
             file.write(b"\x28\xb5\x2f\xfd no recording")
-        self.assertRaisesRegex(acus.RunError, "acus-export ended", lambda: acus.Run(self.path("bad.acus")).needles)
+        with acus.Run(self.path("bad.acus")) as run:
+            self.assertRaisesRegex(acus.RunError, "acus-export ended", lambda: run.needles)
 
 
 if __name__ == "__main__":

@@ -29,14 +29,19 @@ TYPES = {"needle": str, "phase": str, "solver": str, "epoch": int, "tick": int, 
 
 
 class Run:
-    """`needles` are the names, run[name] the Track of one. May be used in a `with` block: `shapes` keeps a file
-    open."""
+    """`needles` are the names, run[name] the Track of one. May be used in a `with` block: `shapes` keeps a file open.
+
+    A run in which the simulation began anew (reset, restore, load) has several epochs, in which time runs anew; `shapes`
+    are those of the last one. of_epoch() is one of them alone.
+    """
 
     def __init__(self, path, shapes=None):
         self.path = os.fspath(path)
         self._shapes_path = shapes
+        self._epoch = None  # whose shapes are meant, None: the last
         self._folder = None  # of what acus-export wrote
         self._csv = self.path
+        self._whole = None  # whose part this is, and whose folder it reads
 
     @classmethod
     def of_states(cls, states):
@@ -76,6 +81,20 @@ class Run:
         return len(self._tracks)
 
     @cached_property
+    def epochs(self):
+        """Their numbers, in order."""
+        epochs = [track.epochs() for track in self._tracks.values()]
+        return sorted(set().union(*epochs))
+
+    def of_epoch(self, epoch):
+        """A Run, of use until this one is closed."""
+        part = Run(self.path, self._shapes_path)
+        part._tracks = {name: track.of_epoch(epoch) for name, track in self._tracks.items()}
+        part.events = [event for event in self.events if event.epoch == epoch]
+        part._csv, part._epoch, part._whole = self._csv, epoch, self
+        return part
+
+    @cached_property
     def events(self):
         """Event of each, all needles; none if there is no file of them."""
         path = os.path.splitext(self._exported())[0] + ".events.csv"
@@ -84,7 +103,7 @@ class Run:
     @cached_property
     def shapes(self):
         """Shapes: those beside the run, unless others were given."""
-        return Shapes(self._shapes_path or os.path.splitext(self._exported())[0] + ".shapes")
+        return Shapes(self._shapes_path or os.path.splitext(self._exported())[0] + ".shapes", self._epoch)
 
     @cached_property
     def _tracks(self):
@@ -132,6 +151,16 @@ class Track:
         """A column by its name in the file, such as received_s, as numbers."""
         return self._table.column(name)
 
+    def epochs(self):
+        """The numbers of those that it has rows of."""
+        return set(self.epoch.tolist()) if self._table.has("epoch") else {0}
+
+    def of_epoch(self, epoch):
+        """A Track."""
+        if not self._table.has("epoch"):
+            return self
+        return Track(self.needle, self._table.only(np.flatnonzero(self.epoch == epoch)))
+
     @cached_property
     def axis(self):
         """Unit vectors along the needle at its base, n x 3."""
@@ -168,6 +197,12 @@ class CsvTable:
     def __len__(self):
         return len(self._rows)
 
+    def has(self, field):
+        return field in self._columns
+
+    def only(self, rows):
+        return CsvTable(self._columns, self._rows[rows], self._path)
+
     def column(self, name, kind=float):
         if name not in self._columns:
             raise RunError(f"{self._path}: the run has no column '{name}'")
@@ -201,6 +236,12 @@ class StatesTable:
 
     def __len__(self):
         return len(self._forces)
+
+    def has(self, field):  # pylint: disable=unused-argument
+        return True
+
+    def only(self, rows):
+        return StatesTable([self._forces[row] for row in rows], self._path)
 
     def values(self, field):
         return np.array([getattr(force, field) for force in self._forces])

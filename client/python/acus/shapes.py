@@ -14,11 +14,12 @@ LARGEST_MESSAGE = 2**30  # bytes
 
 
 class Shapes:
-    """What was simulated, and where in the file its shapes are. The file stays open: use it in a with statement. Raises
-    RunError. `hello` and `describe` are the server's answers, as maps."""
+    """What was simulated, and where in the file its shapes are: of an epoch of the run, the last unless told. The file
+    stays open: use it in a with statement. Raises RunError. `hello` and `describe` are the server's answers, as maps."""
 
-    def __init__(self, path):
+    def __init__(self, path, epoch=None):
         self.path = path
+        self.epoch = epoch
         self.hello = self.describe = None
         self.tissue = []  # (time, place in the file) of each state
         self.needles = {}  # the same, per needle
@@ -59,11 +60,13 @@ class Shapes:
         return np.array([time for time, _ in self.tissue])
 
     def _index(self):
-        begin = 0
+        wanted, begin = self.epoch, 0
         unpacker = msgpack.Unpacker(self._file, max_buffer_size=LARGEST_MESSAGE)
         for message in unpacker:
             kind = message["type"]
-            if kind == "tissue":
+            if kind in ("tissue", "needle") and not self._is_of(message.get("epoch", 0), wanted):
+                pass
+            elif kind == "tissue":
                 self.tissue.append((message["time"], begin))
             elif kind == "needle":
                 self.needles[message["needle"]].append((message["time"], begin))
@@ -75,6 +78,14 @@ class Shapes:
             elif kind == "describe_reply":
                 self.describe = message
             begin = unpacker.tell()
+
+    def _is_of(self, epoch, wanted):
+        """Of the epoch that is wanted; without one a new epoch takes the place of the one before."""
+        if wanted is None and epoch != self.epoch:
+            self.epoch = epoch
+            self.tissue = []
+            self.needles = {name: [] for name in self.needles}
+        return epoch == self.epoch
 
     def _read_mesh(self):
         self.rest = unpack(self.describe, "positions", "<f4", 3).astype(float)  # m, nodes x 3

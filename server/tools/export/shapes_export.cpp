@@ -9,8 +9,8 @@ namespace acus {
 ShapesExport::ShapesExport(const std::string& path, const Rerun& rerun)
     : log_(path),
       world_(rerun.worlds()),
-      needle_ticks_(ticks_between_shapes(rerun.simulation().scene().rate, rerun.simulation().scene().publish.needle_rate)),
-      tissue_ticks_(ticks_between_shapes(rerun.simulation().scene().rate, rerun.simulation().scene().publish.tissue_rate)),
+      needle_ticks_(ticks_between(rerun.simulation().scene().rate, rerun.simulation().scene().publish.needle_rate)),
+      tissue_ticks_(ticks_between(rerun.simulation().scene().rate, rerun.simulation().scene().publish.tissue_rate)),
       path_points_(3, rerun.simulation().path_capacity()) {
   const protocol::DescribeReply describe = describe_of(rerun.simulation());
   tissue_.positions.resize(describe.positions.size());

@@ -14,8 +14,8 @@ class ShapesExport {
   // Of the scene that the rerun is in.
   ShapesExport(const std::string& path, const Rerun& rerun);
 
-  // After a tick: writes the shapes that the server publishes after it. Those of other scenes, to which the recording goes
-  // over by `load`, have no place in the file and are left out.
+  // After a tick: writes the shapes that the server publishes after it. Those of other scenes, to which the recording
+  // goes over by `load`, have no place in the file and are left out.
   void take(const Rerun& rerun);
 
   void close() { log_.close(); }
