@@ -100,6 +100,17 @@ class OneRunInThreeForms(InTemporaryFolder):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertGreater(os.path.getsize(out), 30_000)
 
+    def test_no_result_is_written_over_the_recording_or_another_result(self):
+        recording, before = self.made.path("run.acus"), os.path.getsize(self.made.path("run.acus"))
+        same = self.path("same")
+        for arguments in (["--shapes", recording], ["--csv", same, "--shapes", same]):
+            done = subprocess.run([find_program("acus-export"), recording, *arguments], capture_output=True, text=True,
+                                  timeout=PATIENCE, check=False)
+            self.assertEqual(done.returncode, 3)
+            self.assertIn("give", done.stderr)
+        self.assertEqual(os.path.getsize(recording), before)
+        self.assertFalse(os.path.exists(same))
+
     def test_a_run_that_began_anew_has_epochs(self):
         with acus.Server(self.made.path("small.yaml"), lockstep=True, options=["--recordings", self.folder]) as server:
             with server.client(timeout=PATIENCE) as client:
