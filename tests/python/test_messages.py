@@ -3,6 +3,7 @@
 """The package's messages are those of protocol/: its fields, flags and errors are held against the C++ headers."""
 
 import os
+import pickle
 import re
 import types
 import unittest
@@ -58,6 +59,19 @@ class Contract(unittest.TestCase):
 
     def test_the_version_is_that_of_the_contract(self):
         self.assertIn(f"kVersion = {messages.VERSION};", header("messages.h"))
+
+
+class Errors(unittest.TestCase):
+    def test_they_come_whole_out_of_another_process(self):
+        refused = pickle.loads(pickle.dumps(errors.Refused("held", "by another", "acquire")))
+        self.assertEqual((refused.code, refused.message, refused.rejected), ("held", "by another", "acquire"))
+        self.assertEqual(str(refused), "the server refused 'acquire' (held): by another")
+        failed = pickle.loads(pickle.dumps(errors.ServerFailed("ended", 2, "a log")))
+        self.assertEqual((str(failed), failed.status, failed.log), ("ended", 2, "a log"))
+        for each in vars(errors).values():
+            if isinstance(each, type) and each is not errors.Refused:
+                self.assertTrue(issubclass(each, errors.AcusError))
+                self.assertEqual(str(pickle.loads(pickle.dumps(each("why")))), "why")
 
 
 class Decoding(unittest.TestCase):

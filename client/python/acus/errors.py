@@ -27,6 +27,10 @@ class Refused(ClientError):
         self.message = message
         self.rejected = rejected
 
+    def __reduce__(self):
+        """On its way from one process to another, as out of a pool's."""
+        return type(self), (self.code, self.message, self.rejected)
+
 
 class KeysRefused(Vanished):
     """A server is there, and does not admit this client: its keys are unknown, missing, or too many."""
