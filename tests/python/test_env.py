@@ -165,6 +165,8 @@ class Worlds(unittest.TestCase):
             processes = worlds._processes
             self.assertRaisesRegex(acus.AcusError, "world 1: .*(?s:.*)asked to fail", worlds.step, [0, 1])
             self.assertRaisesRegex(ValueError, "expected 2", worlds.step, [0])
+            processes[1].join()
+            self.assertRaisesRegex(acus.AcusError, "world 1 has ended", worlds.step, [0, 0])
         self.assertEqual([process.exitcode for process in processes], [0, 0])
 
 

@@ -74,8 +74,11 @@ class VectorEnv:
     def _ask(self, what, values):
         if len(values) != self.num_envs:
             raise ValueError(f"expected {self.num_envs} of them, found {len(values)}")
-        for pipe, value in zip(self._pipes, values):
-            pipe.send((what, value))
+        for i, (pipe, value) in enumerate(zip(self._pipes, values)):
+            try:
+                pipe.send((what, value))
+            except OSError:
+                raise AcusError(f"the process of world {i} has ended") from None
         return self._gather(range(self.num_envs))
 
     def _gather(self, worlds):
