@@ -33,7 +33,7 @@ class VectorEnv:
             self._pipes.append(here)
             self._processes.append(process)
         try:
-            spaces = self._gather(range(count))
+            spaces = self._gather()
         except BaseException:
             self.close()
             raise
@@ -74,24 +74,27 @@ class VectorEnv:
     def _ask(self, what, values):
         if len(values) != self.num_envs:
             raise ValueError(f"expected {self.num_envs} of them, found {len(values)}")
-        for i, (pipe, value) in enumerate(zip(self._pipes, values)):
+        for pipe, value in zip(self._pipes, values):
             try:
                 pipe.send((what, value))
             except OSError:
-                raise AcusError(f"the process of world {i} has ended") from None
-        return self._gather(range(self.num_envs))
+                pass  # its process has ended, which the answer tells
+        return self._gather()
 
-    def _gather(self, worlds):
-        results = []
-        for i in worlds:
-            try:
-                succeeded, result = self._pipes[i].recv()
-            except EOFError:
-                raise AcusError(f"the process of world {i} has ended") from None
-            if not succeeded:
-                raise AcusError(f"world {i}: {result}")
-            results.append(result)
-        return results
+    def _gather(self):
+        """Of all worlds, also where one has trouble: answers and questions keep their order."""
+        answers = [self._answer(i) for i in range(self.num_envs)]
+        trouble = [result for succeeded, result in answers if not succeeded]
+        if trouble:
+            raise AcusError(trouble[0])
+        return [result for _, result in answers]
+
+    def _answer(self, world):
+        try:
+            succeeded, result = self._pipes[world].recv()
+        except (EOFError, OSError):
+            return False, f"the process of world {world} has ended"
+        return succeeded, result if succeeded else f"world {world}: {result}"
 
 
 def work(pipe, make, task, arguments):
@@ -105,8 +108,8 @@ def work(pipe, make, task, arguments):
             if what == "close":
                 break
             pipe.send((True, env.reset(**value) if what == "reset" else step(env, value)))
-    except (EOFError, KeyboardInterrupt):
-        pass
+    except (EOFError, BrokenPipeError, ConnectionResetError, KeyboardInterrupt):
+        pass  # the other end is gone, or wants no more
     except Exception:  # pylint: disable=broad-except  # told at the other end, whatever it is
         pipe.send((False, traceback.format_exc()))
     finally:
