@@ -3,14 +3,12 @@
 
 import math
 
+import package_path  # noqa: F401  pylint: disable=unused-import
+from acus.messages import FLAG_NAMES, flag_names
+
 MS = 1e3  # per s
 MM = 1e3  # per m
 
-# kFlagNames of protocol/enums.h: what the bits of `flags` mean.
-FLAG_NAMES = ["laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped", "path_full",
-              "not_finite", "solver_fell_back", "steps_capped", "iterations_capped", "publishing_reduced",
-              "step_limited", "elements_inverted", "tip_found_inside", "forces_unbalanced", "shaft_unheld",
-              "energy_gained", "needle_overstrained", "base_limited"]
 COLUMNS = ["needle", "held", "phase", "depth mm", "axial N", "force N", "torque N m", "tip N", "fresh", "age ms", "lost",
            "reordered", "flags"]
 
@@ -25,14 +23,13 @@ def length(vector):
 
 
 def flags_text(flags):
-    names = [name for bit, name in enumerate(FLAG_NAMES) if flags >> bit & 1]
     unknown = flags >> len(FLAG_NAMES) << len(FLAG_NAMES)
-    return ", ".join(names + ([hex(unknown)] if unknown else [])) or "none"
+    return ", ".join(flag_names(flags) + ([hex(unknown)] if unknown else [])) or "none"
 
 
-def title(hello, silence, silent_after):
+def title(hello, silence, silent_after, refused):
     if hello is None:
-        return "acus-top: no server has answered yet"
+        return f"acus-top: {refused or 'no server has answered yet'}"
     state = [name for name in ("lockstep", "paused") if hello[name]]
     if silence is not None and silence > silent_after:
         state.append(f"NO WORD FOR {silence:.0f} s")
@@ -107,7 +104,7 @@ def body_lines(hello, forces):
 
 def page(watch, silent_after):
     """The lines."""
-    lines = [title(watch.hello, watch.silence(), silent_after)]
+    lines = [title(watch.hello, watch.silence(), silent_after, watch.refused())]
     if watch.hello is None:
         return lines
     if watch.stats is not None:

@@ -10,7 +10,10 @@ import time
 import msgpack
 import zmq
 
-PROTOCOL_VERSION = 2
+import package_path  # noqa: F401  pylint: disable=unused-import
+from acus.link import Link
+from acus.messages import VERSION
+
 ASK_AGAIN = 2.0  # s after which a `hello` without an answer is asked once more
 SAMPLE = 0.5  # s at most to wait for a force of every needle; none comes while the server is paused
 SILENT = 3.0  # s without `stats`, which come every second
@@ -25,16 +28,13 @@ class Watch:
         self.forces = {}  # by the name of the needle
         self.heard = None  # monotonic time of the newest stats
         self._context = zmq.Context()
-        self._commands = self._context.socket(zmq.DEALER)
-        self._commands.setsockopt(zmq.IMMEDIATE, 1)  # nothing waits for a server that is not there
-        self._states = self._context.socket(zmq.SUB)
+        # Nothing waits for a server that is not there.
+        self._link = Link(self._context, zmq.DEALER, commands, keys, [(zmq.IMMEDIATE, 1)])
+        self._commands = self._link.socket
+        self._states = Link(self._context, zmq.SUB, states, keys).socket
         self._states.subscribe("stats")
         self._poller = zmq.Poller()
-        for socket, endpoint in ((self._commands, commands), (self._states, states)):
-            socket.setsockopt(zmq.LINGER, 0)
-            if keys:
-                keys.give_to(socket)
-            socket.connect(endpoint)
+        for socket in (self._commands, self._states):
             self._poller.register(socket, zmq.POLLIN)
         self._seq = 0
         self._asked = None  # monotonic time of the hello that has no answer yet
@@ -45,6 +45,10 @@ class Watch:
 
     def close(self):
         self._context.destroy(linger=0)
+
+    def refused(self):
+        """Why the server that is there does not admit this client, None if none is or it does."""
+        return self._link.why_no_peer() if self._link.refused() else None
 
     def complete(self):
         """Whether there is a whole page to show: a force of every needle, unless none comes."""
@@ -72,7 +76,7 @@ class Watch:
 
     def _ask(self, now):
         self._seq += 1
-        hello = msgpack.packb({"v": PROTOCOL_VERSION, "type": "hello", "seq": self._seq})
+        hello = msgpack.packb({"v": VERSION, "type": "hello", "seq": self._seq})
         try:
             self._commands.send(hello, zmq.NOBLOCK)
             self._asked = now

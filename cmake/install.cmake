@@ -1,6 +1,6 @@
 # Installs the programs, the scenes, and the protocol and client libraries for find_package(acus), which offers
 # acus::protocol and acus::client. Headers are included as in the sources: "client/client.h" from include/acus.
-# Components are the Debian packages of packages.cmake: server, client, dev, scenes; licences go into no package, which
+# Components are the Debian packages of packages.cmake: server, client, python, dev, scenes; licences go into no package, which
 # has a file `copyright` instead.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -23,7 +23,7 @@ install(TARGETS acus-replay acus-keygen RUNTIME DESTINATION ${CMAKE_INSTALL_BIND
 # The Python programs stand beside the modules they share; Python looks for those where a link leads.
 set(acus_scripts_dir ${CMAKE_INSTALL_DATADIR}/acus/client)
 set(acus_scripts plot plot-timing picture top)
-install(FILES client/recording.py client/shapes.py client/top_keys.py client/top_page.py client/top_watch.py
+install(FILES client/drawing.py client/package_path.py client/top_page.py client/top_watch.py
         DESTINATION ${acus_scripts_dir} COMPONENT client)
 foreach(script ${acus_scripts})
   install(PROGRAMS client/${script} DESTINATION ${acus_scripts_dir} COMPONENT client)
@@ -31,6 +31,11 @@ foreach(script ${acus_scripts})
   file(CREATE_LINK ${target} ${PROJECT_BINARY_DIR}/acus-${script} SYMBOLIC)
   install(FILES ${PROJECT_BINARY_DIR}/acus-${script} DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT client)
 endforeach()
+# Python itself finds the package there below /usr; the programs above also below other prefixes.
+install(DIRECTORY client/python/acus DESTINATION lib/python3/dist-packages COMPONENT python
+        FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
+install(DIRECTORY client/python/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-acus COMPONENT python
+        FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
 if(TARGET acus-server)
   install(TARGETS acus-server acus-mesh acus-scene acus-export RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
   # systemd finds units below /usr and /usr/local.

@@ -1,11 +1,12 @@
-# Debian packages, which scripts/package builds: acus-server, acus-client, libacus-dev and acus-scenes, each with what
-# install.cmake gives its component. Files that only packages have are of the same components, and left out of
+# Debian packages, which scripts/package builds: acus-server, acus-client, python3-acus, libacus-dev and acus-scenes, each
+# with what install.cmake gives its component. Files that only packages have are of the same components, and left out of
 # `cmake --install`.
 set(ACUS_MAINTAINER "The Acus authors <authors@acus.example>" CACHE STRING "Who answers for the Debian packages")
 set(acus_debian_revision 1)
-set(acus_components server client dev scenes)
+set(acus_components server client python dev scenes)
 set(acus_package_server acus-server)
 set(acus_package_client acus-client)
+set(acus_package_python python3-acus)
 set(acus_package_dev libacus-dev)
 set(acus_package_scenes acus-scenes)
 
@@ -43,6 +44,10 @@ that talk to its server: acus-replay drives recorded motions into it and writes
 what comes back, acus-plot, acus-plot-timing and acus-picture draw that,
 acus-top shows how a running server does, and acus-keygen makes keys for server
 and clients.")
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Python package for Acus servers
+Acus simulates needles in soft tissue in real time. This package has the
+Python module acus: a client of its server, servers of one's own, scenes,
+recorded runs as arrays, and environments for learning to steer needles.")
 set(CPACK_DEBIAN_DEV_DESCRIPTION "client library of Acus, development files
 Acus simulates needles in soft tissue in real time. This package has headers,
 static libraries and the CMake package of its protocol and of its C++ client
@@ -55,8 +60,12 @@ set(CPACK_DEBIAN_SERVER_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "acus-scenes, libopenblas0-serial")
 set(CPACK_DEBIAN_SERVER_PACKAGE_SUGGESTS acus-client)
-set(CPACK_DEBIAN_CLIENT_PACKAGE_DEPENDS "python3, python3-msgpack, python3-zmq")
-set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "python3-matplotlib, python3-numpy, python3-pil")
+set(CPACK_DEBIAN_CLIENT_PACKAGE_DEPENDS "python3, python3-acus (= ${PROJECT_VERSION}-${acus_debian_revision})")
+set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "python3-matplotlib, python3-pil")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-msgpack, python3-numpy, python3-zmq")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "acus-server, python3-matplotlib")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libzmq3-dev, pkg-config")
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_SCENES_PACKAGE_ARCHITECTURE all)
@@ -65,6 +74,7 @@ set(acus_debian_dir ${PROJECT_SOURCE_DIR}/cmake/debian)
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA ${acus_debian_dir}/server/postinst ${acus_debian_dir}/server/prerm
                                               ${acus_debian_dir}/server/postrm)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_CONTROL_EXTRA ${acus_debian_dir}/client/prerm)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${acus_debian_dir}/python/prerm)
 
 # The changelog and the copyright that policy asks every package for.
 set(acus_debian_files ${PROJECT_BINARY_DIR}/debian)

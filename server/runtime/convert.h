@@ -5,6 +5,7 @@
 #include "protocol/messages.h"
 #include "server/math/types.h"
 #include "server/simulation/report.h"
+#include "server/simulation/simulation.h"
 
 namespace acus {
 
@@ -50,6 +51,35 @@ inline protocol::Event to_wire(const Event& event, std::uint64_t epoch, double t
 template <class Number>
 void pack(const Eigen::Ref<const Matrix3X>& points, std::vector<Number>& packed) {
   Eigen::Map<Eigen::Matrix<Number, 3, Eigen::Dynamic>>(packed.data(), 3, points.cols()) = points.cast<Number>();
+}
+
+// The shape of a needle after a tick. Here and below names and epochs are left alone.
+inline void put(const Simulation& simulation, int needle, protocol::NeedleShape& shape) {
+  shape.tick = simulation.report().tick;
+  shape.time = simulation.report().time;
+  const auto positions = simulation.needle_positions(needle);
+  shape.positions.resize(static_cast<std::size_t>(positions.size()));
+  pack(positions, shape.positions);
+  shape.orientations.clear();
+  for (const Quaternion& q : simulation.needle_orientations(needle))
+    shape.orientations.insert(shape.orientations.end(), {q.w(), q.x(), q.y(), q.z()});
+}
+
+// The shape of the tissue, whose `positions` have their size already, and of the paths in it; `points` is scratch, of
+// path_capacity() columns.
+inline void put(const Simulation& simulation, Matrix3X& points, protocol::TissueShape& shape) {
+  shape.tick = simulation.report().tick;
+  shape.time = simulation.report().time;
+  pack(simulation.tissue_positions(), shape.positions);
+  shape.path_points.clear();
+  shape.path_sizes.clear();
+  for (int path = 0; path < Simulation::max_paths(); ++path) {
+    const int size = simulation.path_positions(path, points);
+    if (size == 0) continue;
+    shape.path_sizes.push_back(size);
+    for (int i = 0; i < size; ++i)
+      for (int axis = 0; axis < 3; ++axis) shape.path_points.push_back(static_cast<float>(points(axis, i)));
+  }
 }
 
 }  // namespace acus

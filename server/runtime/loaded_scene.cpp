@@ -15,10 +15,6 @@ namespace {
 
 constexpr std::size_t kFrames = 8;  // of each shape, waiting for the publisher
 
-std::uint64_t ticks_between(double rate, double published_rate) {
-  return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(rate / published_rate)));
-}
-
 std::size_t largest_node_count(const Simulation& simulation) {
   int largest = 0;
   for (int i = 0; i < static_cast<int>(simulation.scene().needles.size()); ++i) {
@@ -27,19 +23,34 @@ std::size_t largest_node_count(const Simulation& simulation) {
   return static_cast<std::size_t>(largest);
 }
 
-std::vector<protocol::TopicInfo> topic_rates(const LoadedScene& world) {
-  const double rate = world.simulation.scene().rate;
+std::vector<protocol::TopicInfo> topic_rates(const Scene& scene) {
+  const auto shapes = [&scene](double rate) {
+    return scene.rate / static_cast<double>(ticks_between(scene.rate, rate));
+  };
   std::vector<protocol::TopicInfo> topics;
   for (const char* name : kTopicNames) topics.push_back({name, 0});
-  topics[static_cast<int>(Topic::force)].rate = topics[static_cast<int>(Topic::haptics)].rate = rate;
-  topics[static_cast<int>(Topic::needle)].rate = rate / static_cast<double>(world.needle_frame_ticks);
-  topics[static_cast<int>(Topic::tissue)].rate = rate / static_cast<double>(world.tissue_frame_ticks);
+  topics[static_cast<int>(Topic::force)].rate = topics[static_cast<int>(Topic::haptics)].rate = scene.rate;
+  topics[static_cast<int>(Topic::needle)].rate = shapes(scene.publish.needle_rate);
+  topics[static_cast<int>(Topic::tissue)].rate = shapes(scene.publish.tissue_rate);
   topics[static_cast<int>(Topic::stats)].rate = 1;
   return topics;
 }
 
-protocol::HelloReply make_hello(const LoadedScene& world) {
-  const Simulation& simulation = world.simulation;
+template <std::size_t N>
+std::vector<std::int32_t> flatten(const std::vector<std::array<int, N>>& rows) {
+  std::vector<std::int32_t> flat;
+  flat.reserve(rows.size() * N);
+  for (const auto& row : rows) flat.insert(flat.end(), row.begin(), row.end());
+  return flat;
+}
+
+}  // namespace
+
+std::uint64_t ticks_between(double rate, double published_rate) {
+  return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(rate / published_rate)));
+}
+
+protocol::HelloReply hello_of(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
   protocol::HelloReply hello;
   hello.server = ACUS_VERSION;  // defined by the build
@@ -58,19 +69,11 @@ protocol::HelloReply make_hello(const LoadedScene& world) {
   const TetrahedralMesh& mesh = simulation.mesh();
   hello.tissue = {static_cast<std::uint32_t>(mesh.nodes.cols()), static_cast<std::uint32_t>(mesh.tetrahedra.size()),
                   static_cast<std::uint32_t>(mesh.surface.size())};
-  hello.topics = topic_rates(world);
+  hello.topics = topic_rates(scene);
   return hello;
 }
 
-template <std::size_t N>
-std::vector<std::int32_t> flatten(const std::vector<std::array<int, N>>& rows) {
-  std::vector<std::int32_t> flat;
-  flat.reserve(rows.size() * N);
-  for (const auto& row : rows) flat.insert(flat.end(), row.begin(), row.end());
-  return flat;
-}
-
-protocol::DescribeReply make_describe(const Simulation& simulation) {
+protocol::DescribeReply describe_of(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
   const TetrahedralMesh& mesh = simulation.mesh();
   protocol::DescribeReply describe;
@@ -83,17 +86,16 @@ protocol::DescribeReply make_describe(const Simulation& simulation) {
   }
   const std::span<const int> regions = simulation.regions();
   describe.tetrahedron_regions.assign(regions.begin(), regions.end());
+  const State loaded = make_state(simulation.model());
   for (int i = 0; i < static_cast<int>(scene.needles.size()); ++i) {
     protocol::NeedleRest rest{scene.needles[i].name, {}};
-    const auto positions = simulation.needle_positions(i);
+    const auto& positions = loaded.needles[i].x;
     rest.positions.resize(static_cast<std::size_t>(positions.size()));
     pack(positions, rest.positions);
     describe.needles.push_back(std::move(rest));
   }
   return describe;
 }
-
-}  // namespace
 
 LoadedScene::LoadedScene(const Scene& scene, const Progress& progress)
     : LoadedScene(scene, read_mesh(scene), progress) {}
@@ -107,8 +109,8 @@ LoadedScene::LoadedScene(const Scene& scene, TetrahedralMesh own_mesh, const Pro
       needle_frame_ticks(ticks_between(scene.rate, scene.publish.needle_rate)),
       tissue_frame_ticks(ticks_between(scene.rate, scene.publish.tissue_rate)),
       second_ticks(ticks_between(scene.rate, 1)),
-      hello(make_hello(*this)),
-      describe(make_describe(simulation)) {
+      hello(hello_of(simulation)),
+      describe(describe_of(simulation)) {
   second.state = simulation.state();
   const std::size_t needle_nodes = largest_node_count(simulation);
   for (NeedleFrame& frame : needle_frames.slots()) {

@@ -58,6 +58,12 @@ struct LoadedScene {
   const std::string& body_name(int body) const;
 };
 
+// What clients are told about a simulation: all but what depends on the request and the moment.
+protocol::HelloReply hello_of(const Simulation& simulation);
+protocol::DescribeReply describe_of(const Simulation& simulation);
+// Of ticks at `rate` (Hz), from one that is published to the next, >= 1.
+std::uint64_t ticks_between(double rate, double published_rate);
+
 // Builds the world of a scene, step by step as the log says; `rate` (Hz) replaces the scene's. Throws SceneError.
 std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate);
 

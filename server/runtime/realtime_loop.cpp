@@ -407,55 +407,28 @@ void RealtimeLoop::publish_shapes(const TickReport& report, TopicSet wanted) {
   };
   const bool needles = due(Topic::needle, world_->needle_frame_ticks);
   const bool tissue = due(Topic::tissue, world_->tissue_frame_ticks);
-  if (needles) publish_needles(report);
-  if (tissue) publish_tissue(report);
+  if (needles) publish_needles();
+  if (tissue) publish_tissue();
   if (needles || tissue) link_.to_sockets.signal();
 }
 
-void RealtimeLoop::publish_needles(const TickReport& report) {
-  const Simulation& simulation = world_->simulation;
+void RealtimeLoop::publish_needles() {
   for (int i = 0; i < static_cast<int>(world_->hello.needles.size()); ++i) {
     NeedleFrame* frame = room_in(world_->needle_frames);
     if (!frame) continue;
-    protocol::NeedleShape& shape = frame->shape;
     frame->needle = i;
-    shape.epoch = epoch_;
-    shape.tick = report.tick;
-    shape.time = report.time;
-    const auto positions = simulation.needle_positions(i);
-    shape.positions.resize(static_cast<std::size_t>(positions.size()));
-    pack(positions, shape.positions);
-    shape.orientations.clear();
-    for (const Quaternion& q : simulation.needle_orientations(i)) {
-      shape.orientations.insert(shape.orientations.end(), {q.w(), q.x(), q.y(), q.z()});
-    }
+    frame->shape.epoch = epoch_;
+    put(world_->simulation, i, frame->shape);
     world_->needle_frames.commit();
   }
 }
 
-void RealtimeLoop::publish_tissue(const TickReport& report) {
+void RealtimeLoop::publish_tissue() {
   protocol::TissueShape* shape = room_in(world_->tissue_frames);
   if (!shape) return;
   shape->epoch = epoch_;
-  shape->tick = report.tick;
-  shape->time = report.time;
-  pack(world_->simulation.tissue_positions(), shape->positions);
-  pack_paths(*shape);
+  put(world_->simulation, world_->path_points, *shape);
   world_->tissue_frames.commit();
-}
-
-void RealtimeLoop::pack_paths(protocol::TissueShape& shape) {
-  shape.path_points.clear();
-  shape.path_sizes.clear();
-  Matrix3X& points = world_->path_points;
-  for (int path = 0; path < Simulation::max_paths(); ++path) {
-    const int size = world_->simulation.path_positions(path, points);
-    if (size == 0) continue;
-    shape.path_sizes.push_back(size);
-    for (int i = 0; i < size; ++i) {
-      for (int axis = 0; axis < 3; ++axis) shape.path_points.push_back(static_cast<float>(points(axis, i)));
-    }
-  }
 }
 
 template <class T>

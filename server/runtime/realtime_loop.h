@@ -68,10 +68,9 @@ class RealtimeLoop {
   void publish_haptics(const TickReport& report, TopicSet wanted);
   void publish_events(const TickReport& report);
   void publish_shapes(const TickReport& report, TopicSet wanted);
-  void publish_needles(const TickReport& report);
+  void publish_needles();
   void keep_full_second(const TickReport& report);
-  void publish_tissue(const TickReport& report);
-  void pack_paths(protocol::TissueShape& shape);
+  void publish_tissue();
   void publish_tick(const TickTiming& timing);
   std::uint32_t flags(const TickReport& report, TopicSet wanted) const;
   std::uint64_t shape_decimation() const;

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <regex>
 #include <sstream>
@@ -18,6 +19,7 @@
 #include "server/scene/scene_error.h"
 #include "server/scene/scene_fields.h"
 #include "server/scene/scene_folders.h"
+#include "server/scene/scene_json.h"
 
 namespace acus {
 namespace {
@@ -369,7 +371,32 @@ void find_mesh(Scene& scene, const std::string& folder, const SceneFolders* allo
                     "expected a mesh file, found no file at \"" + mesh.file + "\"");
 }
 
+std::string as_json(const std::string& text) {
+  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::string as_json(double value) {
+  if (!std::isfinite(value)) return value < 0 ? "-1e999" : "1e999";
+  return format_number(value);
+}
+
+std::string as_json(const YAML::Node& node) {
+  if (node.IsMap() || node.IsSequence()) {
+    std::string inside;
+    for (const auto& each : node) {
+      if (!inside.empty()) inside += ", ";
+      inside += node.IsMap() ? as_json(each.first.Scalar()) + ": " + as_json(each.second) : as_json(each);
+    }
+    return node.IsMap() ? "{" + inside + "}" : "[" + inside + "]";
+  }
+  if (const auto number = parse_number(node)) return as_json(*number);
+  if (!node.IsScalar()) return "null";
+  return is_plain_value(node) ? node.Scalar() : as_json(node.Scalar());
+}
+
 }  // namespace
+
+std::string scene_as_json(const Scene& scene) { return as_json(parse_yaml(scene.text, scene.file)); }
 
 Scene parse_scene(const std::string& text, const std::string& name) {
   const YAML::Node root = parse_yaml(text, name);

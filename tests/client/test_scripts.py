@@ -16,8 +16,9 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "client"))
 
-import recording  # noqa: E402
-import shapes  # noqa: E402
+import drawing  # noqa: E402  it makes the package findable
+import acus  # noqa: E402
+from acus import shapes  # noqa: E402
 
 RECORDING = os.path.join(ROOT, "..", "shared", "data", "hand_motion", "recording1.txt")
 
@@ -171,7 +172,8 @@ class Plot(RecordedRun):
             rows = [(0.5 + 0.01 * i, "needle", kind) for i in range(30) for kind in ("contact", "release")]
             rows += [(2, "needle", "contact"), (2, "other", "contact")]
             file.write("time_s,needle,kind\n" + "".join("{},{},{}\n".format(*row) for row in rows))
-        events = recording.read_events(self.path("run.csv"), recording.Run(self.path("run.csv")))
+        drawn = acus.Run(self.path("run.csv"))
+        events = drawing.events_to_draw(drawn, drawing.Curves(drawn))
         self.assertEqual([(event.time, event.needle, event.kind) for event in events],
                          [(0.5, "needle", "contact"), (0.5, "needle", "release"), *rows[-2:]])
 
@@ -398,7 +400,7 @@ class Picture(RecordedRun):
 
     def test_shapes_read_back_at_any_time(self):
         self.write_all()
-        recorded = self.enterContext(shapes.Recording(self.path("run.shapes")))
+        recorded = self.enterContext(acus.Shapes(self.path("run.shapes")))
         frame = recorded.frame(0.98)
         self.assertAlmostEqual(frame.time, 1.0)
         self.assertEqual([len(path) for path in frame.paths], [2, 1])

@@ -15,14 +15,15 @@ BUILD, CPACK, CMAKE = (os.environ["ACUS_" + name] for name in ("BUILD", "CPACK",
 VERSION = os.environ["ACUS_VERSION"]
 CONSUMER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "install", "consumer")
 TOOLS = ["dpkg", "dpkg-deb", "dpkg-shlibdeps", "help2man"]
-PACKAGES = ["acus-client", "acus-scenes", "acus-server", "libacus-dev"]
+PACKAGES = ["acus-client", "acus-scenes", "acus-server", "libacus-dev", "python3-acus"]
 SOME_FILES = {
     "acus-server": ["usr/bin/acus-server", "usr/bin/acus-mesh", "usr/bin/acus-bench", "usr/bin/acus-export", "usr/bin/acus-scene",
                     "usr/lib/systemd/system/acus-server@.service", "usr/share/man/man1/acus-server.1.gz"],
     "acus-client": ["usr/bin/acus-replay", "usr/bin/acus-keygen", "usr/bin/acus-plot", "usr/bin/acus-top",
-                    "usr/share/acus/client/top_page.py", "usr/share/acus/client/top_keys.py", "usr/share/man/man1/acus-keygen.1.gz",
+                    "usr/share/acus/client/top_page.py", "usr/share/acus/client/package_path.py", "usr/share/man/man1/acus-keygen.1.gz",
                     "usr/share/man/man1/acus-top.1.gz"],
     "libacus-dev": ["usr/include/acus/client/client.h", "usr/lib/libacus_client.a", "usr/lib/cmake/acus/acusConfig.cmake"],
+    "python3-acus": ["usr/lib/python3/dist-packages/acus/__init__.py", "usr/lib/python3/dist-packages/acus/client.py"],
     "acus-scenes": ["usr/share/acus/scenes/insertion_pullback.yaml", "usr/share/acus/scenes/meshes/prostate.msh",
                     "usr/share/acus/scenes/trajectories/through.csv", "usr/share/doc/acus/README.md"],
 }
@@ -81,7 +82,7 @@ class Packages(unittest.TestCase):
         self.assertEqual(sorted(self.files), PACKAGES)
         for package, path in self.files.items():
             self.assertEqual(self.field(package, "Version"), VERSION + "-1")
-            self.assertEqual(self.field(package, "Architecture") == "all", package == "acus-scenes")
+            self.assertEqual(self.field(package, "Architecture") == "all", package in ("acus-scenes", "python3-acus"))
             listed = self.assert_success(run("dpkg-deb", "--contents", path))
             documents = [f"usr/share/doc/{package}/{name}" for name in ("copyright", "changelog.gz", "changelog.Debian.gz")]
             for file in SOME_FILES[package] + documents:
@@ -91,7 +92,8 @@ class Packages(unittest.TestCase):
         for library in ("libzmq5", "libcholmod", "libgmsh", "libc6"):
             self.assertIn(library, self.field("acus-server", "Depends"))
         self.assertIn("libzmq5", self.field("acus-client", "Depends"))
-        self.assertIn("python3-zmq", self.field("acus-client", "Depends"))
+        self.assertIn(f"python3-acus (= {VERSION}-1)", self.field("acus-client", "Depends"))
+        self.assertIn("python3-zmq", self.field("python3-acus", "Depends"))
         self.assertIn("libzmq3-dev", self.field("libacus-dev", "Depends"))
 
     def test_lintian_has_nothing_to_complain_of(self):
@@ -108,6 +110,8 @@ class Packages(unittest.TestCase):
         self.assert_success(self.installed("acus-server", "brachytherapy", "--check"))  # whose mesh acus-mesh reads
         for program in ("acus-replay", "acus-keygen", "acus-top", "acus-export", "acus-bench"):
             self.assertIn("--help", self.assert_success(self.installed(program, "--help")))
+        modules = os.path.join(self.root, "usr/lib/python3/dist-packages")
+        self.assert_success(run("/usr/bin/python3", "-c", "import acus", env={**os.environ, "PYTHONPATH": modules}))
         self.assert_success(self.dpkg("--install", *self.files.values()))  # an upgrade
         self.assert_success(self.dpkg("--remove", *PACKAGES))
         self.assert_success(self.dpkg("--purge", *PACKAGES))

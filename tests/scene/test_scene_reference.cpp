@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "server/scene/scene_fields.h"
+#include "server/scene/scene_json.h"
 #include "server/scene/scene_reference.h"
 #include "tests/support/temporary_folder.h"
 
@@ -203,6 +204,16 @@ TEST_CASE("scenes/README.md holds every table (acus-scene tables)") {
     CAPTURE(table.markdown);
     CHECK(readme.find("### " + table.title + "\n\n" + table.markdown) != std::string::npos);
   }
+}
+
+TEST_CASE("a scene as JSON holds the fields of its text, infinities and quoted numbers among them") {
+  const Scene scene = parse_scene(
+      "acus_scene: 1\nname: '12'\nrate: 10e2\nlaws: {solver: direct}\n"
+      "tissue: {fixed: [{box: {max: [.inf, -.inf, -0.05]}}], regions: [{name: \"a \\\"b\\\"\"}]}\n",
+      "test");
+  CHECK(scene_as_json(scene) ==
+        "{\"acus_scene\": 1, \"name\": \"12\", \"rate\": 1000, \"laws\": {\"solver\": \"direct\"}, \"tissue\": {\"fixed\": "
+        "[{\"box\": {\"max\": [1e999, -1e999, -0.05]}}], \"regions\": [{\"name\": \"a \\\"b\\\"\"}]}}");
 }
 
 TEST_CASE("the complete examples of scenes/README.md are scenes") {

@@ -13,6 +13,7 @@
 #include "client/same_file.h"
 #include "server/recording/rerun.h"
 #include "server/runtime/convert.h"
+#include "server/tools/export/shapes_export.h"
 #include "server/tools/export/vtk_export.h"
 
 namespace {
@@ -23,11 +24,12 @@ enum ExitCode : int { kSame = 0, kBadArguments = 1, kUnusable = 2, kCannotWrite 
 
 constexpr const char* kDescription =
     "Runs a recording of acus-server again and says whether it comes out the same to the last bit; writes the forces as "
-    "CSV and the shapes for ParaView.";
+    "CSV, and the shapes for client/picture, for Python and for ParaView.";
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-export RUN                      does this machine make the same of it?\n"
     "  acus-export RUN --csv run.csv        forces and events, as acus-replay --out writes them\n"
+    "  acus-export RUN --csv run.csv --shapes run.shapes    then client/picture run.csv draws it\n"
     "  acus-export RUN --vtk frames         open frames/tissue.pvd, needles.pvd, paths.pvd in ParaView\n"
     "\nExit status: 0 it comes out the same, 1 bad arguments, 2 the recording cannot be used, 3 a file cannot be written,\n"
     "4 it comes out otherwise, and the first tick that does is named, 5 a part of it is damaged or not whole: what stands\n"
@@ -36,6 +38,7 @@ constexpr const char* kFooter =
 struct Arguments {
   std::string recording;
   std::string csv;
+  std::string shapes;
   std::string vtk;
   double rate = 30;  // Hz, of frames
   bool quiet = false;
@@ -48,6 +51,10 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->required()
       ->check(CLI::ExistingFile);
   app.add_option("--csv", arguments.csv, "CSV to write, a row per tick and needle; events go to NAME.events.csv beside it")
+      ->type_name("FILE");
+  app.add_option("--shapes", arguments.shapes,
+                 "File to write with the shapes of needles and tissue, as acus-replay --shapes writes them; of the first "
+                 "scene, where a client loaded another one")
       ->type_name("FILE");
   CLI::Option* vtk =
       app.add_option("--vtk", arguments.vtk, "Folder for VTK files; it is made where it is not there")->type_name("FOLDER");
@@ -129,10 +136,17 @@ void print(const Rerun& rerun, const std::string& file) {
 
 // Throws if a result were to go into the recording.
 void check_distinct(const Arguments& arguments) {
+  const auto check = [&](const char* option, const std::string& path) {
+    if (!path.empty() && client::same_file(path, arguments.recording))
+      throw std::runtime_error(std::string(option) + " would overwrite the recording, '" + path + "'; give it another name");
+  };
+  check("--shapes", arguments.shapes);
   if (arguments.csv.empty()) return;
-  for (const std::string& path : {arguments.csv, client::RunLog::events_path_beside(arguments.csv)})
-    if (client::same_file(path, arguments.recording))
-      throw std::runtime_error("--csv would overwrite the recording, '" + path + "'; give it another name");
+  for (const std::string& path : {arguments.csv, client::RunLog::events_path_beside(arguments.csv)}) {
+    check("--csv", path);
+    if (!arguments.shapes.empty() && client::same_file(path, arguments.shapes))
+      throw std::runtime_error("--csv and --shapes would write the same file, '" + path + "'; give one another name");
+  }
 }
 
 int run(const Arguments& arguments) {
@@ -140,17 +154,21 @@ int run(const Arguments& arguments) {
   Rerun rerun(arguments.recording);
   std::optional<client::RunLog> csv;
   if (!arguments.csv.empty()) csv.emplace(arguments.csv, false);
+  std::optional<ShapesExport> shapes;
+  if (!arguments.shapes.empty()) shapes.emplace(arguments.shapes, rerun);
   std::optional<VtkExport> vtk;
   if (!arguments.vtk.empty()) vtk.emplace(arguments.vtk, arguments.rate);
   {
     Progress progress(!arguments.quiet);
     while (rerun.step()) {
       if (csv) write(*csv, rerun);
+      if (shapes) shapes->take(rerun);
       if (vtk) vtk->take(rerun);
       progress.show(rerun);
     }
   }
   if (csv) csv->close();
+  if (shapes) shapes->close();
   if (vtk) vtk->close();
   if (!arguments.quiet) print(rerun, arguments.recording);
   if (rerun.difference()) return kDiffers;

@@ -5,19 +5,21 @@ The file is msgpack messages one after the other: see "Recorded shapes" in proto
 asked for are kept in memory. SI units, world frame.
 """
 
-import sys
-
 import msgpack
 import numpy as np
+
+from .errors import RunError
 
 LARGEST_MESSAGE = 2**30  # bytes
 
 
-class Recording:
-    """What was simulated, and where in the file its shapes are. The file stays open: use it in a with statement."""
+class Shapes:
+    """What was simulated, and where in the file its shapes are: of an epoch of the run, the last unless told. The file
+    stays open: use it in a with statement. Raises RunError. `hello` and `describe` are the server's answers, as maps."""
 
-    def __init__(self, path):
+    def __init__(self, path, epoch=None):
         self.path = path
+        self.epoch = epoch
         self.hello = self.describe = None
         self.tissue = []  # (time, place in the file) of each state
         self.needles = {}  # the same, per needle
@@ -25,29 +27,46 @@ class Recording:
         try:
             self._file = open(path, "rb")  # pylint: disable=consider-using-with
         except OSError as error:
-            sys.exit(f"{path}: {error.strerror}; acus-replay --shapes {path} writes it")
+            raise RunError(f"{path}: {error.strerror}; acus-replay --shapes {path} writes it") from None
         try:
             self._index()
         except (ValueError, KeyError, TypeError, AttributeError, msgpack.UnpackException):
             self.hello = None
-        if not self.hello or not self.describe:
-            sys.exit(f"{path}: expected shapes written by acus-replay --shapes, found something else")
-        if not self.tissue or not all(self.needles.values()):
-            sys.exit(f"{path}: holds no shapes; the run was too short to have any")
+        problem = self._problem()
+        if problem:
+            self.close()
+            raise RunError(f"{path}: {problem}")
         self._read_mesh()
+
+    def _problem(self):
+        if not self.hello or not self.describe:
+            return "expected shapes written by acus-replay --shapes, found something else"
+        if not self.tissue or not all(self.needles.values()):
+            return "holds no shapes; the run was too short to have any"
+        return None
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
+        self.close()
+
+    def close(self):
         self._file.close()
 
+    @property
+    def times(self):
+        """s, simulation time of each tissue state."""
+        return np.array([time for time, _ in self.tissue])
+
     def _index(self):
-        begin = 0
+        wanted, begin = self.epoch, 0
         unpacker = msgpack.Unpacker(self._file, max_buffer_size=LARGEST_MESSAGE)
         for message in unpacker:
             kind = message["type"]
-            if kind == "tissue":
+            if kind in ("tissue", "needle") and not self._is_of(message.get("epoch", 0), wanted):
+                pass
+            elif kind == "tissue":
                 self.tissue.append((message["time"], begin))
             elif kind == "needle":
                 self.needles[message["needle"]].append((message["time"], begin))
@@ -59,6 +78,14 @@ class Recording:
             elif kind == "describe_reply":
                 self.describe = message
             begin = unpacker.tell()
+
+    def _is_of(self, epoch, wanted):
+        """Of the epoch that is wanted; without one a new epoch takes the place of the one before."""
+        if wanted is None and epoch != self.epoch:
+            self.epoch = epoch
+            self.tissue = []
+            self.needles = {name: [] for name in self.needles}
+        return epoch == self.epoch
 
     def _read_mesh(self):
         self.rest = unpack(self.describe, "positions", "<f4", 3).astype(float)  # m, nodes x 3
@@ -113,15 +140,15 @@ class Recording:
 class Frame:
     """All shapes at one time."""
 
-    def __init__(self, recording, time, place):
-        tissue = recording.message_at(place)
+    def __init__(self, shapes, time, place):
+        tissue = shapes.message_at(place)
         self.time = time  # s, simulation time
         self.tissue = unpack(tissue, "positions", "<f4", 3).astype(float)  # m, nodes x 3
         points = unpack(tissue, "path_points", "<f4", 3).astype(float)
         sizes = unpack(tissue, "path_sizes", "<i4", 1)[:, 0]
         self.paths = np.split(points, np.cumsum(sizes)[:-1]) if sizes.size else []  # m, points x 3 each
-        self.needles = {name: recording.needle_at(name, time) for name in recording.needles}
-        self.guides = recording.guides_at(place)
+        self.needles = {name: shapes.needle_at(name, time) for name in shapes.needles}
+        self.guides = shapes.guides_at(place)
 
 
 class Displacement:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The keys (CURVE) with which acus-top connects to a server that asks for some, from files as acus-keygen writes them.
+"""The keys (CURVE) with which a client connects to a server that asks for some, from files as acus-keygen writes them.
 
 The rules are those of protocol/key_file.h.
 """
@@ -9,15 +9,13 @@ import os
 import zmq
 import zmq.auth
 
+from .errors import KeyFileError
+
 OPEN_TO_OTHERS = 0o037  # bits of a mode: at most a group may read a secret
 
 
-class KeyFileError(Exception):
-    """Names the file and what is wrong, and never a secret key."""
-
-
 class Keys:
-    """The server's public key, and this client's pair. Throws KeyFileError."""
+    """The server's public key, and this client's pair. Raises KeyFileError."""
 
     def __init__(self, server_file, client_file):
         self.server = read_public_key(server_file)

@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: MIT
+"""Needles in soft tissue, simulated by acus-server: docs/python.md says how this package is used."""
+
+from .client import Client
+from .errors import (AcusError, ClientError, KeyFileError, KeysRefused, ProgramNotFound, ProtocolMismatch, Refused,
+                     RunError, SceneError, ServerFailed, Vanished)
+from .keys import Keys
+from .messages import (DescribeReply, Done, Event, Force, Guide, Haptics, HashReply, HelloReply, Needle,
+                       NeedleShape, SnapshotReply, States, Stats, TissueShape, flag_names)
+from .programs import find_scene, find_server
+from .run import Run, Track
+from .scene import Scene
+from .server import Server
+from .shapes import Shapes

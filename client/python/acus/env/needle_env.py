@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""A task as an environment with Gymnasium's interface."""
+
+import numpy as np
+
+from . import force_limit, needle_order, reach
+from .interface import Env
+from .randomisation import draw
+from .world import World
+
+TASKS = {"reach": reach.Reach, "force_limit": force_limit.ForceLimit, "needle_order": needle_order.NeedleOrder}
+POLICIES = {"reach": reach.policy, "force_limit": force_limit.policy, "needle_order": needle_order.policy}
+
+
+class NeedleEnv(Env):
+    """`task` is a name of TASKS or a Task. `randomise` draws parameters of the scene for each episode: True for the
+    task's own ranges, or {place: (low, high)}. Further arguments are those of Server. An episode is the same, bit by
+    bit, for the same seed and the same actions.
+
+    reset(seed, options): options may hold "parameters", {place: value} in place of drawn ones, and what the task takes
+    as its goal. info: "success", "tick", "parameters" after reset, and what the task adds.
+    """
+
+    def __init__(self, task="reach", *, randomise=None, **server):
+        if isinstance(task, str) and task not in TASKS:
+            raise ValueError(f"task: expected one of {', '.join(TASKS)}, found '{task}'")
+        self.task = TASKS[task]() if isinstance(task, str) else task
+        self.action_space = self.task.action_space
+        self.observation_space = self.task.observation_space
+        self.ranges = dict(self.task.ranges if randomise is True else randomise or {})
+        self.scene = self.task.scene()
+        self.parameters = {}  # of the scene that is loaded, where it is not the task's
+        self._steps = 0
+        self.world = World(self.scene, self.task.topics, **server)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        options = dict(options or {})
+        parameters = {**draw(self.ranges, self.np_random), **options.pop("parameters", {})}
+        if parameters == self.parameters:
+            self.world.begin()
+        else:
+            self._load(parameters)
+        self._steps = 0
+        self.task.begin(self.world, self.np_random, options)
+        return self._observation(), {"success": False, "tick": self.world.states.tick, "parameters": parameters}
+
+    def step(self, action):
+        self.task.act(self.world, action)
+        self._steps += 1
+        outcome = self.task.judge(self.world)
+        truncated = not outcome.terminated and self._steps >= self.task.steps
+        info = {"success": outcome.success, "tick": self.world.states.tick, **outcome.info}
+        return self._observation(), float(outcome.reward), bool(outcome.terminated), truncated, info
+
+    def close(self):
+        self.world.close()
+
+    def _load(self, parameters):
+        scene = self.scene.copy()
+        for place, value in parameters.items():
+            scene[place] = value
+        self.world.load(scene)
+        self.parameters = parameters
+
+    def _observation(self):
+        return np.asarray(self.task.observe(self.world), dtype=self.observation_space.dtype)

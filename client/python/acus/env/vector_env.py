@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""Several worlds at once, each with a process of its own for its NeedleEnv, and with a server of its own."""
+
+import multiprocessing
+import traceback
+
+import numpy as np
+
+from ..errors import AcusError
+from .needle_env import NeedleEnv
+
+JOINING = 15  # s that a process may take to end its server
+
+
+class VectorEnv:
+    """NeedleEnv's arguments after the number of worlds; `make` (a function without arguments, of a module) makes other
+    environments. As in Gymnasium's vector environments, arrays have a row per world, and an episode that is over
+    begins anew by itself: the step that ends it returns the first observation of the next one, with the last one and
+    its info in infos[i]["final_observation"] and infos[i]["final_info"].
+
+    Processes are spawned: a program that makes a VectorEnv does so below `if __name__ == "__main__":`.
+    """
+
+    def __init__(self, count, task="reach", *, make=None, **arguments):
+        context = multiprocessing.get_context("spawn")
+        self.num_envs = count
+        self._pipes, self._processes = [], []
+        for _ in range(count):
+            here, there = context.Pipe()
+            process = context.Process(target=work, args=(there, make, task, arguments), daemon=True)
+            process.start()
+            there.close()
+            self._pipes.append(here)
+            self._processes.append(process)
+        try:
+            spaces = self._gather()
+        except BaseException:
+            self.close()
+            raise
+        self.single_action_space, self.single_observation_space = spaces[0]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def reset(self, *, seed=None, options=None):
+        """World i gets seed + i, or the i-th of a list. Observations and infos."""
+        seeds = [None] * self.num_envs if seed is None else \
+            [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else list(seed)
+        results = self._ask("reset", [{"seed": each, "options": options} for each in seeds])
+        return np.stack([observation for observation, _ in results]), [info for _, info in results]
+
+    def step(self, actions):
+        """Observations, rewards, terminated, truncated (arrays with a row per world), infos (a list)."""
+        results = self._ask("step", list(actions))
+        observations, rewards, terminated, truncated, infos = zip(*results)
+        return np.stack(observations), np.array(rewards), np.array(terminated), np.array(truncated), list(infos)
+
+    def close(self):
+        for pipe in self._pipes:
+            try:
+                pipe.send(("close", None))
+            except OSError:
+                pass  # it has ended
+            pipe.close()
+        for process in self._processes:
+            process.join(JOINING)
+            if process.is_alive():
+                process.terminate()
+        self._pipes, self._processes = [], []
+
+    def _ask(self, what, values):
+        if len(values) != self.num_envs:
+            raise ValueError(f"expected {self.num_envs} of them, found {len(values)}")
+        for pipe, value in zip(self._pipes, values):
+            try:
+                pipe.send((what, value))
+            except OSError:
+                pass  # its process has ended, which the answer tells
+        return self._gather()
+
+    def _gather(self):
+        """Of all worlds, also where one has trouble: answers and questions keep their order."""
+        answers = [self._answer(i) for i in range(self.num_envs)]
+        trouble = [result for succeeded, result in answers if not succeeded]
+        if trouble:
+            raise AcusError(trouble[0])
+        return [result for _, result in answers]
+
+    def _answer(self, world):
+        try:
+            succeeded, result = self._pipes[world].recv()
+        except (EOFError, OSError):
+            return False, f"the process of world {world} has ended"
+        return succeeded, result if succeeded else f"world {world}: {result}"
+
+
+def work(pipe, make, task, arguments):
+    """In a process of its own, until the other end says so or is gone."""
+    env = None
+    try:
+        env = make() if make else NeedleEnv(task, **arguments)
+        pipe.send((True, (env.action_space, env.observation_space)))
+        while True:
+            what, value = pipe.recv()
+            if what == "close":
+                break
+            pipe.send((True, env.reset(**value) if what == "reset" else step(env, value)))
+    except (EOFError, BrokenPipeError, ConnectionResetError, KeyboardInterrupt):
+        pass  # the other end is gone, or wants no more
+    except Exception:  # pylint: disable=broad-except  # told at the other end, whatever it is
+        pipe.send((False, traceback.format_exc()))
+    finally:
+        if env:
+            env.close()
+
+
+def step(env, action):
+    observation, reward, terminated, truncated, info = env.step(action)
+    if terminated or truncated:
+        first, first_info = env.reset()
+        info = {**first_info, "final_observation": observation, "final_info": info}
+        observation = first
+    return observation, reward, terminated, truncated, info

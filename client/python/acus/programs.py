@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""Where the programs of Acus are: named, in $ACUS_SERVER, in the build of the checkout that this package lies in, or on
+PATH. All others are looked for beside acus-server first."""
+
+import glob
+import os
+import shutil
+
+from .errors import ProgramNotFound
+
+CHECKOUT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
+PREFERRED = "release"  # preset; else what was built last
+
+
+def find_server(program=None):
+    """Path of acus-server; raises ProgramNotFound."""
+    for found in (program, os.environ.get("ACUS_SERVER")):
+        if found:
+            return checked(found)
+    found = newest_build("acus-server") or shutil.which("acus-server")
+    if not found:
+        raise ProgramNotFound("acus-server is neither in the build of this checkout nor on PATH; build or install "
+                              "it, or say where it is by $ACUS_SERVER")
+    return found
+
+
+def find_program(name, server=None):
+    """Path of acus-scene, acus-export and the like; raises ProgramNotFound."""
+    try:
+        beside = os.path.join(os.path.dirname(find_server(server)), name)
+    except ProgramNotFound:
+        beside = ""
+    if is_program(beside):
+        return beside
+    found = newest_build(name) or shutil.which(name)
+    if not found:
+        raise ProgramNotFound(f"{name} is neither beside acus-server nor on PATH")
+    return found
+
+
+def find_scene(name):
+    """The file of a scene of the project, in the checkout or where it is installed; raises ProgramNotFound."""
+    folders = [os.path.join(CHECKOUT, "scenes")]
+    try:
+        folders.append(os.path.join(os.path.dirname(os.path.dirname(find_server())), "share", "acus", "scenes"))
+    except ProgramNotFound:
+        pass
+    for folder in [*folders, "/usr/share/acus/scenes"]:
+        path = os.path.join(folder, name + ".yaml")
+        if os.path.exists(path):
+            return path
+    raise ProgramNotFound(f"the scene '{name}' is neither in the checkout nor installed (package acus-scenes)")
+
+
+def newest_build(name):
+    programs = [path for path in glob.glob(os.path.join(CHECKOUT, "build", "*", "bin", name)) if is_program(path)]
+    preferred = os.path.join(CHECKOUT, "build", PREFERRED, "bin", name)
+    return preferred if preferred in programs else max(programs, key=os.path.getmtime, default=None)
+
+
+def checked(path):
+    found = shutil.which(path)  # also a name on PATH
+    if not found:
+        raise ProgramNotFound(f"'{path}' is no program that can be run")
+    return found
+
+
+def is_program(path):
+    return os.path.isfile(path) and os.access(path, os.X_OK)

@@ -1,0 +1,203 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""acus.env: tasks are solved by scripts, episodes repeat bit by bit, worlds run side by side."""
+
+import importlib.util
+import os
+import unittest
+
+import numpy as np
+
+from small_scene import InTemporaryFolder
+
+import acus  # noqa: E402
+from acus.env import POLICIES, LogUniform, NeedleEnv, Outcome, Task, VectorEnv  # noqa: E402
+from acus.env.interface import Box, Discrete  # noqa: E402
+from acus.env.speed import measure  # noqa: E402
+from acus.env.tissue_points import TissuePoints  # noqa: E402
+
+
+def play(env, policy, **reset):
+    """(observations, rewards, info of the last step, whether it was cut short)"""
+    observation, _ = env.reset(**reset)
+    observations, rewards = [observation], []
+    while True:
+        observation, reward, terminated, truncated, info = env.step(policy(observation))
+        observations.append(observation)
+        rewards.append(reward)
+        if terminated or truncated:
+            return observations, rewards, info, truncated
+
+
+class Tasks(unittest.TestCase):
+    def solve(self, task, seeds, **arguments):
+        env = NeedleEnv(task, **arguments)
+        self.addCleanup(env.close)
+        for seed in seeds:
+            observations, rewards, info, _ = play(env, POLICIES[task], seed=seed)
+            self.assertTrue(info["success"], (task, seed, info))
+            for observation in observations:
+                self.assertIn(observation, env.observation_space)
+        return env, rewards, info
+
+    def test_reach_is_solved_by_turning_the_bevel_to_the_target(self):
+        env, rewards, _ = self.solve("reach", range(3))
+        self.assertGreater(sum(rewards), 60)
+        for action, past in (([1, 0], True), ([0, 0], False)):  # drifts away; waits
+            _, _, info, truncated = play(env, lambda _, action=action: action,
+                                         options={"target": [0, 0, -0.01]})
+            self.assertEqual((info["success"], truncated), (False, not past))
+
+    def test_the_force_limit_is_held_by_slowing_down(self):
+        env, _, info = self.solve("force_limit", [0])
+        self.assertLess(info["peak"], 1.25)
+        _, rewards, info, _ = play(env, lambda _: [1.0], seed=0)
+        self.assertGreater(info["peak"], 1.25)
+        self.assertLess(rewards[-1], -9)
+        _, _, info, _ = play(env, lambda _: [1.0], seed=0, options={"limit": 10})
+        self.assertTrue(info["success"])
+
+    def test_the_needle_that_matters_goes_in_last(self):
+        env, rewards, info = self.solve("needle_order", [0], randomise=True)
+        self.assertAlmostEqual(rewards[-1], -1e3 * info["miss"])
+        chosen = env.task.chosen
+        order = iter([chosen, chosen, *(i for i in range(6) if i != chosen)])
+        _, rewards, info, _ = play(env, lambda _: next(order), options={"chosen": chosen})
+        self.assertFalse(info["success"])
+        self.assertEqual(rewards[1], -1)  # it stood already
+
+
+class Episodes(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.env = NeedleEnv("reach", randomise={"tissue.regions[gel].material.young_modulus": LogUniform(15e3, 60e3),
+                                                "needles[0].cutting_direction[1]": (0.08, 0.15)})
+        cls.addClassCleanup(cls.env.close)
+
+    def test_they_repeat_bit_by_bit(self):
+        first = play(self.env, POLICIES["reach"], seed=5)
+        other = play(self.env, POLICIES["reach"], seed=6)
+        again = play(self.env, POLICIES["reach"], seed=5)
+        np.testing.assert_array_equal(first[0], again[0])
+        self.assertEqual(first[1], again[1])
+        self.assertNotEqual(first[1], other[1])
+
+    def test_parameters_are_drawn_or_given(self):
+        _, info = self.env.reset(seed=1)
+        _, same = self.env.reset(seed=1)
+        _, other = self.env.reset()
+        self.assertEqual(info["parameters"], same["parameters"])
+        self.assertNotEqual(info["parameters"], other["parameters"])
+        for place, value in ((0, 15e3), (1, 0.08)):
+            self.assertGreater(list(info["parameters"].values())[place], value)
+        given = {"tissue.regions[gel].material.young_modulus": 20e3, "needles[0].cutting_direction[1]": 0.1,
+                 "tissue.regions[gel].interaction.cutting_force": 0.25}
+        _, info = self.env.reset(options={"parameters": given})
+        self.assertEqual(info["parameters"], given)
+        self.assertRaises(acus.Refused, self.env.reset, options={"parameters": {"tissue.colour.red": 1}})
+
+    def test_what_there_is_no_task_for(self):
+        self.assertRaisesRegex(ValueError, "reach, force_limit, needle_order", NeedleEnv, "dance")
+
+    @unittest.skipUnless(importlib.util.find_spec("gymnasium"), "Gymnasium is not installed")
+    def test_gymnasium_has_nothing_to_complain_of(self):
+        from gymnasium.utils.env_checker import check_env
+        check_env(self.env, skip_render_check=True)
+
+
+class Waiting(Task):
+    """One's own task: nothing moves. The third step fails."""
+
+    action_space = Discrete(2)
+    observation_space = Box(-np.inf, np.inf, (1,))
+    steps = 2
+
+    def scene(self):
+        return acus.Scene({"tissue": {"rung": "none"}, "needles": [{"name": "n"}]})
+
+    def begin(self, world, random, options):
+        self.offset = random.uniform()
+
+    def act(self, world, action):
+        if action == 1:
+            raise acus.AcusError("asked to fail")
+        world.step(1)
+
+    def observe(self, world):
+        return [self.offset + world.states.tick]
+
+    def judge(self, world):
+        return Outcome(1.0, False, False, {})
+
+
+def waiting():
+    return NeedleEnv(Waiting())
+
+
+class Worlds(unittest.TestCase):
+    def test_they_do_what_one_does_alone(self):
+        with VectorEnv(2, "reach") as worlds:
+            observations, _ = worlds.reset(seed=3)
+            self.assertEqual(observations.shape, (2, 10))
+            rows = [observations]
+            for _ in range(5):
+                actions = [POLICIES["reach"](observation) for observation in rows[-1]]
+                observations, rewards, terminated, truncated, infos = worlds.step(actions)
+                self.assertEqual((rewards.shape, terminated.dtype, truncated.dtype, len(infos)), ((2,), bool, bool, 2))
+                rows.append(observations)
+        env = NeedleEnv("reach")
+        self.addCleanup(env.close)
+        observation, _ = env.reset(seed=4)  # the second world's
+        for row in rows:
+            np.testing.assert_array_equal(row[1], observation)
+            observation = env.step(POLICIES["reach"](observation))[0]
+
+    def test_an_episode_that_is_over_begins_anew_and_trouble_is_told(self):
+        with VectorEnv(2, make=waiting) as worlds:
+            self.assertEqual(worlds.single_action_space.n, 2)
+            first, _ = worlds.reset(seed=[1, 1])
+            self.assertEqual(first[0], first[1])
+            worlds.step([0, 0])
+            observations, _, _, truncated, infos = worlds.step([0, 0])
+            self.assertTrue(truncated.all())
+            self.assertAlmostEqual(infos[1]["final_observation"][0] - first[1, 0], 2, places=5)
+            self.assertNotEqual(observations[0], first[0])
+            processes = worlds._processes
+            self.assertRaisesRegex(acus.AcusError, "world 1: .*(?s:.*)asked to fail", worlds.step, [0, 1])
+            self.assertRaisesRegex(ValueError, "expected 2", worlds.step, [0])
+            processes[1].join()
+            self.assertRaisesRegex(acus.AcusError, "world 1 has ended", worlds.step, [0, 0])
+        self.assertEqual([process.exitcode for process in processes], [0, 0])
+
+
+class Parts(InTemporaryFolder):
+    def test_places_move_with_the_tissue(self):
+        random = np.random.default_rng(2)
+        nodes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], dtype=np.float32)
+
+        class Described:
+            positions = nodes
+            tetrahedra = np.array([[0, 1, 2, 3], [1, 2, 3, 4]])
+
+        places = np.array([[0.2, 0.1, 0.3], [0.6, 0.6, 0.6], [0, 0, 0]])
+        points = TissuePoints(Described, places)
+        np.testing.assert_allclose(points.at(nodes), places, atol=1e-6)
+        turned = random.normal(size=(3, 3))
+        np.testing.assert_allclose(points.at(nodes @ turned + 5), places @ turned + 5, atol=1e-5)
+
+    def test_spaces(self):
+        box, choice = Box(np.array([0, -1], np.float32), np.array([1, 1], np.float32)), Discrete(3)
+        for space in (box, choice):
+            space.seed(1)
+            self.assertTrue(all(space.sample() in space for _ in range(100)))
+        self.assertFalse(box.contains(np.array([2, 0], np.float32)) or choice.contains(3))
+
+    def test_speed_is_measured(self):
+        found = measure("reach", episodes=1)
+        self.assertGreater(found["steps_per_second"], 0)
+        self.assertGreater(found["ticks"], found["steps"])
+        self.assertAlmostEqual(found["in_process"] + found["ipc"] + found["python"], 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

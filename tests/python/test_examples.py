@@ -1,0 +1,65 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The examples run as they stand, and tell what they are said to."""
+
+import os
+import re
+import subprocess
+import sys
+import unittest
+
+from small_scene import PATIENCE, ROOT, InTemporaryFolder
+
+EXAMPLES = os.path.join(ROOT, "client", "python", "examples")
+
+
+class Examples(InTemporaryFolder):
+    def run_example(self, name, *arguments):
+        environment = {**os.environ, "PYTHONPATH": os.path.join(ROOT, "client", "python")}
+        done = subprocess.run([sys.executable, os.path.join(EXAMPLES, name), *arguments], cwd=self.folder, text=True,
+                              env=environment, capture_output=True, timeout=4 * PATIENCE, check=False)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        return done.stdout
+
+    def test_first_insertion(self):
+        text = self.run_example("first_insertion.py")
+        self.assertIn("puncture of 'phantom' at 1.00 N", text)
+        self.assertTrue("no picture" in text or os.path.getsize(self.path("first_insertion.png")) > 5000)
+
+    def test_steering(self):
+        found = re.search(r"came to (\S+) mm from the target, (\S+) mm beside", self.run_example("steering.py"))
+        self.assertLess(float(found[1]), 1.0)  # 0.39
+        self.assertGreater(float(found[2]), 5.0)  # 5.8
+
+    def test_sweep(self):
+        rows = [line.split() for line in self.run_example("sweep.py").splitlines()[1:]]
+        self.assertEqual(len(rows), 6)
+        ways = {(float(stiffness), float(puncture)): float(way) for stiffness, puncture, way, _ in rows}
+        for stiffness in (5, 10, 20):
+            self.assertGreater(ways[stiffness, 1.0], ways[stiffness, 0.5])
+        self.assertGreater(ways[5, 1.0], ways[20, 1.0])
+
+    def test_control_loop(self):
+        text = self.run_example("control_loop.py", "1")
+        self.assertRegex(text, r"\d+ turns for \d+ ticks, \d+ lost")
+        self.assertRegex(text, r"force in the last tenth: -?\d\.\d+ N")
+
+    def test_what_the_page_shows(self):
+        with open(os.path.join(ROOT, "docs", "python.md"), encoding="utf-8") as file:
+            blocks = re.findall(r"```python\n(.*?)```", file.read(), re.DOTALL)
+        self.assertGreaterEqual(len(blocks), 3)
+        for block in blocks:
+            script = self.write("block.py", block)
+            environment = {**os.environ, "PYTHONPATH": os.path.join(ROOT, "client", "python"), "MPLBACKEND": "agg"}
+            done = subprocess.run([sys.executable, script], cwd=self.folder, text=True, env=environment,
+                                  capture_output=True, timeout=4 * PATIENCE, check=False)
+            self.assertEqual(done.returncode, 0, block + done.stdout + done.stderr)
+        self.assertGreater(os.path.getsize(self.path("force.png")), 5000)
+
+    def test_every_example_is_tested(self):
+        tested = {name.removeprefix("test_") + ".py" for name in dir(self) if name.startswith("test_")}
+        self.assertEqual({name for name in os.listdir(EXAMPLES) if name.endswith(".py")} - tested, set())
+
+
+if __name__ == "__main__":
+    unittest.main()
