@@ -1,5 +1,5 @@
 # Installs the programs, the scenes, and the protocol and client libraries for find_package(acus), which offers
-# acus::protocol and acus::client. Headers are included as in the sources: "client/client.h" from include/acus.
+# acus::protocol, acus::client and acus::haptics. Headers are included as in the sources: "client/client.h" from include/acus.
 # Components are the Debian packages of packages.cmake: server, client, dev, scenes; licences go into no package, which
 # has a file `copyright` instead.
 include(GNUInstallDirs)
@@ -7,7 +7,8 @@ include(CMakePackageConfigHelpers)
 
 set(acus_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/acus)
 
-install(TARGETS acus_protocol acus_client EXPORT acus_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+install(TARGETS acus_protocol acus_client acus_haptics EXPORT acus_targets
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 install(DIRECTORY protocol client DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/acus COMPONENT dev
         FILES_MATCHING PATTERN "*.h" PATTERN "socket.h" EXCLUDE PATTERN "packer.h" EXCLUDE)
 install(EXPORT acus_targets NAMESPACE acus:: FILE acusTargets.cmake DESTINATION ${acus_package_dir} COMPONENT dev)
