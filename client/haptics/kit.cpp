@@ -55,10 +55,12 @@ void Kit::begin(const Pose& device, const Pose& base) {
   response_ = LocalResponse();
   age_ = 1e9;
   epoch_ = tick_ = 0;
+  moving_.forget();
 }
 
 void Kit::take(const LocalModel& model) {
   if (model.epoch < epoch_ || (model.epoch == epoch_ && model.tick < tick_)) return;
+  if (model.epoch != epoch_) moving_.forget();
   epoch_ = model.epoch;
   tick_ = model.tick;
   model_stale_ = model.stale;
@@ -68,11 +70,30 @@ void Kit::take(const LocalModel& model) {
   const auto spring = [](double felt, double scales) { return kCoupling * (felt > 0 ? felt : 1e3) / scales; };
   const double translation = spring(coupling_.translation, workspace.force_scale * workspace.scale);
   const double rotation = spring(coupling_.rotation, registration_.torque_scale());
-  response_ = LocalResponse(model, translation, rotation, sticking_ > 0 ? sticking_ : translation);
-  if (response_.stiffness() > 0) sticking_ = response_.stiffness();
+  const LocalModel known = learnt(model);
+  response_ = LocalResponse(known, translation, rotation, sticking_ > 0 ? sticking_ : translation, moving_.value());
   // The command in use may not have been reached yet.
   const std::uint64_t oldest = seq_ < kKept ? 1 : seq_ - kKept + 1;
   for (std::uint64_t seq = std::max(model.seq, oldest); seq <= seq_; ++seq) response_.pass(sent_[seq % kKept]);
+}
+
+// The model, without axial stiffness where the needle slides.
+LocalModel Kit::learnt(const LocalModel& model) {
+  const Vector3 axis = model.base.orientation * Vector3{{1, 0, 0}};
+  double stiffness = 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) stiffness -= axis[i] * model.stiffness(i, j) * axis[j];
+  stiffness = std::max(stiffness, 0.0);
+  moving_.add(model, stiffness, dot(axis, base_before_.position - model.base.position));
+  LocalModel learnt = model;
+  if (model.forward_limit == Limit::none && model.backward_limit == Limit::none) return learnt;
+  if (!moving_.slides(stiffness)) {
+    sticking_ = stiffness;
+    return learnt;
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) learnt.stiffness(i, j) += stiffness * axis[i] * axis[j];
+  return learnt;
 }
 
 void Kit::remember(const Pose& base) { sent_[++seq_ % kKept] = base_before_ = base; }

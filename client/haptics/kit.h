@@ -18,6 +18,7 @@
 
 #include "client/haptics/coupling.h"
 #include "client/haptics/local_response.h"
+#include "client/haptics/moving_stiffness.h"
 #include "client/haptics/passivity.h"
 #include "client/haptics/ramp.h"
 #include "client/haptics/registration.h"
@@ -64,6 +65,7 @@ class Kit {
  private:
   Wrench within_limits(Wrench wanted);
   bool parted(const Sample& sample);
+  LocalModel learnt(const LocalModel& model);
   void remember(const Pose& base);
 
   DeviceProperties properties_;
@@ -72,6 +74,7 @@ class Kit {
   Registration registration_;
   LocalResponse response_;
   Passivity passivity_;
+  MovingStiffness moving_;
   Ramp ramp_;
   Pose device_before_, base_before_;
   Wrench before_;              // rendered

@@ -47,7 +47,8 @@ bool yields(Limit limit) { return limit == Limit::puncture || limit == Limit::cu
 
 }  // namespace
 
-LocalResponse::LocalResponse(const LocalModel& model, double translation, double rotation, double sticking)
+LocalResponse::LocalResponse(const LocalModel& model, double translation, double rotation, double sticking,
+                             double moving)
     : empty_(false), model_(model), world_from_base_(model.base.orientation) {
   assert(translation > 0 && rotation > 0 && sticking > 0 && model.forward >= 0 && model.backward >= 0);
   coupling_ = {{translation, translation, translation, rotation, rotation, rotation}};
@@ -60,8 +61,22 @@ LocalResponse::LocalResponse(const LocalModel& model, double translation, double
     for (int j = 0; j < 6; ++j) scaled(i, j) = -(stiffness(i, j) + stiffness(j, i)) / (2 * root[i] * root[j]);
   resisting_ = composed(spectrum(scaled), root);
   force_ = turned(base_from_world, joined(model.felt));
-  if (resisting_(0, 0) * kLongestSpring > std::abs(force_[0])) stiffness_ = resisting_(0, 0);
-  else if (force_[0] != 0) let_stick(sticking);
+  if (resisting_(0, 0) * kLongestSpring <= std::abs(force_[0]) && force_[0] != 0) {
+    let_stick(sticking);
+    moving = 0;
+  }
+  take_off(moving);
+}
+
+// Row and column shrink together, which keeps A positive semidefinite.
+void LocalResponse::take_off(double moving) {
+  loading_ = resisting_;
+  if (!(resisting_(0, 0) > 0)) return;
+  const double share = std::sqrt(std::max(1 - moving / resisting_(0, 0), 0.0));
+  for (int i = 0; i < 6; ++i) {
+    loading_(i, 0) *= share;
+    loading_(0, i) *= share;
+  }
 }
 
 // The needle slides: no further way ahead, a spring back to where nothing is felt. Adding to the diagonal keeps A
@@ -74,12 +89,12 @@ void LocalResponse::let_stick(double sticking) {
   model_.forward_limit = model_.backward_limit = Limit::slip;
 }
 
-Vector6 LocalResponse::solve_free(const Vector6& delta) const {
-  Matrix6 both = resisting_;
-  Vector6 pull = force_;
+Vector6 LocalResponse::solve_free(const Piece& piece, const Vector6& delta) const {
+  Matrix6 both = piece.resisting;
+  Vector6 pull = piece.force;
   for (int i = 0; i < 6; ++i) {
     both(i, i) += coupling_[i];
-    pull[i] += coupling_[i] * delta[i] + resisting_(i, 0) * anchor_;
+    pull[i] += coupling_[i] * delta[i] + piece.resisting(i, 0) * anchor_;
   }
   Vector6 gone;
   [[maybe_unused]] const bool definite = solve(both, pull, gone);
@@ -88,13 +103,13 @@ Vector6 LocalResponse::solve_free(const Vector6& delta) const {
 }
 
 // The same with what A sees of the axial way held at `axial`; the first entry of the result is `axial`, too.
-Vector6 LocalResponse::solve_clamped(const Vector6& delta, double axial) const {
+Vector6 LocalResponse::solve_clamped(const Piece& piece, const Vector6& delta, double axial) const {
   Matrix<5> both;
   Vector<5> pull;
   for (int i = 0; i < 5; ++i) {
-    for (int j = 0; j < 5; ++j) both(i, j) = resisting_(i + 1, j + 1);
+    for (int j = 0; j < 5; ++j) both(i, j) = piece.resisting(i + 1, j + 1);
     both(i, i) += coupling_[i + 1];
-    pull[i] = force_[i + 1] + coupling_[i + 1] * delta[i + 1] - resisting_(i + 1, 0) * axial;
+    pull[i] = piece.force[i + 1] + coupling_[i + 1] * delta[i + 1] - piece.resisting(i + 1, 0) * axial;
   }
   Vector<5> gone;
   [[maybe_unused]] const bool definite = solve(both, pull, gone);
@@ -112,18 +127,33 @@ void LocalResponse::pass(const Pose& proxy) {
   yield((world_from_base_.conjugate() * (proxy.position - model_.base.position))[0]);
 }
 
+// The wrench of one piece, and what A sees of the way.
+Vector6 LocalResponse::felt(const Piece& piece, const Vector6& delta, Vector6& seen) const {
+  seen = solve_free(piece, delta);
+  seen[0] -= anchor_;
+  if (seen[0] > model_.forward) seen = solve_clamped(piece, delta, model_.forward);
+  else if (seen[0] < -model_.backward) seen = solve_clamped(piece, delta, -model_.backward);
+  return piece.force - piece.resisting * seen;
+}
+
 LocalResponse::Answer LocalResponse::operator()(const Pose& device) {
   if (empty_) return {{}, device};
   const Vector6 delta = turned(world_from_base_.conjugate(), displacement(model_.base, device));
-  Vector6 seen = solve_free(delta);
-  seen[0] -= anchor_;
-  if (seen[0] > model_.forward) seen = solve_clamped(delta, model_.forward);
-  else if (seen[0] < -model_.backward) seen = solve_clamped(delta, -model_.backward);
-  const Vector6 felt = force_ - resisting_ * seen;
+  Vector6 seen;
+  Vector6 wrench = felt({loading_, force_}, delta, seen);
+  if (seen[0] * force_[0] > 0) {  // the way goes with the force, which falls
+    wrench = felt({resisting_, force_}, delta, seen);
+    if (wrench[0] * force_[0] < 0) {  // and would turn round: from where it is zero it grows the other way
+      const double zero = force_[0] / resisting_(0, 0);
+      Vector6 less;
+      for (int i = 0; i < 6; ++i) less[i] = zero * (resisting_(i, 0) - loading_(i, 0));
+      wrench = felt({loading_, force_ - less}, delta, seen);
+    }
+  }
   Vector6 gone;
-  for (int i = 0; i < 6; ++i) gone[i] = delta[i] + felt[i] / coupling_[i];
+  for (int i = 0; i < 6; ++i) gone[i] = delta[i] + wrench[i] / coupling_[i];
   yield(gone[0]);
-  return {wrench_of(turned(world_from_base_, felt)), displaced(model_.base, turned(world_from_base_, gone))};
+  return {wrench_of(turned(world_from_base_, wrench)), displaced(model_.base, turned(world_from_base_, gone))};
 }
 
 double LocalResponse::stored(const Wrench& felt) const {
@@ -132,7 +162,7 @@ double LocalResponse::stored(const Wrench& felt) const {
   const double squared = dot(felt.force, felt.force);
   double along = 0;  // N/m, of the tissue in the direction of the force
   for (int i = 0; i < 3 && squared > 0; ++i)
-    for (int j = 0; j < 3; ++j) along += force[i] * resisting_(i, j) * force[j] / squared;
+    for (int j = 0; j < 3; ++j) along += force[i] * loading_(i, j) * force[j] / squared;
   double energy = 0;
   if (along * kLongestSpring > std::sqrt(squared)) energy = squared / along / 2;
   for (int i = 0; i < 6; ++i) energy += force[i] * force[i] / coupling_[i] / 2;

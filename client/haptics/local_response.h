@@ -16,6 +16,10 @@
 // A tick in which the needle slides has no stiffness along its axis: nothing tells how it will stick when it turns back.
 // The stiffness of the last tick that had one is taken then, with no way to go in the direction of sliding.
 //
+// Where the base's way adds to its force, A has less axial stiffness, by what moving_stiffness.h finds that only a tick's
+// haste gives it. Where the force falls A is the tick's own, until nothing is felt any more: the force may fall too soon,
+// never too late.
+//
 // F is what the hand would feel of this needle at this coupling; p is where the needle's base is to go. An elastic tissue
 // is answered exactly, however old the message is: delay enters with what the tissue did since, and with A's error.
 #pragma once
@@ -30,8 +34,8 @@ class LocalResponse {
   LocalResponse() = default;
 
   // Of a model, with coupling springs for translation (N/m, > 0) and rotation (N m/rad, > 0) at the base. `sticking` is
-  // the axial stiffness of the last tick that had one (N/m, > 0).
-  LocalResponse(const LocalModel& model, double translation, double rotation, double sticking);
+  // the axial stiffness of the last tick that had one (N/m, > 0), `moving` what that of a tick has too much (N/m, >= 0).
+  LocalResponse(const LocalModel& model, double translation, double rotation, double sticking, double moving = 0);
 
   struct Answer {
     Wrench felt;  // N, N m, world, about the proxy
@@ -44,8 +48,6 @@ class LocalResponse {
 
   // What the springs of tissue and coupling hold while this wrench is felt (J).
   double stored(const Wrench& felt) const;
-  // Axial, N/m; 0 if the tick has none.
-  double stiffness() const { return stiffness_; }
 
   // A spring that its force would deflect further than this is no spring but something that yields.
   static constexpr double kLongestSpring = 0.1;  // m
@@ -53,17 +55,24 @@ class LocalResponse {
  private:
   void let_stick(double sticking);
   void yield(double gone);
-  Vector6 solve_free(const Vector6& delta) const;
-  Vector6 solve_clamped(const Vector6& delta, double axial) const;
+  void take_off(double moving);
+  // F0 and A of a part of the axial way.
+  struct Piece {
+    const Matrix6& resisting;
+    Vector6 force;
+  };
+  Vector6 felt(const Piece& piece, const Vector6& delta, Vector6& seen) const;
+  Vector6 solve_free(const Piece& piece, const Vector6& delta) const;
+  Vector6 solve_clamped(const Piece& piece, const Vector6& delta, double axial) const;
 
   bool empty_ = true;
   LocalModel model_;
   Quaternion world_from_base_;
   Vector6 coupling_;   // Kc, base frame
   Matrix6 resisting_;  // A, base frame
+  Matrix6 loading_;    // the same where the force grows
   Vector6 force_;      // F0, base frame
   double anchor_ = 0;  // a, m
-  double stiffness_ = 0;
 };
 
 }  // namespace acus::haptics

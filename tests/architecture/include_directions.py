@@ -22,10 +22,12 @@ SIMULATION = [*CONSTRAINTS, "server/scene", "server/simulation"]
 RECORDING = [*SIMULATION, "server/recording"]
 RUNTIME = [*RECORDING, "server/runtime"]
 TRANSPORT = [*RUNTIME, "server/transport"]
-TOOLS = [*TRANSPORT, "server/tools", "client"]
+TOOLS = [*TRANSPORT, "server/tools", "client", "client/haptics", "client/haptics/program"]
 ROOMS = {
     "protocol": PROTOCOL,
     "client": [*PROTOCOL, "client"],
+    "client/haptics": ["client/haptics"],
+    "client/haptics/program": [*PROTOCOL, "client", "client/haptics", "client/haptics/program"],
     "server/math": MATH,
     "server/models": MODELS,
     "server/constraints/compliance": [*MODELS, "server/constraints/compliance"],
