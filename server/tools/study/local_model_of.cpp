@@ -2,7 +2,7 @@
 #include "server/tools/study/local_model_of.h"
 
 #include <algorithm>
-#include <cmath>
+#include <numbers>
 
 namespace acus {
 
@@ -15,20 +15,28 @@ constexpr double kProbe = 1e-5;
 haptics::Vector3 plain(const Vector3& v) { return {{v.x(), v.y(), v.z()}}; }
 haptics::Quaternion plain(const Quaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
-// As far as the laws of the tip tell: contact ends, the tissue opens, the tip begins to cut.
-void set_limits(const Simulation& simulation, double axial, double stiffness, haptics::LocalModel& model) {
+// How far the base may go while the force (N) comes to a limit (N), m.
+double way_to(double limit, double force, double stiffness) { return std::clamp((limit - force) / stiffness, 0.0, 1.0); }
+
+// As far as the laws tell of the needle as a whole: contact ends, the tissue opens, or friction and cutting together bear
+// no more. `resistance` is the axial force against going on.
+void set_limits(const Simulation& simulation, double resistance, double stiffness, haptics::LocalModel& model) {
   const NeedleReport& needle = simulation.report().needles[0];
   const Interaction& laws = simulation.scene().tissue.regions[0].interaction;
   if (!(stiffness > 0)) return;
   const double tip = needle.cutting_force.norm();
   if (needle.phase == Phase::contact) {
-    model.forward = std::clamp((laws.puncture_force - tip) / stiffness, 0.0, 1.0);  // .inf: never
+    model.forward = way_to(laws.puncture_force, tip, stiffness);
     model.forward_limit = haptics::Limit::puncture;
-    model.backward = std::clamp(-axial / stiffness, 0.0, 1.0);
+    model.backward = way_to(resistance, 0, stiffness);
     model.backward_limit = haptics::Limit::contact;
   } else if (needle.phase == Phase::inside) {
-    model.forward = std::clamp((laws.cutting_force - tip) / stiffness, 0.0, 1.0);
-    model.forward_limit = haptics::Limit::cutting;
+    const double friction = std::numbers::pi * simulation.scene().needles[0].outer_diameter * laws.friction_static *
+                            shaft_pressure(simulation.scene().tissue.regions[0]) * needle.inserted_depth;
+    model.forward = way_to(friction + (tip > 0 ? laws.cutting_force : 0), resistance, stiffness);
+    model.forward_limit = tip > 0 ? haptics::Limit::cutting : haptics::Limit::slip;
+    model.backward = way_to(friction, -resistance, stiffness);
+    model.backward_limit = haptics::Limit::slip;
   }
 }
 
@@ -58,7 +66,7 @@ haptics::LocalModel step_with_local_model(Simulation& simulation, const Pose& ta
   model.felt = {plain(needle.base_force), plain(needle.base_torque)};
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) model.stiffness(i, j) = -stiffness * axis[i] * axis[j];
-  set_limits(simulation, axis.dot(needle.base_force), stiffness, model);
+  set_limits(simulation, -axis.dot(needle.base_force), stiffness, model);
   return model;
 }
 
