@@ -60,6 +60,18 @@ void Session::greet() {
   results_.lockstep = server_.lockstep;
   commands_->acquire({needle.name}, options_.timeout);
   states_->subscribe("force");
+  if (!server_.lockstep) base_ = where_the_needle_rests();
+}
+
+// In real time the needle may have been moved before. A subscription takes a moment; so does the first state.
+Pose Session::where_the_needle_rests() {
+  const auto deadline = Clock::now() + options_.timeout;
+  while (Clock::now() < deadline) {
+    const auto state = states_->receive(client::Timeout(10));
+    const auto* force = state ? std::get_if<protocol::Force>(&*state) : nullptr;
+    if (force && force->needle == results_.needle) return model_.of(*force).base;
+  }
+  throw client::Vanished("the server at " + options_.states + " published no state in time");
 }
 
 bool Session::goes_on(double now) const {
@@ -98,7 +110,6 @@ void Session::make_ticks(Kit& kit, double now) {
   throw client::Vanished("the server at " + options_.states + " published no state in time");
 }
 
-// The stiffest secant between two places that are far enough apart.
 void Session::learn_felt(const Vector3& place, const Vector3& force) {
   constexpr double kWay = 0.2e-3;  // m
   if (!felt_from_) felt_from_ = Felt{place, force};
@@ -106,7 +117,7 @@ void Session::learn_felt(const Vector3& place, const Vector3& force) {
   const double length = norm(way);
   if (length < kWay) return;
   const double stiffness = -dot(force - felt_from_->force, way) / (length * length);
-  if (stiffness > results_.felt.value_or(0)) results_.felt = stiffness;
+  if (stiffness > 0) results_.felt.push_back(stiffness);
   felt_from_ = Felt{place, force};
 }
 

@@ -54,7 +54,7 @@ struct SessionResults {
   Coupling coupling;               // the rule's
   double withheld = 0, given = 0;  // J, see Passivity
   double largest_force = 0;        // N, rendered
-  std::optional<double> felt;      // N/m, stiffest that was felt over a way of a fifth of a millimetre
+  std::vector<double> felt;        // N/m, of the force over each way of a fifth of a millimetre against which it grew
 };
 
 class Session {
@@ -70,6 +70,7 @@ class Session {
  private:
   const protocol::NeedleInfo& choose_needle(const protocol::HelloReply& hello) const;
   void greet();
+  Pose where_the_needle_rests();
   void loop(Device& device);
   void sample(Device& device, Kit& kit, double now);
   void take(Kit& kit, const protocol::Force& force, double now);
