@@ -246,12 +246,11 @@ class DeviceSide {
   }
 
   void sample(double now, const Plan& plan, ServerSide& server) {
-    bool learnt = false;
     const double before = force_, before_from_server = from_server();
     while (const auto sent = server.receive(now)) {
       kit_.take(sent->model);
       newest_ = sent->model;
-      if (sent->inserted && !outcome_.punctured) learnt = outcome_.punctured = true, punctured_at_ = now;
+      if (sent->inserted && !outcome_.punctured) outcome_.punctured = true, punctured_at_ = now;
     }
     const haptics::Pose device{handle_.measured(), {}};
     const haptics::Kit::Answer answer = kit_.step({device, false});
@@ -259,7 +258,9 @@ class DeviceSide {
     handle_.write(wrench.force);
     force_ = wrench.force[0];
     server.send(now, {with_kit_ ? answer.base : registration_.base_of(device), answer.seq});
-    if (learnt) outcome_.puncture_drop = force_ - before, outcome_.drop_wanted = from_server() - before_from_server;
+    const double drop = from_server() - before_from_server;
+    if (outcome_.punctured && now - punctured_at_ < kPuncture && drop > outcome_.server_drop)
+      outcome_.server_drop = drop, outcome_.puncture_drop = force_ - before;
     measure(now, plan);
   }
 
@@ -282,6 +283,8 @@ class DeviceSide {
     if (plan.phase() == Plan::hold_pressed_on) pressed_on_.add(plan.since(), handle_.position()[0], -force_);
     chatter_.add(force_, plan.phase() == Plan::insert && outcome_.punctured && now - punctured_at_ > 0.1);
   }
+
+  static constexpr double kPuncture = 0.02;  // s, in which the force of a puncture falls
 
   bool with_kit_;
   haptics::SimulatedHandle handle_;

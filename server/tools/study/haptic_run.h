@@ -27,8 +27,8 @@ struct HapticOutcome {
   double withheld = 0;       // J, that the controller took out
   double largest_force = 0;  // N, rendered
   bool punctured = false;
-  double puncture_drop = 0;  // N, of the rendered force within the one sample that learnt of the puncture,
-  double drop_wanted = 0;    // N, and how far the server's force had dropped
+  double server_drop = 0;    // N, largest fall of the server's force from one sample to the next at the puncture,
+  double puncture_drop = 0;  // N, and fall of the rendered force in that sample
   double chatter = 0;        // N, root mean square of the rendered force above 30 Hz while the needle slides
 };
 
