@@ -94,7 +94,7 @@ class Plan {
     switch (phase_) {
       case approach: return meant_ > kGap - 0.5e-3;
       case press: return force > 0.2 * puncture_force_ || meant_ > kGap + 0.03;
-      case press_on: return force > 0.6 * puncture_force_ || meant_ > kGap + 0.06;
+      case press_on: return meant_ > began_at_ + 2e-3 && (force > 0.6 * puncture_force_ || meant_ > kGap + 0.06);
       case insert: return place > kGap + 0.02 || meant_ > kGap + 0.06;
       case pull: return meant_ < began_at_ - 8e-3;
       default: return since_ > kHold;
