@@ -131,7 +131,8 @@ Kit::Answer Kit::step(const Sample& sample) {
   result.wanted = registration_.at_device(answer.felt);
   const Wrench ramped{factor * result.wanted.force, factor * result.wanted.torque};
   const double power_scale = registration_.workspace().force_scale / registration_.workspace().scale;
-  const double stored = power_scale * response_.stored({factor * answer.felt.force, factor * answer.felt.torque});
+  const Wrench felt{factor * answer.felt.force, factor * answer.felt.torque};
+  const double stored = power_scale * response_.stored(felt, moving_.softest());
   result.on_hand = before_ = passivity_.control(within_limits(ramped), stored);
   return result;
 }

@@ -156,17 +156,24 @@ LocalResponse::Answer LocalResponse::operator()(const Pose& device) {
   return {wrench_of(turned(world_from_base_, wrench)), displaced(model_.base, turned(world_from_base_, gone))};
 }
 
-double LocalResponse::stored(const Wrench& felt) const {
+double LocalResponse::stored(const Wrench& felt, double softest) const {
   if (empty_) return 0;
-  const Vector6 force = turned(world_from_base_.conjugate(), joined(felt));
-  const double squared = dot(felt.force, felt.force);
+  const double now = energy(turned(world_from_base_.conjugate(), joined(felt)), softest);
+  return softest > 0 ? std::max(now, energy(force_, softest)) : now;
+}
+
+double LocalResponse::energy(const Vector6& force, double softest) const {
+  const double squared = force[0] * force[0] + force[1] * force[1] + force[2] * force[2];
   double along = 0;  // N/m, of the tissue in the direction of the force
   for (int i = 0; i < 3 && squared > 0; ++i)
     for (int j = 0; j < 3; ++j) along += force[i] * loading_(i, j) * force[j] / squared;
-  double energy = 0;
-  if (along * kLongestSpring > std::sqrt(squared)) energy = squared / along / 2;
-  for (int i = 0; i < 6; ++i) energy += force[i] * force[i] / coupling_[i] / 2;
-  return energy;
+  const double strength = std::sqrt(squared);
+  const bool springs = along * kLongestSpring > strength;
+  if (softest > 0) along = springs ? std::min(along, softest) : softest;
+  double sum = 0;
+  if (along > 0 && (springs || softest > 0)) sum = strength * std::min(strength / along, kDeepest) / 2;
+  for (int i = 0; i < 6; ++i) sum += force[i] * force[i] / coupling_[i] / 2;
+  return sum;
 }
 
 }  // namespace acus::haptics

@@ -46,11 +46,15 @@ class LocalResponse {
   // The proxy was sent to this place after what the model knows of.
   void pass(const Pose& proxy);
 
-  // What the springs of tissue and coupling hold while this wrench is felt (J).
-  double stored(const Wrench& felt) const;
+  // What the springs of tissue and coupling hold while this wrench is felt (J), or while that of the tick is, if it is more
+  // and `softest` is known: a force that falls too soon, as above, has not taken out what the surface still holds.
+  // `softest` (N/m, 0: unknown) is the least stiffness that the surface has shown.
+  double stored(const Wrench& felt, double softest = 0) const;
 
   // A spring that its force would deflect further than this is no spring but something that yields.
   static constexpr double kLongestSpring = 0.1;  // m
+  // And no more than this of a spring's way counts as stored.
+  static constexpr double kDeepest = 5e-3;  // m
 
  private:
   void let_stick(double sticking);
@@ -62,6 +66,7 @@ class LocalResponse {
     Vector6 force;
   };
   Vector6 felt(const Piece& piece, const Vector6& delta, Vector6& seen) const;
+  double energy(const Vector6& force, double softest) const;
   Vector6 solve_free(const Piece& piece, const Vector6& delta) const;
   Vector6 solve_clamped(const Piece& piece, const Vector6& delta, double axial) const;
 

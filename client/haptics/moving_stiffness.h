@@ -28,11 +28,15 @@ class MovingStiffness {
   double value() const { return value_; }  // k_moving, N/m
   // Whether a tick of this stiffness is held by nothing but its own inertia, as in free air: if it bears a force it slides.
   bool slides(double stiffness) const { return stiffness <= 1.05 * free_; }
-  void forget() { count_ = 0, value_ = free_ = 0; }
+  // The least stiffness that a way has met since the tip touches the surface, N/m; 0 if none yet, or once it is inside:
+  // there a way slides as well. What would be deflected deeper than kDeepest is no spring.
+  double softest() const { return softest_; }
+  void forget() { count_ = 0, value_ = free_ = softest_ = 0; }
 
   // A shorter way tells nothing (m), nor do fewer ticks where there are more.
   static constexpr double kShortest = 20e-6;
   static constexpr int kTicks = 20;
+  static constexpr double kDeepest = 5e-3;  // m
 
  private:
   struct Past {
@@ -45,6 +49,7 @@ class MovingStiffness {
   std::array<Past, kKept> past_{};  // round
   int newest_ = 0, count_ = 0;
   double value_ = 0;
+  double softest_ = 0;
   double free_ = 0;  // N/m, of the last tick without a law
 };
 
