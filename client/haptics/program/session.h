@@ -70,6 +70,7 @@ class Session {
  private:
   const protocol::NeedleInfo& choose_needle(const protocol::HelloReply& hello) const;
   void greet();
+  void subscribe();
   Pose where_the_needle_rests();
   void loop(Device& device);
   void sample(Device& device, Kit& kit, double now);
