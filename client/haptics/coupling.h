@@ -7,21 +7,22 @@
 //   b > T/2 Re{(1 - e^{-jwT}) H(e^{jwT})}/(1 - cos wT)  for all w up to pi/T
 //
 // (Colgate and Schenkel 1997, J. Robotic Systems 14(1)). For a spring k with damping B this is b > k T/2 + |B|. For a
-// spring whose force comes n samples late, H = k z^{-n}, the right side is k T/2 sin((n + 1/2) wT)/sin(wT/2), largest for
-// slow motion: b > k (T/2 + d) with d = n T. A position that is known to a step D makes energy that Coulomb friction c
-// takes up if k <= 2 c/D (Abbott and Okamura 2005, IEEE Trans. Robotics 21(5)). And a spring that a sampled force shall
-// follow needs some eight samples in a period of its oscillation with the device's mass m: k <= m (pi/(4 T))^2.
+// spring whose force comes n samples late, H = k z^{-n}, the right side is k T/2 sin((n + 1/2) wT)/sin(wT/2), largest
+// for slow motion: b > k (T/2 + d) with d = n T. A position that is known to a step D makes energy that Coulomb
+// friction c takes up if k <= 2 c/D (Abbott and Okamura 2005, IEEE Trans. Robotics 21(5)). And a spring that a sampled
+// force shall follow needs some eight samples in a period of its oscillation with the device's mass m:
+// k <= m (pi/(4 T))^2.
 //
 // The kit renders no damping, B = 0. Of the smallest of these bounds it takes kShare:
 //
 //   k_felt = 0.9 min(b/(T/2 + d), 2 c/D, m (pi/(4 T))²)    on each axis of translation and of rotation,
 //
 // and the virtual coupling between device and needle is a spring of kCoupling k_felt: in series with a tissue of
-// stiffness k it is felt as 2 k k_felt/(k + 2 k_felt), at least two thirds of the smaller of k and k_felt. What the series
-// would exceed k_felt by, for k > 2 k_felt, the passivity controller holds back (passivity.h).
+// stiffness k it is felt as 2 k k_felt/(k + 2 k_felt), at least two thirds of the smaller of k and k_felt. What the
+// series would exceed k_felt by, for k > 2 k_felt, the passivity controller holds back (passivity.h).
 //
-// d is the delay within the device's own loop alone. That of the network does not enter: the local model answers at once
-// (local_response.h), and what it gets wrong the passivity controller finds.
+// d is the delay within the device's own loop alone. That of the network does not enter: the local model answers at
+// once (local_response.h), and what it gets wrong the passivity controller finds.
 #pragma once
 
 #include <stdexcept>
@@ -29,13 +30,14 @@
 
 namespace acus::haptics {
 
-// Of translation (N, m) or of rotation (N m, rad). What is guaranteed, rather less than more: the coupling relies on it.
+// Of translation (N, m) or of rotation (N m, rad). What is guaranteed, rather less than more: the coupling relies on
+// it.
 struct AxisProperties {
-  double mass = 0.1;           // kg or kg m², > 0
-  double damping = 1;          // N s/m or N m s/rad, > 0, of the device alone or with the lightest hand that holds it
-  double friction = 0.05;      // N or N m, >= 0, Coulomb
-  double resolution = 10e-6;   // m or rad, >= 0, of the encoder; 0: exact
-  double largest_force = 10;   // N or N m, >= 0, that it can exert; 0: renders none
+  double mass = 0.1;          // kg or kg m², > 0
+  double damping = 1;         // N s/m or N m s/rad, > 0, of the device alone or with the lightest hand that holds it
+  double friction = 0.05;     // N or N m, >= 0, Coulomb
+  double resolution = 10e-6;  // m or rad, >= 0, of the encoder; 0: exact
+  double largest_force = 10;  // N or N m, >= 0, that it can exert; 0: renders none
 };
 
 struct DeviceProperties {

@@ -24,8 +24,8 @@ DeviceProperties checked(const DeviceProperties& properties) {
 int delay_in_samples(const DeviceProperties& properties) {
   const double samples = std::ceil(properties.delay * properties.rate - 1e-9);
   if (samples < Passivity::kMostDelay) return static_cast<int>(samples);
-  throw std::invalid_argument("delay: expected less than " + std::to_string(Passivity::kMostDelay) + " samples, found " +
-                              std::to_string(samples));
+  throw std::invalid_argument("delay: expected less than " + std::to_string(Passivity::kMostDelay) +
+                              " samples, found " + std::to_string(samples));
 }
 
 }  // namespace
@@ -109,8 +109,8 @@ Wrench Kit::within_limits(Wrench wanted) {
   const double growth = options_.force_growth / properties_.rate;
   const double strongest = properties_.translation.largest_force, twist = properties_.rotation.largest_force;
   wanted.force = limited_growth(before_.force, limited(wanted.force, strongest), growth);
-  wanted.torque = limited_growth(before_.torque, limited(wanted.torque, twist),
-                                 strongest > 0 ? growth * twist / strongest : twist);
+  wanted.torque =
+      limited_growth(before_.torque, limited(wanted.torque, twist), strongest > 0 ? growth * twist / strongest : twist);
   return wanted;
 }
 

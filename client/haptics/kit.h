@@ -51,10 +51,10 @@ class Kit {
     bool clutch = false;  // pressed: the needle rests, the device moves freely
   };
   struct Answer {
-    Wrench on_hand;  // N, N m, device frame, to render until the next sample
-    Pose base;       // where the needle's base is to go, world
+    Wrench on_hand;     // N, N m, device frame, to render until the next sample
+    Pose base;          // where the needle's base is to go, world
     std::uint64_t seq;  // number of this command, counted from 1: models tell which one they know of
-    Wrench wanted;   // what would be rendered without limits and controller, device frame
+    Wrench wanted;      // what would be rendered without limits and controller, device frame
   };
   Answer step(const Sample& sample);
 
@@ -77,10 +77,10 @@ class Kit {
   MovingStiffness moving_;
   Ramp ramp_;
   Pose device_before_, base_before_;
-  Wrench before_;              // rendered
+  Wrench before_;  // rendered
   std::uint64_t epoch_ = 0, tick_ = 0;
-  double age_ = 1e9;           // s since the last model came
-  double sticking_ = 0;        // N/m, axial stiffness of the last tick that had one
+  double age_ = 1e9;     // s since the last model came
+  double sticking_ = 0;  // N/m, axial stiffness of the last tick that had one
   static constexpr int kKept = 512;
   std::array<Pose, kKept> sent_{};  // the newest commands, round, by their number
   std::uint64_t seq_ = 0;           // of the newest

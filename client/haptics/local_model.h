@@ -17,19 +17,19 @@ inline constexpr std::array<const char*, 5> kLimitNames{"none", "puncture", "cut
 struct LocalModel {
   std::uint64_t epoch = 0;
   std::uint64_t tick = 0;
-  double time = 0;       // s, simulation time
+  double time = 0;        // s, simulation time
   std::uint64_t seq = 0;  // of the command in use
-  double echo = 0;       // s, time stamp of that command, on the clock of its sender
-  double age = 0;        // s of simulation time since that command came
-  bool stale = false;    // no command came for too long; force and torque are on their ramp
-  Pose base;             // after the tick; spin not applied
-  double spin = 0;       // rad
-  Wrench felt;           // N, N m about the base: what a hand at the base feels
-  // d(force, torque)/d(translation, rotation vector of the base): N/m, N/rad, N m/m, N m/rad. What resists has a negative
-  // diagonal.
+  double echo = 0;        // s, time stamp of that command, on the clock of its sender
+  double age = 0;         // s of simulation time since that command came
+  bool stale = false;     // no command came for too long; force and torque are on their ramp
+  Pose base;              // after the tick; spin not applied
+  double spin = 0;        // rad
+  Wrench felt;            // N, N m about the base: what a hand at the base feels
+  // d(force, torque)/d(translation, rotation vector of the base): N/m, N/rad, N m/m, N m/rad. What resists has a
+  // negative diagonal.
   Matrix6 stiffness;
-  // How far the base may go along its +x and -x until the first law changes its piece (m, 0 to 1). The force along x does
-  // not grow beyond.
+  // How far the base may go along its +x and -x until the first law changes its piece (m, 0 to 1). The force along x
+  // does not grow beyond.
   double forward = 1, backward = 1;
   Limit forward_limit = Limit::none, backward_limit = Limit::none;
 };

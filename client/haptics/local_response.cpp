@@ -34,7 +34,8 @@ Matrix6 composed(const Spectrum& spectrum, const Vector6& root) {
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < 6; ++j)
       for (int k = 0; k < 6; ++k)
-        a(i, j) += root[i] * spectrum.vectors(i, k) * std::max(spectrum.values[k], 0.0) * spectrum.vectors(j, k) * root[j];
+        a(i, j) +=
+            root[i] * spectrum.vectors(i, k) * std::max(spectrum.values[k], 0.0) * spectrum.vectors(j, k) * root[j];
   return a;
 }
 
@@ -131,8 +132,10 @@ void LocalResponse::pass(const Pose& proxy) {
 Vector6 LocalResponse::felt(const Piece& piece, const Vector6& delta, Vector6& seen) const {
   seen = solve_free(piece, delta);
   seen[0] -= anchor_;
-  if (seen[0] > model_.forward) seen = solve_clamped(piece, delta, model_.forward);
-  else if (seen[0] < -model_.backward) seen = solve_clamped(piece, delta, -model_.backward);
+  if (seen[0] > model_.forward)
+    seen = solve_clamped(piece, delta, model_.forward);
+  else if (seen[0] < -model_.backward)
+    seen = solve_clamped(piece, delta, -model_.backward);
   return piece.force - piece.resisting * seen;
 }
 

@@ -25,7 +25,8 @@ void MovingStiffness::add(const LocalModel& model, double stiffness, double ahea
     if (std::abs(way) < kShortest) continue;
     const double met = std::max(dot(axis, then.force - model.felt.force) / way, 0.0);
     value_ = std::max(told / way - met, 0.0);
-    if (touches && met > 0 && met * kDeepest >= norm(model.felt.force)) softest_ = softest_ > 0 ? std::min(softest_, met) : met;
+    if (touches && met > 0 && met * kDeepest >= norm(model.felt.force))
+      softest_ = softest_ > 0 ? std::min(softest_, met) : met;
     if (i >= kTicks && std::abs(way) >= std::abs(ahead)) return;
   }
 }

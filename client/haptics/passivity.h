@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 // The passivity observer, an account of the energy at the device, and the controller, which renders no force that the
-// account cannot pay for. Time-domain passivity control after Hannaford and Ryu 2002 (IEEE Trans. Robotics and Automation
-// 18(1)). Instead of adding a damper when energy has already been made, which chatters, it bounds the force beforehand,
-// as the energy-bounding algorithm of Kim and Ryu 2010 (Int. J. Robotics Research 29(6)) does; the account has a ceiling
-// so that what friction ate long ago pays for nothing today, the trouble that Ryu, Preusche, Hannaford and Hirzinger
-// 2005 (IEEE Trans. Control Systems Technology 13(5)) solve by a reference energy.
+// account cannot pay for. Time-domain passivity control after Hannaford and Ryu 2002 (IEEE Trans. Robotics and
+// Automation 18(1)). Instead of adding a damper when energy has already been made, which chatters, it bounds the force
+// beforehand, as the energy-bounding algorithm of Kim and Ryu 2010 (Int. J. Robotics Research 29(6)) does; the account
+// has a ceiling so that what friction ate long ago pays for nothing today, the trouble that Ryu, Preusche, Hannaford
+// and Hirzinger 2005 (IEEE Trans. Control Systems Technology 13(5)) solve by a reference energy.
 //
 // S is the account, K the diagonal of k_felt (coupling.h), F the wrench rendered between two samples and D the device's
 // displacement in that time:
 //
 //   S <- S - F'D + (1/2 + n) D'K D,       then F is scaled down until  1/2 F'K^-1 F <= S.
 //
-// n samples of delay in the device's loop; F is the wrench that acted, n samples old. The last term is what the device's
-// own damping eats: by Cauchy and Schwarz it eats at least D'b D/T in a sample, and K <= b/(T/2 + n T).
+// n samples of delay in the device's loop; F is the wrench that acted, n samples old. The last term is what the
+// device's own damping eats: by Cauchy and Schwarz it eats at least D'b D/T in a sample, and K <= b/(T/2 + n T).
 //
 // For n = 0, S stays >= 0 whatever force the rest of the loop asks for: with 1/2 F'K^-1 F <= S before the sample,
 //
@@ -46,9 +46,9 @@ class Passivity {
   // that, and a reserve, the account does not keep.
   Wrench control(const Wrench& wanted, double stored);
 
-  double account() const { return account_; }          // J
-  double withheld() const { return withheld_; }        // J, that wanted forces would have brought beyond what was given
-  double given() const { return given_; }              // J, net, that the rendered forces brought to the device
+  double account() const { return account_; }    // J
+  double withheld() const { return withheld_; }  // J, that wanted forces would have brought beyond what was given
+  double given() const { return given_; }        // J, net, that the rendered forces brought to the device
 
   // For what jitters while nothing moves: an account that is this much above what is stored.
   static constexpr double kReserveForce = 0.05;  // N: half its square over k_felt

@@ -4,9 +4,9 @@
 //   base = base_at + scale R (x - x_at),   orientation = R (q q_at^-1) R^-1 orientation_at
 //
 // (x, q) is the device's pose, R turns its axes into the world's. What the hand feels goes the other way, in a scale of
-// its own: force R^T F force_scale, torque R^T tau force_scale/scale, so that both have the same share of the power at the
-// needle. `at` is where both were brought together last. A clutch parts them: the needle rests while the device moves to
-// another place of its workspace.
+// its own: force R^T F force_scale, torque R^T tau force_scale/scale, so that both have the same share of the power at
+// the needle. `at` is where both were brought together last. A clutch parts them: the needle rests while the device
+// moves to another place of its workspace.
 #pragma once
 
 #include "client/haptics/vectors.h"

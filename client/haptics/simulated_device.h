@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The simulated handle and hand as a device: the hand inserts along the handle's x axis, rests, pulls back, rests, again
-// and again.
+// The simulated handle and hand as a device: the hand inserts along the handle's x axis, rests, pulls back, rests,
+// again and again.
 #pragma once
 
 #include <functional>

@@ -6,7 +6,8 @@
 // the second-order impedance that Hogan 1989 (IEEE ICRA, "Controlling impedance at the man/machine interface") argues a
 // hand looks like from a machine. Figures:
 //
-//   relaxed     0.554 kg, 6.45 N s/m, 135 N/m: an arm that holds its posture at a haptic device, one measured trial of van
+//   relaxed     0.554 kg, 6.45 N s/m, 135 N/m: an arm that holds its posture at a haptic device, one measured trial of
+//   van
 //               Beek, Bergmann Tiest, Mugge and Kappers 2015, Scientific Reports 5:18004, fig. 3
 //   fingertips  no mass, 5 N s/m, 100 N/m: chosen, the lightest hand here; without mass nothing but the handle's own
 //               stands against the loop's force
@@ -29,7 +30,7 @@ struct Grip {
   HandImpedance hand;
 };
 
-inline constexpr std::array<Grip, 3> kGrips{
-    Grip{"fingertips", {0, 5, 100}}, Grip{"relaxed", {0.554, 6.45, 135}}, Grip{"firm", {0.554, 20, 600}}};
+inline constexpr std::array<Grip, 3> kGrips{Grip{"fingertips", {0, 5, 100}}, Grip{"relaxed", {0.554, 6.45, 135}},
+                                            Grip{"firm", {0.554, 20, 600}}};
 
 }  // namespace acus::haptics

@@ -28,11 +28,11 @@ class SimulatedHandle {
   // Time goes on, in steps of kStep at most.
   void advance(double seconds);
 
-  Vector3 measured() const;  // m, as the encoder tells it
-  double now() const { return now_; }                 // s
+  Vector3 measured() const;            // m, as the encoder tells it
+  double now() const { return now_; }  // s
   const Vector3& position() const { return position_; }
   const Vector3& velocity() const { return velocity_; }
-  const Vector3& acting() const { return acting_; }   // N, force of the device on the handle
+  const Vector3& acting() const { return acting_; }  // N, force of the device on the handle
   // J since the start, net: what the device's force brought, beyond what the handle's own damping ate of it. Above zero
   // the device as a whole, with all that is behind it, gave the hand more than it ever took.
   double made() const { return made_; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Small vectors and matrices of fixed size, with the few operations that haptic loops need. Their layout does not depend
-// on compiler options, so that a program may be compiled with others than the library.
+// Small vectors and matrices of fixed size, with the few operations that haptic loops need. Their layout does not
+// depend on compiler options, so that a program may be compiled with others than the library.
 #pragma once
 
 #include <array>

@@ -37,7 +37,7 @@ struct Command {
   std::uint64_t seq = 0;
 };
 
-// Device, network and tissue, with time that a test moves on. 
+// Device, network and tissue, with time that a test moves on.
 struct Loop {
   Loop(double rate, double delay, const AnalyticTissue::Properties& properties, const Grip& grip = kGrips[0])
       : device(with_rate(rate)),

@@ -91,8 +91,7 @@ TEST_CASE("what only a tick's haste gives is not felt while the force grows") {
   const double ahead = 0.1 / kCouplingSpring;  // m, of the device where the needle is at its place
   CHECK(felt(response, ahead + 1e-3) == doctest::Approx(-0.1 - series * 1e-3));
   const double back = 1e-4;
-  CHECK(felt(response, ahead - back) ==
-        doctest::Approx(-0.1 + back / (1 / 1000.0 + 1 / kCouplingSpring)));
+  CHECK(felt(response, ahead - back) == doctest::Approx(-0.1 + back / (1 / 1000.0 + 1 / kCouplingSpring)));
 }
 
 TEST_CASE("the answer does not depend on where the world's axes are") {
@@ -105,9 +104,7 @@ TEST_CASE("the answer does not depend on where the world's axes are") {
   LocalResponse here(model, kCouplingSpring, kTwistSpring, kSticking);
 
   const Quaternion turn = rotation({{0.7, -1.1, 0.4}});
-  const auto turned = [&](const Pose& pose) {
-    return Pose{turn * pose.position, normalized(turn * pose.orientation)};
-  };
+  const auto turned = [&](const Pose& pose) { return Pose{turn * pose.position, normalized(turn * pose.orientation)}; };
   LocalModel there_model = model;
   there_model.base = turned(model.base);
   there_model.felt = {turn * model.felt.force, turn * model.felt.torque};

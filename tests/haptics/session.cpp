@@ -43,8 +43,8 @@ nlohmann::json run(const std::vector<std::string>& server_options, const std::st
   ServerProcess server(server_options, scene());
   const std::string csv = server.folder() / "run.csv", summary = server.folder() / "run.json";
   Process haptic({ACUS_BINARY_DIR "/acus-haptic", "--commands", server.commands(), "--states", server.states(),
-                  "--duration", duration, "--grip", "firm", "--hand-speed", "0.05", "--record", csv, "--summary", summary,
-                  "--timeout", "60"});
+                  "--duration", duration, "--grip", "firm", "--hand-speed", "0.05", "--record", csv, "--summary",
+                  summary, "--timeout", "60"});
   REQUIRE(haptic.wait(kPatience) == 0);
   if (record) *record = contents(csv);
   return nlohmann::json::parse(contents(summary));
@@ -80,7 +80,7 @@ TEST_CASE("no server, no such needle, no such device: each its own exit status")
   Process unknown({program, "--device", "broom"});
   CHECK(unknown.wait(kPatience) == 1);
   ServerProcess server({"--lockstep"}, scene());
-  Process needle({program, "--commands", server.commands(), "--states", server.states(), "--needle", "none", "--duration",
-                  "0.1"});
+  Process needle(
+      {program, "--commands", server.commands(), "--states", server.states(), "--needle", "none", "--duration", "0.1"});
   CHECK(needle.wait(kPatience) == 1);
 }

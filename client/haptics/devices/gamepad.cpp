@@ -34,7 +34,8 @@ Gamepad::~Gamepad() { close(); }
 DeviceProperties Gamepad::open() {
   SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");  // there is no window that could have the focus
   SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
-  if (SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER) != 0) throw DeviceError(std::string("gamepad: SDL: ") + SDL_GetError());
+  if (SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER) != 0)
+    throw DeviceError(std::string("gamepad: SDL: ") + SDL_GetError());
   hardware_ = std::make_unique<Hardware>();
   hardware_->controller = first_controller();
   if (!hardware_->controller) {
@@ -51,8 +52,8 @@ Device::Reading Gamepad::read() {
     return SDL_GameControllerGetAxis(hardware_->controller, which) / 32767.0;
   };
   Deflection deflection;
-  deflection.translation = {{-axis(SDL_CONTROLLER_AXIS_LEFTY), -axis(SDL_CONTROLLER_AXIS_LEFTX),
-                             -axis(SDL_CONTROLLER_AXIS_RIGHTY)}};
+  deflection.translation = {
+      {-axis(SDL_CONTROLLER_AXIS_LEFTY), -axis(SDL_CONTROLLER_AXIS_LEFTX), -axis(SDL_CONTROLLER_AXIS_RIGHTY)}};
   deflection.rotation = {{0, 0, -axis(SDL_CONTROLLER_AXIS_RIGHTX)}};
   const bool clutch = SDL_GameControllerGetButton(hardware_->controller, SDL_CONTROLLER_BUTTON_A) != 0;
   return {hardware_->control.step(deflection, clock_()), clutch};

@@ -64,8 +64,8 @@ void take_message(const json& message, State& state) {
 
 std::string force_message(const std::string& device, const Vector3& force) {
   const json values{{"x", force[0]}, {"y", force[1]}, {"z", force[2]}};
-  return json{{"inverse3",
-               json::array({{{"device_id", device}, {"commands", {{"set_cursor_force", {{"values", values}}}}}}})}}
+  return json{
+      {"inverse3", json::array({{{"device_id", device}, {"commands", {{"set_cursor_force", {{"values", values}}}}}}})}}
       .dump();
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A handle that does not move far but is pushed, as a joystick: what is pushed becomes a speed, and the pose is its sum.
+// A handle that does not move far but is pushed, as a joystick: what is pushed becomes a speed, and the pose is its
+// sum.
 #pragma once
 
 #include "client/haptics/coupling.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A SpaceMouse, through libspnav and the daemon spacenavd: the cap pushed away from the hand pushes the needle in, aside
-// and up move it so, its turns turn it; any button is the clutch. No force.
+// A SpaceMouse, through libspnav and the daemon spacenavd: the cap pushed away from the hand pushes the needle in,
+// aside and up move it so, its turns turn it; any button is the clutch. No force.
 #pragma once
 
 #include <functional>

@@ -22,11 +22,13 @@ enum ExitCode { kDone = 0, kBadInput = 1, kRefused = 2, kVanished = 3, kDevice =
 
 constexpr const char* kFooter =
     "Examples:\n"
-    "  acus-haptic --duration 10                                  # a simulated device and hand, a server on this machine\n"
+    "  acus-haptic --duration 10                                  # a simulated device and hand, a server on this "
+    "machine\n"
     "  acus-haptic --device gamepad ipc:///run/acus/liver\n"
     "  acus-haptic --grip firm --rate 4000 --record run.csv --summary run.json --duration 20\n"
     "\n"
-    "Ctrl+C ends a session well. Exit status: 0 done, 1 bad arguments or files, 2 the server refused, 3 the server was not\n"
+    "Ctrl+C ends a session well. Exit status: 0 done, 1 bad arguments or files, 2 the server refused, 3 the server was "
+    "not\n"
     "there or vanished, 4 the device is not there or failed, 5 the server speaks another protocol.";
 
 std::atomic<bool> interrupted = false;
@@ -56,11 +58,14 @@ void declare_device(CLI::App& app, Arguments& arguments) {
   app.add_option("--device", device.name, "which one; this build has those listed")
       ->check(CLI::IsMember(device_names()))
       ->capture_default_str();
-  app.add_option("--rate", device.rate, "samples per second (Hz)")->check(CLI::Range(10.0, 20'000.0))->capture_default_str();
+  app.add_option("--rate", device.rate, "samples per second (Hz)")
+      ->check(CLI::Range(10.0, 20'000.0))
+      ->capture_default_str();
   app.add_option("--scale", arguments.session.kit.workspace.scale, "way of the needle over way of the device")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--force-scale", arguments.session.kit.workspace.force_scale, "force at the device over force at the needle")
+  app.add_option("--force-scale", arguments.session.kit.workspace.force_scale,
+                 "force at the device over force at the needle")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--address", device.address, "of Haply's Inverse Service")->capture_default_str();
@@ -73,7 +78,8 @@ void declare_device(CLI::App& app, Arguments& arguments) {
   app.add_option("--hand-speed", device.motion.speed, "m/s, of the simulated hand")
       ->check(CLI::Range(1e-4, 1.0))
       ->capture_default_str();
-  app.add_option("--device-delay", device.simulated.delay.delay, "s, of the simulated device, from a force to its effect")
+  app.add_option("--device-delay", device.simulated.delay.delay,
+                 "s, of the simulated device, from a force to its effect")
       ->check(CLI::Range(0.0, 0.1))
       ->capture_default_str();
   app.add_option("--device-jitter", device.simulated.delay.jitter, "s, up to so much more")
@@ -85,9 +91,10 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
   SessionOptions& session = arguments.session;
-  app.add_option("server", arguments.server,
-                 "HOST or HOST:PORT, with the port for commands, the next one being that for states; or ipc://FOLDER with "
-                 "the sockets commands and states. Without it, the default ports of this machine");
+  app.add_option(
+      "server", arguments.server,
+      "HOST or HOST:PORT, with the port for commands, the next one being that for states; or ipc://FOLDER with "
+      "the sockets commands and states. Without it, the default ports of this machine");
   app.add_option("--commands", session.commands, "the server's endpoint for commands")
       ->check(check_endpoint)
       ->capture_default_str();
@@ -102,7 +109,9 @@ void declare(CLI::App& app, Arguments& arguments) {
   client_key->needs(server_key);
   app.add_option("--needle", session.needle, "by its name; default: the scene's first");
   declare_device(app, arguments);
-  app.add_option("--duration", session.duration, "s; 0: until Ctrl+C")->check(CLI::NonNegativeNumber)->capture_default_str();
+  app.add_option("--duration", session.duration, "s; 0: until Ctrl+C")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_option("--timeout", arguments.timeout_s, "to wait for the server (s)")
       ->check(CLI::Range(0.001, 86'400.0))
       ->capture_default_str();
@@ -130,15 +139,16 @@ void take_server(Arguments& arguments) {
 }
 
 constexpr const char* kHeader =
-    "t_s,device_x_m,device_y_m,device_z_m,base_x_m,base_y_m,base_z_m,wanted_x_N,wanted_y_N,wanted_z_N,force_x_N,force_y_N,"
+    "t_s,device_x_m,device_y_m,device_z_m,base_x_m,base_y_m,base_z_m,wanted_x_N,wanted_y_N,wanted_z_N,force_x_N,force_"
+    "y_N,"
     "force_z_N,account_J,withheld_J\n";
 
 void write(std::ostream& out, const SampleRecord& sample) {
   char row[400];
-  std::snprintf(row, sizeof row, "%.6f,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", sample.time,
-                sample.device[0], sample.device[1], sample.device[2], sample.base[0], sample.base[1], sample.base[2],
-                sample.wanted[0], sample.wanted[1], sample.wanted[2], sample.force[0], sample.force[1], sample.force[2],
-                sample.account, sample.withheld);
+  std::snprintf(row, sizeof row, "%.6f,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n",
+                sample.time, sample.device[0], sample.device[1], sample.device[2], sample.base[0], sample.base[1],
+                sample.base[2], sample.wanted[0], sample.wanted[1], sample.wanted[2], sample.force[0], sample.force[1],
+                sample.force[2], sample.account, sample.withheld);
   out << row;
 }
 

@@ -14,11 +14,11 @@ namespace acus::haptics {
 
 struct DeviceChoice {
   std::string name = "simulated";
-  double rate = 1000;                   // Hz, of the loop
-  SimulatedHandleProperties simulated;  // of the simulated device,
-  HandMotion motion;                    // and its hand
+  double rate = 1000;                            // Hz, of the loop
+  SimulatedHandleProperties simulated;           // of the simulated device,
+  HandMotion motion;                             // and its hand
   std::string address = "ws://127.0.0.1:10001";  // of the service of the Inverse3
-  std::function<double()> clock;        // s
+  std::function<double()> clock;                 // s
 };
 
 // Those that this build can open.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The local model of a needle from what the server publishes: the one place that depends on its messages.
 //
-// The topic `force` has no stiffness. It is found as a secant: how much the axial force has changed over the last way of
-// the base, kept while the base rests or the needle slides.
+// The topic `force` has no stiffness. It is found as a secant: how much the axial force has changed over the last way
+// of the base, kept while the base rests or the needle slides.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ class ForceModel {
   struct Past {
     Vector3 position, force;
   };
-  static constexpr int kTicks = 20;         // that a secant spans
+  static constexpr int kTicks = 20;          // that a secant spans
   static constexpr double kShortest = 5e-6;  // m
   static constexpr double kStiffest = 1e6;   // N/m
 

@@ -39,8 +39,8 @@ std::string readable(const SessionResults& results, const std::string& device) {
                 "energy      %.6f J taken out by the controller, %.6f J given to the hand, net\n",
                 device.c_str(), results.needle.c_str(), results.scene.c_str(), results.rate,
                 static_cast<unsigned long long>(results.samples), results.duration,
-                results.lockstep ? " of simulation" : "", static_cast<unsigned long long>(results.late), 1e3 * delay.p50,
-                1e3 * delay.p99, 1e3 * delay.max, static_cast<unsigned long long>(results.models),
+                results.lockstep ? " of simulation" : "", static_cast<unsigned long long>(results.late),
+                1e3 * delay.p50, 1e3 * delay.p99, 1e3 * delay.max, static_cast<unsigned long long>(results.models),
                 static_cast<unsigned long long>(results.stale), results.largest_force, felt,
                 results.coupling.translation, results.withheld, results.given);
   return text;

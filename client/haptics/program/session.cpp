@@ -59,11 +59,26 @@ void Session::greet() {
   results_.needle = needle.name;
   results_.lockstep = server_.lockstep;
   commands_->acquire({needle.name}, options_.timeout);
-  states_->subscribe("force");
+  subscribe();
   if (!server_.lockstep) base_ = where_the_needle_rests();
 }
 
-// In real time the needle may have been moved before. A subscription takes a moment; so does the first state.
+// A subscription takes a moment to arrive. Statistics that come tell that the one before theirs has arrived: in lockstep
+// no state may be missed.
+void Session::subscribe() {
+  states_->subscribe("force");
+  states_->subscribe("stats");
+  const auto deadline = Clock::now() + options_.timeout;
+  while (Clock::now() < deadline) {
+    const auto state = states_->receive(client::Timeout(10));
+    if (!state || !std::holds_alternative<protocol::Stats>(*state)) continue;
+    states_->unsubscribe("stats");
+    return;
+  }
+  throw client::Vanished("the server at " + options_.states + " published no statistics in time");
+}
+
+// In real time the needle may have been moved before.
 Pose Session::where_the_needle_rests() {
   const auto deadline = Clock::now() + options_.timeout;
   while (Clock::now() < deadline) {

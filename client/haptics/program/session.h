@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A device on a needle of a server, sample after sample: in real time on absolute deadlines of the steady clock, or with a
-// server in lockstep, in simulation time, where the same run gives the same numbers.
+// A device on a needle of a server, sample after sample: in real time on absolute deadlines of the steady clock, or
+// with a server in lockstep, in simulation time, where the same run gives the same numbers.
 #pragma once
 
 #include <atomic>
@@ -22,21 +22,21 @@ struct SessionOptions {
   std::string commands = protocol::kDefaultCommandsEndpoint;
   std::string states = protocol::kDefaultStatesEndpoint;
   std::optional<client::CurveKeys> keys;
-  std::string needle;          // empty: the scene's first
+  std::string needle;  // empty: the scene's first
   DeviceChoice device;
-  KitOptions kit;              // its workspace's axes are turned so that the device's x is the needle's
-  double duration = 0;         // s, 0: until it is interrupted
+  KitOptions kit;       // its workspace's axes are turned so that the device's x is the needle's
+  double duration = 0;  // s, 0: until it is interrupted
   client::Timeout timeout{10'000};
   std::atomic<bool>* interrupt = nullptr;
 };
 
 // Of one sample.
 struct SampleRecord {
-  double time = 0;  // s since the start
-  Vector3 device;   // m
-  Vector3 base;     // m, world, commanded
-  Vector3 wanted;   // N, at the device, before limits and controller
-  Vector3 force;    // N, at the device, rendered
+  double time = 0;      // s since the start
+  Vector3 device;       // m
+  Vector3 base;         // m, world, commanded
+  Vector3 wanted;       // N, at the device, before limits and controller
+  Vector3 force;        // N, at the device, rendered
   double account = 0;   // J
   double withheld = 0;  // J
 };
@@ -44,7 +44,7 @@ struct SampleRecord {
 struct SessionResults {
   std::string scene, needle;
   bool lockstep = false;
-  double duration = 0;             // s
+  double duration = 0;  // s
   std::uint64_t samples = 0;
   std::uint64_t late = 0;          // samples that came more than half a period after they were due
   std::uint64_t stale = 0;         // samples without a model of the last stale_after
@@ -70,6 +70,7 @@ class Session {
  private:
   const protocol::NeedleInfo& choose_needle(const protocol::HelloReply& hello) const;
   void greet();
+  void subscribe();
   Pose where_the_needle_rests();
   void loop(Device& device);
   void sample(Device& device, Kit& kit, double now);

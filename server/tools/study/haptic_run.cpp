@@ -54,7 +54,18 @@ needles:
 // Where the hand means to be: phases, each of which ends when its condition holds.
 class Plan {
  public:
-  enum Phase { approach, press, hold_pressed, press_on, hold_pressed_on, insert, hold_inserted, pull, hold_pulled, done };
+  enum Phase {
+    approach,
+    press,
+    hold_pressed,
+    press_on,
+    hold_pressed_on,
+    insert,
+    hold_inserted,
+    pull,
+    hold_pulled,
+    done
+  };
 
   Plan(Task task, double puncture_force) : task_(task), puncture_force_(puncture_force) {}
 
@@ -74,10 +85,16 @@ class Plan {
   double meant() const { return meant_; }  // m
   double speed() const {                   // m/s
     switch (phase_) {
-      case approach: case insert: return 0.05;
-      case press: case press_on: return 0.02;
-      case pull: return -0.05;
-      default: return 0;
+      case approach:
+      case insert:
+        return 0.05;
+      case press:
+      case press_on:
+        return 0.02;
+      case pull:
+        return -0.05;
+      default:
+        return 0;
     }
   }
   bool holds() const { return speed() == 0 && phase_ != done; }
@@ -92,12 +109,18 @@ class Plan {
   }
   bool ended(double force, double place) const {
     switch (phase_) {
-      case approach: return meant_ > kGap - 0.5e-3;
-      case press: return force > 0.2 * puncture_force_ || meant_ > kGap + 0.03;
-      case press_on: return meant_ > began_at_ + 2e-3 && (force > 0.6 * puncture_force_ || meant_ > kGap + 0.06);
-      case insert: return place > kGap + 0.02 || meant_ > kGap + 0.06;
-      case pull: return meant_ < began_at_ - 8e-3;
-      default: return since_ > kHold;
+      case approach:
+        return meant_ > kGap - 0.5e-3;
+      case press:
+        return force > 0.2 * puncture_force_ || meant_ > kGap + 0.03;
+      case press_on:
+        return meant_ > began_at_ + 2e-3 && (force > 0.6 * puncture_force_ || meant_ > kGap + 0.06);
+      case insert:
+        return place > kGap + 0.02 || meant_ > kGap + 0.06;
+      case pull:
+        return meant_ < began_at_ - 8e-3;
+      default:
+        return since_ > kHold;
     }
   }
 
@@ -107,8 +130,8 @@ class Plan {
   double since_ = 0, meant_ = 0, began_at_ = 0;
 };
 
-// What swings in the second half of a hold: the way of the force from one turn to the next (N), as large as it comes three
-// times at least. A needle that slips once, or creeps, does not swing.
+// What swings in the second half of a hold: the way of the force from one turn to the next (N), as large as it comes
+// three times at least. A needle that slips once, or creeps, does not swing.
 class SwingMeter {
  public:
   void add(double since, double force) {
@@ -332,8 +355,10 @@ double pressed_stiffness(double young_modulus) {
       simulation.command(0, {++seq, base, std::nullopt});
       simulation.step();
       const NeedleReport& needle = simulation.report().needles[0];
-      if (since > 0 || needle.base_force.z() > enough) since += kTick;
-      else way += stride;
+      if (since > 0 || needle.base_force.z() > enough)
+        since += kTick;
+      else
+        way += stride;
       hold.add(since, start - needle.base.position.z(), needle.base_force.z());
     }
   }
@@ -360,7 +385,6 @@ void run_task(const HapticSetting& setting, Task task, HapticOutcome& outcome) {
     if (held) swing.add(plan.since(), device.handle().acting()[0]);
     plan.step(kStep, -device.force(), device.handle().position()[0]);
     if (held && !plan.holds()) outcome.swing = std::max(outcome.swing, swing.end());
-    
   }
   device.finish();
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A hand on a haptic device on a needle in tissue, all simulated in one process and in simulation time: the server's
 // ticks, the device's samples, the delay between them, and a hand that presses a tissue which never opens, then inserts
-// the needle into one that does, holds, and pulls back. Deterministic. With the kit (client/haptics), or without: then the device's pose goes to the server as it is, and the
-// newest force that came is rendered.
+// the needle into one that does, holds, and pulls back. Deterministic. With the kit (client/haptics), or without: then
+// the device's pose goes to the server as it is, and the newest force that came is rendered.
 #pragma once
 
 #include <string>

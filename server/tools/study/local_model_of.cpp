@@ -8,18 +8,20 @@ namespace acus {
 
 namespace {
 
-// m, of the target, of which the base makes a part within the tick. Small beside the way of a sliding needle in a tick, so
-// that both ticks have the same pieces of the laws.
+// m, of the target, of which the base makes a part within the tick. Small beside the way of a sliding needle in a tick,
+// so that both ticks have the same pieces of the laws.
 constexpr double kProbe = 1e-5;
 
 haptics::Vector3 plain(const Vector3& v) { return {{v.x(), v.y(), v.z()}}; }
 haptics::Quaternion plain(const Quaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
 // How far the base may go while the force (N) comes to a limit (N), m.
-double way_to(double limit, double force, double stiffness) { return std::clamp((limit - force) / stiffness, 0.0, 1.0); }
+double way_to(double limit, double force, double stiffness) {
+  return std::clamp((limit - force) / stiffness, 0.0, 1.0);
+}
 
-// As far as the laws tell of the needle as a whole: contact ends, the tissue opens, or friction and cutting together bear
-// no more. `resistance` is the axial force against going on.
+// As far as the laws tell of the needle as a whole: contact ends, the tissue opens, or friction and cutting together
+// bear no more. `resistance` is the axial force against going on.
 void set_limits(const Simulation& simulation, double resistance, double stiffness, haptics::LocalModel& model) {
   const NeedleReport& needle = simulation.report().needles[0];
   const Interaction& laws = simulation.scene().tissue.regions[0].interaction;

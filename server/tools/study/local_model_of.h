@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the topic `haptics` would say of a tick, found without it: the stiffness along the needle's axis as a difference of
-// two ticks from the same state, the limits from the laws of the tip.
+// What the topic `haptics` would say of a tick, found without it: the stiffness along the needle's axis as a difference
+// of two ticks from the same state, the limits from the laws of the tip.
 #pragma once
 
 #include "client/haptics/local_model.h"

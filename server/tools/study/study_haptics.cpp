@@ -54,7 +54,9 @@ struct Map {
 Map map_of(bool quick) {
   const auto& grips = haptics::kGrips;
   if (quick) return {{1e3, 1e5, 1e9}, {100, 1000, 4000}, {0, 20e-3}, {grips[0], grips[2]}};
-  return {{1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9}, {100, 400, 1000, 4000}, {0, 5e-3, 10e-3, 20e-3},
+  return {{1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9},
+          {100, 400, 1000, 4000},
+          {0, 5e-3, 10e-3, 20e-3},
           {grips[0], grips[1], grips[2]}};
 }
 

@@ -23,7 +23,8 @@ namespace beast = boost::beast;
 using Tcp = boost::asio::ip::tcp;
 using nlohmann::json;
 
-// Serves one client on a port of its own: sends a state, waits for the force, moves the handle by a micrometre per newton.
+// Serves one client on a port of its own: sends a state, waits for the force, moves the handle by a micrometre per
+// newton.
 class Service {
  public:
   explicit Service(std::string device = "049A") : device_(std::move(device)), thread_([this] { serve(); }) {}
@@ -49,14 +50,16 @@ class Service {
     if (!device_.empty())
       devices.push_back({{"device_id", device_},
                          {"config", json::object()},
-                         {"state", {{"cursor_position", {{"x", 0.01}, {"y", -0.02}, {"z", 1e-6 * force_}}},
-                                    {"cursor_velocity", {{"x", 0}, {"y", 0}, {"z", 0}}}}}});
+                         {"state",
+                          {{"cursor_position", {{"x", 0.01}, {"y", -0.02}, {"z", 1e-6 * force_}}},
+                           {"cursor_velocity", {{"x", 0}, {"y", 0}, {"z", 0}}}}}});
     return json{{"session_id", 7},
                 {"inverse3", devices},
                 {"wireless_verse_grip",
                  {{{"device_id", "61576"},
-                   {"state", {{"orientation", {{"x", 0}, {"y", 0}, {"z", 1}, {"w", 0}}},
-                              {"buttons", {{"a", true}, {"b", false}, {"c", false}}}}}}}}}
+                   {"state",
+                    {{"orientation", {{"x", 0}, {"y", 0}, {"z", 1}, {"w", 0}}},
+                     {"buttons", {{"a", true}, {"b", false}, {"c", false}}}}}}}}}
         .dump();
   }
 
