@@ -1,5 +1,6 @@
 # Installs the programs, the scenes, and the protocol and client libraries for find_package(acus), which offers
-# acus::protocol and acus::client. Headers are included as in the sources: "client/client.h" from include/acus.
+# acus::protocol, acus::client and acus::haptics. Headers are included as in the sources: "client/client.h" from
+# include/acus.
 # Components are the Debian packages of packages.cmake: server, client, python, dev, scenes; licences go into no package, which
 # has a file `copyright` instead.
 include(GNUInstallDirs)
@@ -7,9 +8,11 @@ include(CMakePackageConfigHelpers)
 
 set(acus_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/acus)
 
-install(TARGETS acus_protocol acus_client EXPORT acus_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+install(TARGETS acus_protocol acus_client acus_haptics EXPORT acus_targets
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 install(DIRECTORY protocol client DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/acus COMPONENT dev
-        FILES_MATCHING PATTERN "*.h" PATTERN "socket.h" EXCLUDE PATTERN "packer.h" EXCLUDE)
+        FILES_MATCHING PATTERN "*.h" PATTERN "socket.h" EXCLUDE PATTERN "packer.h" EXCLUDE
+        PATTERN "client/haptics/devices" EXCLUDE PATTERN "client/haptics/program" EXCLUDE)
 install(EXPORT acus_targets NAMESPACE acus:: FILE acusTargets.cmake DESTINATION ${acus_package_dir} COMPONENT dev)
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/acusConfig.cmake.in ${PROJECT_BINARY_DIR}/acusConfig.cmake
@@ -19,7 +22,7 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/acusConfigVersion.cmake C
 install(FILES ${PROJECT_BINARY_DIR}/acusConfig.cmake ${PROJECT_BINARY_DIR}/acusConfigVersion.cmake
         DESTINATION ${acus_package_dir} COMPONENT dev)
 
-install(TARGETS acus-replay acus-keygen RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT client)
+install(TARGETS acus-replay acus-haptic acus-keygen RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT client)
 # The Python programs stand beside the modules they share; Python looks for those where a link leads.
 set(acus_scripts_dir ${CMAKE_INSTALL_DATADIR}/acus/client)
 set(acus_scripts plot plot-timing picture top)

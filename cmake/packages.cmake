@@ -42,16 +42,17 @@ set(CPACK_DEBIAN_CLIENT_DESCRIPTION "replay, plots and a monitor for Acus server
 Acus simulates needles in soft tissue in real time. This package has programs
 that talk to its server: acus-replay drives recorded motions into it and writes
 what comes back, acus-plot, acus-plot-timing and acus-picture draw that,
-acus-top shows how a running server does, and acus-keygen makes keys for server
-and clients.")
+acus-top shows how a running server does, acus-keygen makes keys for server and
+clients, and acus-haptic puts a haptic device, a gamepad or a simulated hand on
+a needle.")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Python package for Acus servers
 Acus simulates needles in soft tissue in real time. This package has the
 Python module acus: a client of its server, servers of one's own, scenes,
 recorded runs as arrays, and environments for learning to steer needles.")
 set(CPACK_DEBIAN_DEV_DESCRIPTION "client library of Acus, development files
 Acus simulates needles in soft tissue in real time. This package has headers,
-static libraries and the CMake package of its protocol and of its C++ client
-library.")
+static libraries and the CMake package of its protocol, of its C++ client
+library and of its haptic kit.")
 set(CPACK_DEBIAN_SCENES_DESCRIPTION "scenes and documents of Acus
 Acus simulates needles in soft tissue in real time. This package has scenes for
 its server, with their meshes and recorded motions, and the documents.")

@@ -49,12 +49,12 @@ class Section:
         self.parts.append(f"<p>{paragraph}</p>")
 
 
-def write(folder, sections):
+def write(folder, sections, title="Acus: errors and stability"):
     """Returns the page's path."""
     path = os.path.join(folder, "index.html")
     contents = "".join(f'<li><a href="#{i}">{html.escape(s.title)}</a></li>' for i, s in enumerate(sections))
     body = "".join(f'<h2 id="{i}">{html.escape(s.title)}</h2>' + "\n".join(s.parts) for i, s in enumerate(sections))
     with open(path, "w", encoding="utf-8") as file:
-        file.write(f"<!doctype html><html lang=en><meta charset=utf-8><title>Acus: errors and stability</title>"
-                   f"<style>{STYLE}</style><h1>Acus: errors and stability</h1><ul>{contents}</ul>{body}</html>\n")
+        file.write(f"<!doctype html><html lang=en><meta charset=utf-8><title>{title}</title>"
+                   f"<style>{STYLE}</style><h1>{title}</h1><ul>{contents}</ul>{body}</html>\n")
     return path

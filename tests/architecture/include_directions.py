@@ -22,10 +22,14 @@ SIMULATION = [*CONSTRAINTS, "server/scene", "server/simulation"]
 RECORDING = [*SIMULATION, "server/recording"]
 RUNTIME = [*RECORDING, "server/runtime"]
 TRANSPORT = [*RUNTIME, "server/transport"]
-TOOLS = [*TRANSPORT, "server/tools", "client"]
+HAPTICS = ["client/haptics", "client/haptics/devices", "client/haptics/program"]
+TOOLS = [*TRANSPORT, "server/tools", "client", *HAPTICS]
 ROOMS = {
     "protocol": PROTOCOL,
     "client": [*PROTOCOL, "client"],
+    "client/haptics": ["client/haptics"],
+    "client/haptics/devices": ["client/haptics", "client/haptics/devices"],
+    "client/haptics/program": [*PROTOCOL, "client", *HAPTICS],
     "server/math": MATH,
     "server/models": MODELS,
     "server/constraints/compliance": [*MODELS, "server/constraints/compliance"],

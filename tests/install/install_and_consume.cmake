@@ -21,6 +21,7 @@ run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
 run(${WORK_DIR}/build/consumer)
 run(${prefix}/bin/acus-replay --help)
 run(${prefix}/bin/acus-keygen --help)
+run(${prefix}/bin/acus-haptic --help)
 if(EXISTS ${BUILD_DIR}/bin/acus-bench)  # not where sanitizers are
   run(${prefix}/bin/acus-bench --help)
 endif()

@@ -19,10 +19,11 @@ PACKAGES = ["acus-client", "acus-scenes", "acus-server", "libacus-dev", "python3
 SOME_FILES = {
     "acus-server": ["usr/bin/acus-server", "usr/bin/acus-mesh", "usr/bin/acus-bench", "usr/bin/acus-export", "usr/bin/acus-scene",
                     "usr/lib/systemd/system/acus-server@.service", "usr/share/man/man1/acus-server.1.gz"],
-    "acus-client": ["usr/bin/acus-replay", "usr/bin/acus-keygen", "usr/bin/acus-plot", "usr/bin/acus-top",
+    "acus-client": ["usr/bin/acus-replay", "usr/bin/acus-haptic", "usr/bin/acus-keygen", "usr/bin/acus-plot", "usr/bin/acus-top",
                     "usr/share/acus/client/top_page.py", "usr/share/acus/client/package_path.py", "usr/share/man/man1/acus-keygen.1.gz",
                     "usr/share/man/man1/acus-top.1.gz"],
-    "libacus-dev": ["usr/include/acus/client/client.h", "usr/lib/libacus_client.a", "usr/lib/cmake/acus/acusConfig.cmake"],
+    "libacus-dev": ["usr/include/acus/client/client.h", "usr/include/acus/client/haptics/kit.h",
+                    "usr/lib/libacus_client.a", "usr/lib/libacus_haptics.a", "usr/lib/cmake/acus/acusConfig.cmake"],
     "python3-acus": ["usr/lib/python3/dist-packages/acus/__init__.py", "usr/lib/python3/dist-packages/acus/client.py"],
     "acus-scenes": ["usr/share/acus/scenes/insertion_pullback.yaml", "usr/share/acus/scenes/meshes/prostate.msh",
                     "usr/share/acus/scenes/trajectories/through.csv", "usr/share/doc/acus/README.md"],
@@ -108,7 +109,7 @@ class Packages(unittest.TestCase):
         self.assertEqual(self.assert_success(self.installed("acus-server", "--version")).strip(), VERSION)
         self.assertIn("insertion", self.assert_success(self.installed("acus-server", "insertion_pullback", "--check")))
         self.assert_success(self.installed("acus-server", "brachytherapy", "--check"))  # whose mesh acus-mesh reads
-        for program in ("acus-replay", "acus-keygen", "acus-top", "acus-export", "acus-bench"):
+        for program in ("acus-replay", "acus-haptic", "acus-keygen", "acus-top", "acus-export", "acus-bench"):
             self.assertIn("--help", self.assert_success(self.installed(program, "--help")))
         modules = os.path.join(self.root, "usr/lib/python3/dist-packages")
         self.assert_success(run("/usr/bin/python3", "-c", "import acus", env={**os.environ, "PYTHONPATH": modules}))

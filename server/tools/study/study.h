@@ -20,6 +20,8 @@ struct StudyPlan {
   int entries = 0;                // of the study of entries: how many; 0: its own number
   int first_entry = 0;            // and which one comes first
   std::vector<GmshMesh> meshes;   // and into which meshes besides blocks
+  std::string haptics_table = "stability.csv";  // of the study of haptics: its table,
+  int part = 0, parts = 1;        // and which runs: every `parts`th from number `part` on
   // Told what has been done of what, in runs, and what comes next.
   std::function<void(int done, int of, const std::string& next)> progress = [](int, int, const std::string&) {};
 };
@@ -39,5 +41,8 @@ void study_holds(const StudyPlan& plan);
 
 // stability.csv: extreme cases and pairs of them, with a verdict each (stability_cases.h, stability_criteria.h).
 void study_stability(const StudyPlan& plan);
+
+// stability.csv, or what plan.haptics_table says: haptic loops, with the kit and without it (haptic_run.h).
+void study_haptics(const StudyPlan& plan);
 
 }  // namespace acus

@@ -36,6 +36,7 @@ constexpr StudyCommand kStudies[] = {
     {"refinement", "Locking and point forces: what depends on the mesh, and what mends it", study_refinement},
     {"entries", "Needles that go in at random places, and whether the tissue notices them", study_entries},
     {"holds", "Bases that stop at random moments of the scenes' motions, and how far forces jump then", study_holds},
+    {"haptics", "Hands on haptic devices on needles: which loops are stable, with the kit and without it", study_haptics},
     {"stability", "Extreme cases and their nastiest pairs, each with a verdict", study_stability},
 };
 
@@ -99,6 +100,12 @@ int main(int argc, char** argv) {
   entries.add_option_function<std::vector<std::string>>(
       "--mesh", [&](const auto& texts) { for (const std::string& text : texts) plan.meshes.push_back(mesh_of(text)); },
       "A mesh that needles go into besides blocks; may be given again")->type_name("FILE=METRES_PER_UNIT");
+  CLI::App& haptics = *app.get_subcommand("haptics");
+  haptics.add_option("--table", plan.haptics_table, "Name of its table")->capture_default_str();
+  CLI::Option* part = haptics.add_option("--part", plan.part, "Of its runs, every PARTSth from this number on")
+                          ->check(CLI::NonNegativeNumber);
+  haptics.add_option("--parts", plan.parts, "So that several processes share the runs")
+      ->check(CLI::PositiveNumber)->needs(part);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

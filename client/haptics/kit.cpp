@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "client/haptics/kit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "client/haptics/limits.h"
+
+namespace acus::haptics {
+
+namespace {
+
+void require_positive(double value, const char* field) {
+  if (value > 0 && std::isfinite(value)) return;
+  throw std::invalid_argument(std::string(field) + ": expected > 0, found " + std::to_string(value));
+}
+
+DeviceProperties checked(const DeviceProperties& properties) {
+  validate(properties);
+  return properties;
+}
+
+int delay_in_samples(const DeviceProperties& properties) {
+  const double samples = std::ceil(properties.delay * properties.rate - 1e-9);
+  if (samples < Passivity::kMostDelay) return static_cast<int>(samples);
+  throw std::invalid_argument("delay: expected less than " + std::to_string(Passivity::kMostDelay) +
+                              " samples, found " + std::to_string(samples));
+}
+
+}  // namespace
+
+void validate(const KitOptions& options) {
+  require_positive(options.workspace.scale, "workspace.scale");
+  require_positive(options.workspace.force_scale, "workspace.force_scale");
+  require_positive(options.stale_after, "stale_after");
+  require_positive(options.force_growth, "force_growth");
+  if (!(options.ramp >= 0)) throw std::invalid_argument("ramp: expected >= 0, found " + std::to_string(options.ramp));
+}
+
+Kit::Kit(const DeviceProperties& properties, const KitOptions& options)
+    : properties_(checked(properties)),
+      options_(options),
+      coupling_(coupling_of(properties)),
+      registration_(options.workspace),
+      passivity_(coupling_, delay_in_samples(properties)),
+      ramp_(options.ramp) {
+  validate(options);
+}
+
+void Kit::begin(const Pose& device, const Pose& base) {
+  registration_.bring_together(device, base);
+  device_before_ = device;
+  base_before_ = base;
+  response_ = LocalResponse();
+  age_ = 1e9;
+  epoch_ = tick_ = 0;
+  moving_.forget();
+}
+
+void Kit::take(const LocalModel& model) {
+  if (model.epoch < epoch_ || (model.epoch == epoch_ && model.tick < tick_)) return;
+  if (model.epoch != epoch_) moving_.forget();
+  epoch_ = model.epoch;
+  tick_ = model.tick;
+  model_stale_ = model.stale;
+  age_ = 0;
+  // Springs at the device, seen from the needle; an axis without force still needs one to lead the proxy.
+  const Workspace& workspace = registration_.workspace();
+  const auto spring = [](double felt, double scales) { return kCoupling * (felt > 0 ? felt : 1e3) / scales; };
+  const double translation = spring(coupling_.translation, workspace.force_scale * workspace.scale);
+  const double rotation = spring(coupling_.rotation, registration_.torque_scale());
+  const LocalModel known = learnt(model);
+  response_ = LocalResponse(known, translation, rotation, sticking_ > 0 ? sticking_ : translation, moving_.value());
+  // The command in use may not have been reached yet.
+  const std::uint64_t oldest = seq_ < kKept ? 1 : seq_ - kKept + 1;
+  for (std::uint64_t seq = std::max(model.seq, oldest); seq <= seq_; ++seq) response_.pass(sent_[seq % kKept]);
+}
+
+// The model, without axial stiffness where the needle slides.
+LocalModel Kit::learnt(const LocalModel& model) {
+  const Vector3 axis = model.base.orientation * Vector3{{1, 0, 0}};
+  double stiffness = 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) stiffness -= axis[i] * model.stiffness(i, j) * axis[j];
+  stiffness = std::max(stiffness, 0.0);
+  moving_.add(model, stiffness, dot(axis, base_before_.position - model.base.position));
+  LocalModel learnt = model;
+  if (model.forward_limit == Limit::none && model.backward_limit == Limit::none) return learnt;
+  if (!moving_.slides(stiffness)) {
+    sticking_ = stiffness;
+    return learnt;
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) learnt.stiffness(i, j) += stiffness * axis[i] * axis[j];
+  return learnt;
+}
+
+void Kit::remember(const Pose& base) { sent_[++seq_ % kKept] = base_before_ = base; }
+
+// Whether the clutch parts device and needle; as it is let go, they are brought together where both stand.
+bool Kit::parted(const Sample& sample) {
+  if (clutched_ && !sample.clutch) registration_.bring_together(sample.device, base_before_);
+  clutched_ = sample.clutch;
+  return clutched_;
+}
+
+Wrench Kit::within_limits(Wrench wanted) {
+  const double growth = options_.force_growth / properties_.rate;
+  const double strongest = properties_.translation.largest_force, twist = properties_.rotation.largest_force;
+  wanted.force = limited_growth(before_.force, limited(wanted.force, strongest), growth);
+  wanted.torque =
+      limited_growth(before_.torque, limited(wanted.torque, twist), strongest > 0 ? growth * twist / strongest : twist);
+  return wanted;
+}
+
+Kit::Answer Kit::step(const Sample& sample) {
+  const double sample_time = 1 / properties_.rate;
+  passivity_.observe(displacement(device_before_, sample.device));
+  device_before_ = sample.device;
+  const bool apart = parted(sample);
+  age_ += sample_time;
+  const double factor = ramp_.step(!apart && !stale() && !model_stale_, sample_time);
+  const Pose target = apart ? base_before_ : registration_.base_of(sample.device);
+  const LocalResponse::Answer answer = response_(target);
+  remember(apart ? base_before_ : answer.proxy);
+
+  Answer result;
+  result.base = base_before_;
+  result.seq = seq_;
+  result.wanted = registration_.at_device(answer.felt);
+  const Wrench ramped{factor * result.wanted.force, factor * result.wanted.torque};
+  const double power_scale = registration_.workspace().force_scale / registration_.workspace().scale;
+  const Wrench felt{factor * answer.felt.force, factor * answer.felt.torque};
+  const double stored = power_scale * response_.stored(felt, moving_.softest());
+  result.on_hand = before_ = passivity_.control(within_limits(ramped), stored);
+  return result;
+}
+
+}  // namespace acus::haptics

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// The loop of a haptic device on a needle of Acus, one call a sample, without allocation, locks or clocks:
+//
+//   Kit kit(properties, options);
+//   kit.begin(device_pose, base_pose);      // both stand for each other from now on
+//   every sample:
+//     if (a message came) kit.take(model);
+//     const Kit::Answer answer = kit.step({device_pose, clutch});
+//     device.write(answer.on_hand);  send(answer.base);
+//
+// A sample goes through: registration, the local model's answer through the virtual coupling, the ramp of what is stale
+// or parted, limits, the passivity controller. Only the last can make the device safe, so it comes last; all before it
+// make it feel right. docs/haptics.md says what each costs. Devices hold their own weight.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "client/haptics/coupling.h"
+#include "client/haptics/local_response.h"
+#include "client/haptics/moving_stiffness.h"
+#include "client/haptics/passivity.h"
+#include "client/haptics/ramp.h"
+#include "client/haptics/registration.h"
+
+namespace acus::haptics {
+
+struct KitOptions {
+  Workspace workspace;
+  double stale_after = 0.1;    // s, > 0, without a message, after which nothing more is felt,
+  double ramp = 0.05;          // s, >= 0, in which the force ends, and comes back
+  double force_growth = 2000;  // N/s, > 0, at most; torques in proportion to their limit
+};
+
+// Throws std::invalid_argument, which names the field.
+void validate(const KitOptions& options);
+
+class Kit {
+ public:
+  // Throws std::invalid_argument.
+  explicit Kit(const DeviceProperties& properties, const KitOptions& options = {});
+
+  // From now on the device's pose means this pose of the needle's base; nothing is felt until a model comes.
+  void begin(const Pose& device, const Pose& base);
+
+  // The newest model. One of a tick that is older than the last is left out.
+  void take(const LocalModel& model);
+
+  struct Sample {
+    Pose device;          // device frame
+    bool clutch = false;  // pressed: the needle rests, the device moves freely
+  };
+  struct Answer {
+    Wrench on_hand;     // N, N m, device frame, to render until the next sample
+    Pose base;          // where the needle's base is to go, world
+    std::uint64_t seq;  // number of this command, counted from 1: models tell which one they know of
+    Wrench wanted;      // what would be rendered without limits and controller, device frame
+  };
+  Answer step(const Sample& sample);
+
+  const Coupling& coupling() const { return coupling_; }
+  const Passivity& passivity() const { return passivity_; }
+  bool stale() const { return age_ > options_.stale_after; }
+
+ private:
+  Wrench within_limits(Wrench wanted);
+  bool parted(const Sample& sample);
+  LocalModel learnt(const LocalModel& model);
+  void remember(const Pose& base);
+
+  DeviceProperties properties_;
+  KitOptions options_;
+  Coupling coupling_;
+  Registration registration_;
+  LocalResponse response_;
+  Passivity passivity_;
+  MovingStiffness moving_;
+  Ramp ramp_;
+  Pose device_before_, base_before_;
+  Wrench before_;  // rendered
+  std::uint64_t epoch_ = 0, tick_ = 0;
+  double age_ = 1e9;     // s since the last model came
+  double sticking_ = 0;  // N/m, axial stiffness of the last tick that had one
+  static constexpr int kKept = 512;
+  std::array<Pose, kKept> sent_{};  // the newest commands, round, by their number
+  std::uint64_t seq_ = 0;           // of the newest
+  bool model_stale_ = false;
+  bool clutched_ = false;
+};
+
+}  // namespace acus::haptics

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// What a device may be asked for: no more than it can exert, and no force that grows faster than a hand should meet. A
+// force that falls, as at a puncture, is never held up.
+#pragma once
+
+#include <algorithm>
+
+#include "client/haptics/vectors.h"
+
+namespace acus::haptics {
+
+// The vector no longer than `largest`.
+inline Vector3 limited(const Vector3& v, double largest) {
+  const double length = norm(v);
+  return length > largest ? largest / length * v : v;
+}
+
+// A force whose magnitude grows by at most `growth` from one sample to the next.
+inline Vector3 limited_growth(const Vector3& before, const Vector3& wanted, double growth) {
+  return limited(wanted, norm(before) + growth);
+}
+
+}  // namespace acus::haptics

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+// acus-haptic: a haptic device, or a simulated one, on a needle of an acus-server.
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <optional>
+#include <string>
+
+#include "client/haptics/program/haptic_summary.h"
+#include "client/haptics/program/session.h"
+#include "client/log_file.h"
+#include "protocol/endpoint_address.h"
+
+namespace {
+
+using namespace acus::haptics;
+namespace client = acus::client;
+
+enum ExitCode { kDone = 0, kBadInput = 1, kRefused = 2, kVanished = 3, kDevice = 4, kMismatch = 5 };
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  acus-haptic --duration 10                                  # a simulated device and hand, a server on this "
+    "machine\n"
+    "  acus-haptic --device gamepad ipc:///run/acus/liver\n"
+    "  acus-haptic --grip firm --rate 4000 --record run.csv --summary run.json --duration 20\n"
+    "\n"
+    "Ctrl+C ends a session well. Exit status: 0 done, 1 bad arguments or files, 2 the server refused, 3 the server was "
+    "not\n"
+    "there or vanished, 4 the device is not there or failed, 5 the server speaks another protocol.";
+
+std::atomic<bool> interrupted = false;
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
+
+extern "C" void on_signal(int) { interrupted = true; }
+
+struct Arguments {
+  SessionOptions session;
+  std::string server, grip = "relaxed", summary, record, server_key, client_key;
+  double timeout_s = 10;
+};
+
+std::string check_endpoint(const std::string& endpoint) {
+  const std::string problem = acus::protocol::problem_with_endpoint(endpoint, acus::protocol::EndpointUse::connect);
+  return problem.empty() ? problem : "endpoint '" + endpoint + "': " + problem;
+}
+
+std::vector<std::string> grip_names() {
+  std::vector<std::string> names;
+  for (const Grip& grip : kGrips) names.emplace_back(grip.name);
+  return names;
+}
+
+void declare_device(CLI::App& app, Arguments& arguments) {
+  DeviceChoice& device = arguments.session.device;
+  app.add_option("--device", device.name, "which one; this build has those listed")
+      ->check(CLI::IsMember(device_names()))
+      ->capture_default_str();
+  app.add_option("--rate", device.rate, "samples per second (Hz)")
+      ->check(CLI::Range(10.0, 20'000.0))
+      ->capture_default_str();
+  app.add_option("--scale", arguments.session.kit.workspace.scale, "way of the needle over way of the device")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--force-scale", arguments.session.kit.workspace.force_scale,
+                 "force at the device over force at the needle")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--address", device.address, "of Haply's Inverse Service")->capture_default_str();
+  app.add_option("--grip", arguments.grip, "of the simulated hand")
+      ->check(CLI::IsMember(grip_names()))
+      ->capture_default_str();
+  app.add_option("--hand-depth", device.motion.depth, "m that the simulated hand goes in")
+      ->check(CLI::Range(1e-4, 0.5))
+      ->capture_default_str();
+  app.add_option("--hand-speed", device.motion.speed, "m/s, of the simulated hand")
+      ->check(CLI::Range(1e-4, 1.0))
+      ->capture_default_str();
+  app.add_option("--device-delay", device.simulated.delay.delay,
+                 "s, of the simulated device, from a force to its effect")
+      ->check(CLI::Range(0.0, 0.1))
+      ->capture_default_str();
+  app.add_option("--device-jitter", device.simulated.delay.jitter, "s, up to so much more")
+      ->check(CLI::Range(0.0, 0.1))
+      ->capture_default_str();
+}
+
+void declare(CLI::App& app, Arguments& arguments) {
+  app.footer(kFooter);
+  app.set_version_flag("--version", ACUS_VERSION);
+  SessionOptions& session = arguments.session;
+  app.add_option(
+      "server", arguments.server,
+      "HOST or HOST:PORT, with the port for commands, the next one being that for states; or ipc://FOLDER with "
+      "the sockets commands and states. Without it, the default ports of this machine");
+  app.add_option("--commands", session.commands, "the server's endpoint for commands")
+      ->check(check_endpoint)
+      ->capture_default_str();
+  app.add_option("--states", session.states, "the server's endpoint for states")
+      ->check(check_endpoint)
+      ->capture_default_str();
+  CLI::Option* server_key = app.add_option("--curve-server-key", arguments.server_key,
+                                           "file with the server's public key, for a server that asks for keys");
+  CLI::Option* client_key = app.add_option("--curve-client-key", arguments.client_key,
+                                           "file with the key pair of this client, as acus-keygen writes it");
+  server_key->needs(client_key);
+  client_key->needs(server_key);
+  app.add_option("--needle", session.needle, "by its name; default: the scene's first");
+  declare_device(app, arguments);
+  app.add_option("--duration", session.duration, "s; 0: until Ctrl+C")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--timeout", arguments.timeout_s, "to wait for the server (s)")
+      ->check(CLI::Range(0.001, 86'400.0))
+      ->capture_default_str();
+  app.add_option("--summary", arguments.summary, "file to write with what is printed at the end, as JSON");
+  app.add_option("--record", arguments.record, "CSV to write, a row per sample");
+}
+
+// The endpoints that SERVER names. Throws std::runtime_error.
+void take_server(Arguments& arguments) {
+  const std::string& server = arguments.server;
+  if (server.empty()) return;
+  SessionOptions& session = arguments.session;
+  if (server.rfind("ipc://", 0) == 0) {
+    session.commands = server + "/commands";
+    session.states = server + "/states";
+  } else {
+    const auto colon = server.rfind(':');
+    const std::string host = server.substr(0, colon);
+    const int port = colon == std::string::npos ? 5750 : std::stoi(server.substr(colon + 1));
+    session.commands = "tcp://" + host + ":" + std::to_string(port);
+    session.states = "tcp://" + host + ":" + std::to_string(port + 1);
+  }
+  for (const std::string& endpoint : {session.commands, session.states})
+    if (const std::string problem = check_endpoint(endpoint); !problem.empty()) throw std::runtime_error(problem);
+}
+
+constexpr const char* kHeader =
+    "t_s,device_x_m,device_y_m,device_z_m,base_x_m,base_y_m,base_z_m,wanted_x_N,wanted_y_N,wanted_z_N,force_x_N,force_"
+    "y_N,"
+    "force_z_N,account_J,withheld_J\n";
+
+void write(std::ostream& out, const SampleRecord& sample) {
+  char row[400];
+  std::snprintf(row, sizeof row, "%.6f,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n",
+                sample.time, sample.device[0], sample.device[1], sample.device[2], sample.base[0], sample.base[1],
+                sample.base[2], sample.wanted[0], sample.wanted[1], sample.wanted[2], sample.force[0], sample.force[1],
+                sample.force[2], sample.account, sample.withheld);
+  out << row;
+}
+
+// Runs and translates how it ended into an exit code; what went wrong goes to stderr.
+int run(Session& session) {
+  const auto ended = [](ExitCode code, const std::exception& error) {
+    std::fprintf(stderr, "acus-haptic: %s\n", error.what());
+    return code;
+  };
+  try {
+    session.run();
+    return kDone;
+  } catch (const client::Refused& error) {
+    return ended(kRefused, error);
+  } catch (const client::Vanished& error) {
+    return ended(kVanished, error);
+  } catch (const client::ProtocolMismatch& error) {
+    return ended(kMismatch, error);
+  } catch (const DeviceError& error) {
+    return ended(kDevice, error);
+  }
+}
+
+int drive(Arguments& arguments) {
+  take_server(arguments);
+  SessionOptions& options = arguments.session;
+  options.timeout = std::chrono::round<client::Timeout>(std::chrono::duration<double>(arguments.timeout_s));
+  options.interrupt = &interrupted;
+  for (const Grip& grip : kGrips)
+    if (arguments.grip == grip.name) options.device.simulated.hand = grip.hand;
+  if (!arguments.server_key.empty())
+    options.keys = client::CurveKeys{acus::protocol::read_public_key(arguments.server_key).key,
+                                     acus::protocol::read_key_pair(arguments.client_key)};
+  std::optional<client::LogFile> summary, record;
+  if (!arguments.summary.empty()) summary.emplace(arguments.summary);
+  if (!arguments.record.empty()) record.emplace(arguments.record, kHeader);
+  std::signal(SIGINT, on_signal);  // from here on a signal ends the session, not the program
+  std::signal(SIGTERM, on_signal);
+
+  Session session(options);
+  if (record) session.on_sample = [&](const SampleRecord& sample) { write(record->out(), sample); };
+  const int code = run(session);
+  if (session.results().samples > 0) {
+    std::fputs(readable(session.results(), options.device.name).c_str(), stdout);
+    if (summary) summary->out() << as_json(session.results(), options.device.name);
+  }
+  if (summary) summary->close();
+  if (record) record->close();
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App app("Puts a haptic device, or a simulated one, on a needle of an acus-server.", "acus-haptic");
+  Arguments arguments;
+  declare(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kBadInput;
+  }
+  try {
+    return drive(arguments);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "acus-haptic: %s\n", error.what());
+    return kBadInput;
+  }
+}

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "client/haptics/program/haptic_summary.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "client/run_statistics.h"
+
+namespace acus::haptics {
+
+namespace {
+
+// N/m that this share of what was felt is below; 0 if nothing was.
+double felt_share(const SessionResults& results, double share) {
+  if (results.felt.empty()) return 0;
+  std::vector<double> felt = results.felt;
+  std::sort(felt.begin(), felt.end());
+  return client::percentile(felt, share);
+}
+
+}  // namespace
+
+std::string readable(const SessionResults& results, const std::string& device) {
+  const client::Distribution delay = client::distribution_of(results.delays);
+  char felt[64] = "nothing was felt over a way of 0.2 mm";
+  if (!results.felt.empty())
+    std::snprintf(felt, sizeof felt, "median %.0f N/m, a tenth of it above %.0f N/m", felt_share(results, 0.5),
+                  felt_share(results, 0.9));
+  char text[1500];
+  std::snprintf(text, sizeof text,
+                "device      %s on %s of %s\n"
+                "rate        %.1f Hz, %llu samples in %.2f s%s, %llu late\n"
+                "delay       p50 %.2f ms, p99 %.2f ms, max %.2f ms, from a command to the first state that used it\n"
+                "states      %llu; %llu samples without a fresh one\n"
+                "force       %.3f N at most\n"
+                "stiffness   felt: %s; the coupling allows %.0f N/m\n"
+                "energy      %.6f J taken out by the controller, %.6f J given to the hand, net\n",
+                device.c_str(), results.needle.c_str(), results.scene.c_str(), results.rate,
+                static_cast<unsigned long long>(results.samples), results.duration,
+                results.lockstep ? " of simulation" : "", static_cast<unsigned long long>(results.late),
+                1e3 * delay.p50, 1e3 * delay.p99, 1e3 * delay.max, static_cast<unsigned long long>(results.models),
+                static_cast<unsigned long long>(results.stale), results.largest_force, felt,
+                results.coupling.translation, results.withheld, results.given);
+  return text;
+}
+
+std::string as_json(const SessionResults& results, const std::string& device) {
+  const client::Distribution delay = client::distribution_of(results.delays);
+  const nlohmann::ordered_json json{
+      {"device", device},
+      {"scene", results.scene},
+      {"needle", results.needle},
+      {"lockstep", results.lockstep},
+      {"duration_s", results.duration},
+      {"samples", results.samples},
+      {"rate_Hz", results.rate},
+      {"late_samples", results.late},
+      {"states", results.models},
+      {"stale_samples", results.stale},
+      {"delay_p50_s", delay.p50},
+      {"delay_p99_s", delay.p99},
+      {"delay_max_s", delay.max},
+      {"largest_force_N", results.largest_force},
+      {"coupling_N_per_m", results.coupling.translation},
+      {"felt_median_N_per_m", felt_share(results, 0.5)},
+      {"felt_p90_N_per_m", felt_share(results, 0.9)},
+      {"withheld_J", results.withheld},
+      {"given_J", results.given},
+  };
+  return json.dump(2) + "\n";
+}
+
+}  // namespace acus::haptics

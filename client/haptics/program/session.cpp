@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+#include "client/haptics/program/session.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <thread>
+#include <utility>
+#include <variant>
+
+namespace acus::haptics {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+protocol::Pose message_of(const std::string& needle, const Kit::Answer& answer, double now) {
+  protocol::Pose pose;
+  pose.needle = needle;
+  pose.seq = answer.seq;
+  pose.time = now;
+  pose.position = answer.base.position.at;
+  const Quaternion& q = answer.base.orientation;
+  pose.orientation = {q.w, q.x, q.y, q.z};
+  return pose;
+}
+
+// Closes a device, however the session ends.
+class Opened {
+ public:
+  explicit Opened(Device& device) : device_(device) {}
+  ~Opened() { device_.close(); }
+  Opened(const Opened&) = delete;
+  Opened& operator=(const Opened&) = delete;
+
+ private:
+  Device& device_;
+};
+
+}  // namespace
+
+const protocol::NeedleInfo& Session::choose_needle(const protocol::HelloReply& hello) const {
+  if (hello.needles.empty()) throw client::ClientError("the server's scene has no needle");
+  if (options_.needle.empty()) return hello.needles.front();
+  for (const protocol::NeedleInfo& needle : hello.needles)
+    if (needle.name == options_.needle) return needle;
+  throw client::ClientError("the server's scene has no needle '" + options_.needle + "'");
+}
+
+void Session::greet() {
+  commands_.emplace(options_.commands, options_.keys);
+  states_.emplace(options_.states, client::StateLink::kCapacity, options_.keys);
+  server_ = commands_->hello(options_.timeout);
+  const protocol::NeedleInfo& needle = choose_needle(server_);
+  base_ = pose_of(needle.base_position, needle.base_orientation);
+  results_.scene = server_.scene;
+  results_.needle = needle.name;
+  results_.lockstep = server_.lockstep;
+  commands_->acquire({needle.name}, options_.timeout);
+  subscribe();
+  if (!server_.lockstep) base_ = where_the_needle_rests();
+}
+
+// A subscription takes a moment to arrive. Statistics that come tell that the one before theirs has arrived: in lockstep
+// no state may be missed.
+void Session::subscribe() {
+  states_->subscribe("force");
+  states_->subscribe("stats");
+  const auto deadline = Clock::now() + options_.timeout;
+  while (Clock::now() < deadline) {
+    const auto state = states_->receive(client::Timeout(10));
+    if (!state || !std::holds_alternative<protocol::Stats>(*state)) continue;
+    states_->unsubscribe("stats");
+    return;
+  }
+  throw client::Vanished("the server at " + options_.states + " published no statistics in time");
+}
+
+// In real time the needle may have been moved before.
+Pose Session::where_the_needle_rests() {
+  const auto deadline = Clock::now() + options_.timeout;
+  while (Clock::now() < deadline) {
+    const auto state = states_->receive(client::Timeout(10));
+    const auto* force = state ? std::get_if<protocol::Force>(&*state) : nullptr;
+    if (force && force->needle == results_.needle) return model_.of(*force).base;
+  }
+  throw client::Vanished("the server at " + options_.states + " published no state in time");
+}
+
+bool Session::goes_on(double now) const {
+  const bool interrupted = options_.interrupt && *options_.interrupt;
+  return !interrupted && (options_.duration == 0 || now < options_.duration);
+}
+
+// How long a command took to be felt, in real time, and what is felt now.
+void Session::take(Kit& kit, const protocol::Force& force, double now) {
+  if (force.needle != results_.needle) return;
+  ++results_.models;
+  if (force.seq > newest_seq_ && force.echo > 0) {
+    newest_seq_ = force.seq;
+    results_.delays.push_back(now - force.echo);
+  }
+  kit.take(model_.of(force));
+}
+
+void Session::take_what_came(Kit& kit, double now) {
+  while (const auto state = states_->receive(client::Timeout(0)))
+    if (const auto* force = std::get_if<protocol::Force>(&*state)) take(kit, *force, now);
+}
+
+// In lockstep: the ticks until now, and the state of each needle after the last.
+void Session::make_ticks(Kit& kit, double now) {
+  const auto due = static_cast<std::uint64_t>(std::floor(now * server_.rate + 1e-6));
+  if (due <= ticks_) return;
+  const protocol::Done done = commands_->step(static_cast<std::uint32_t>(due - ticks_), options_.timeout);
+  ticks_ = due;
+  while (const auto state = states_->receive(options_.timeout)) {
+    const auto* force = std::get_if<protocol::Force>(&*state);
+    if (!force || force->needle != results_.needle) continue;
+    take(kit, *force, now);
+    if (force->tick >= done.tick) return;
+  }
+  throw client::Vanished("the server at " + options_.states + " published no state in time");
+}
+
+void Session::learn_felt(const Vector3& place, const Vector3& force) {
+  constexpr double kWay = 0.2e-3;  // m
+  if (!felt_from_) felt_from_ = Felt{place, force};
+  const Vector3 way = place - felt_from_->place;
+  const double length = norm(way);
+  if (length < kWay) return;
+  const double stiffness = -dot(force - felt_from_->force, way) / (length * length);
+  if (stiffness > 0) results_.felt.push_back(stiffness);
+  felt_from_ = Felt{place, force};
+}
+
+void Session::sample(Device& device, Kit& kit, double now) {
+  const Device::Reading reading = device.read();
+  const Kit::Answer answer = kit.step({reading.pose, reading.clutch});
+  device.write(answer.on_hand);
+  // A server that does not read for a while misses poses; what is felt ends by itself then.
+  [[maybe_unused]] const bool taken = commands_->send(message_of(results_.needle, answer, now));
+  ++results_.samples;
+  if (kit.stale()) ++results_.stale;
+  results_.largest_force = std::max(results_.largest_force, norm(answer.on_hand.force));
+  results_.withheld = kit.passivity().withheld();
+  results_.given = kit.passivity().given();
+  learn_felt(reading.pose.position, answer.on_hand.force);
+  on_sample({now, reading.pose.position, answer.base.position, answer.wanted.force, answer.on_hand.force,
+             kit.passivity().account(), kit.passivity().withheld()});
+}
+
+void Session::loop(Device& device) {
+  const DeviceProperties properties = device.open();
+  const Opened opened(device);
+  KitOptions options = options_.kit;
+  options.workspace.world_from_device = normalized(base_.orientation * options.workspace.world_from_device);
+  Kit kit(properties, options);
+  results_.coupling = kit.coupling();
+  kit.begin(device.read().pose, base_);
+  const auto begin = Clock::now();
+  const std::chrono::duration<double> period(1 / properties.rate);
+  auto due = begin;
+  for (std::uint64_t i = 0; goes_on(results_.duration); ++i) {
+    if (server_.lockstep) {
+      results_.duration = simulated_ = static_cast<double>(i) / properties.rate;
+      make_ticks(kit, simulated_);
+    } else {
+      std::this_thread::sleep_until(due);
+      const auto now = Clock::now();
+      if (now - due > period / 2) ++results_.late;
+      // A deadline that was missed is skipped.
+      while (due <= now) due += std::chrono::duration_cast<Clock::duration>(period);
+      results_.duration = seconds_since(begin);
+      take_what_came(kit, results_.duration);
+    }
+    sample(device, kit, results_.duration);
+  }
+  if (results_.duration > 0) results_.rate = static_cast<double>(results_.samples) / results_.duration;
+}
+
+void Session::run() {
+  greet();
+  const auto begin = Clock::now();
+  DeviceChoice choice = options_.device;
+  const bool lockstep = server_.lockstep;
+  choice.clock = [this, begin, lockstep] { return lockstep ? simulated_ : seconds_since(begin); };
+  const std::unique_ptr<Device> device = make_device(choice);
+  loop(*device);
+}
+
+}  // namespace acus::haptics

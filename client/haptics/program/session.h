@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// A device on a needle of a server, sample after sample: in real time on absolute deadlines of the steady clock, or
+// with a server in lockstep, in simulation time, where the same run gives the same numbers.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/client.h"
+#include "client/haptics/kit.h"
+#include "client/haptics/program/device_list.h"
+#include "client/haptics/program/force_model.h"
+
+namespace acus::haptics {
+
+struct SessionOptions {
+  std::string commands = protocol::kDefaultCommandsEndpoint;
+  std::string states = protocol::kDefaultStatesEndpoint;
+  std::optional<client::CurveKeys> keys;
+  std::string needle;  // empty: the scene's first
+  DeviceChoice device;
+  KitOptions kit;       // its workspace's axes are turned so that the device's x is the needle's
+  double duration = 0;  // s, 0: until it is interrupted
+  client::Timeout timeout{10'000};
+  std::atomic<bool>* interrupt = nullptr;
+};
+
+// Of one sample.
+struct SampleRecord {
+  double time = 0;      // s since the start
+  Vector3 device;       // m
+  Vector3 base;         // m, world, commanded
+  Vector3 wanted;       // N, at the device, before limits and controller
+  Vector3 force;        // N, at the device, rendered
+  double account = 0;   // J
+  double withheld = 0;  // J
+};
+
+struct SessionResults {
+  std::string scene, needle;
+  bool lockstep = false;
+  double duration = 0;  // s
+  std::uint64_t samples = 0;
+  std::uint64_t late = 0;          // samples that came more than half a period after they were due
+  std::uint64_t stale = 0;         // samples without a model of the last stale_after
+  std::uint64_t models = 0;        // that came
+  double rate = 0;                 // Hz, held
+  std::vector<double> delays;      // s, from a command to the first model that used it, one a model
+  Coupling coupling;               // the rule's
+  double withheld = 0, given = 0;  // J, see Passivity
+  double largest_force = 0;        // N, rendered
+  std::vector<double> felt;        // N/m, of the force over each way of a fifth of a millimetre against which it grew
+};
+
+class Session {
+ public:
+  explicit Session(const SessionOptions& options) : options_(options) {}
+
+  // Runs once. Throws client::ClientError, DeviceError or std::invalid_argument; the device is let go in any case.
+  void run();
+
+  const SessionResults& results() const { return results_; }
+  std::function<void(const SampleRecord&)> on_sample = [](const SampleRecord&) {};
+
+ private:
+  const protocol::NeedleInfo& choose_needle(const protocol::HelloReply& hello) const;
+  void greet();
+  void subscribe();
+  Pose where_the_needle_rests();
+  void loop(Device& device);
+  void sample(Device& device, Kit& kit, double now);
+  void take(Kit& kit, const protocol::Force& force, double now);
+  void take_what_came(Kit& kit, double now);
+  void make_ticks(Kit& kit, double now);
+  void learn_felt(const Vector3& place, const Vector3& force);
+  bool goes_on(double now) const;
+
+  SessionOptions options_;
+  SessionResults results_;
+  std::optional<client::CommandLink> commands_;
+  std::optional<client::StateLink> states_;
+  protocol::HelloReply server_;
+  Pose base_;
+  ForceModel model_;
+  double simulated_ = 0;          // s, the clock of a run in lockstep
+  std::uint64_t ticks_ = 0;       // asked for in lockstep
+  std::uint64_t newest_seq_ = 0;  // that a model used
+  struct Felt {
+    Vector3 place, force;
+  };
+  std::optional<Felt> felt_from_;
+};
+
+}  // namespace acus::haptics

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The whole loop: a simulated handle and hand, the kit, a delay, and a tissue with a closed form.
+#include "client/haptics/kit.h"
+
+#include <doctest/doctest.h>
+
+#include <cstdlib>
+#include <limits>
+#include <new>
+
+#include "client/haptics/analytic_tissue.h"
+#include "client/haptics/simulated_device.h"
+#include "client/haptics/simulated_handle.h"
+
+using namespace acus::haptics;
+
+namespace {
+
+thread_local bool counting = false;
+thread_local int allocations = 0;
+
+}  // namespace
+
+// Counts what is allocated while a test asks for it.
+void* operator new(std::size_t size) {
+  if (counting) ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace {
+
+struct Command {
+  double place = 0;
+  std::uint64_t seq = 0;
+};
+
+// Device, network and tissue, with time that a test moves on.
+struct Loop {
+  Loop(double rate, double delay, const AnalyticTissue::Properties& properties, const Grip& grip = kGrips[0])
+      : device(with_rate(rate)),
+        tissue(properties),
+        handle({device.translation, {0, 0, 1}, grip.hand}),
+        kit(device),
+        up({delay / 2, 0, 1}),
+        down({delay / 2, 0, 1}) {
+    kit.begin({}, {});
+  }
+
+  static DeviceProperties with_rate(double rate) {
+    DeviceProperties device;
+    device.rate = rate;
+    return device;
+  }
+
+  // One sample, and as many ticks of 1 ms of the tissue as fall into it.
+  void step(double place, double speed) {
+    const double h = 1 / device.rate;
+    for (; next_tick <= now + 1e-9; next_tick += 1e-3) {
+      while (const auto command = up.receive(next_tick)) in_use = *command;
+      tissue.step(in_use.place);
+      LocalModel model = tissue.model();
+      model.seq = in_use.seq;
+      down.send(next_tick, model);
+    }
+    while (const auto model = down.receive(now)) {
+      kit.take(*model);
+      newest = *model;
+    }
+    answer = kit.step({{handle.measured(), {}}, clutch});
+    handle.write(answer.on_hand.force);
+    up.send(now, {answer.base.position[0], answer.seq});
+    handle.mean({{place, 0, 0}}, {{speed, 0, 0}});
+    handle.advance(h);
+    now += h;
+  }
+  // The hand goes to a place at a speed, then rests there for a time.
+  void go(double to, double speed, double rest) {
+    const double step_way = speed / device.rate;
+    while (std::abs(to - meant) > step_way) {
+      meant += to > meant ? step_way : -step_way;
+      step(meant, to > meant ? speed : -speed);
+    }
+    meant = to;
+    for (const double end = now + rest; now < end;) {
+      step(meant, 0);
+      if (now < end - rest / 3) continue;
+      least = std::min(least, answer.on_hand.force[0]);
+      most = std::max(most, answer.on_hand.force[0]);
+    }
+  }
+  // N, peak to peak of the force in the last third of the rest; begins anew.
+  double swing() {
+    const double swung = most - least;
+    least = std::numeric_limits<double>::infinity(), most = -least;
+    return swung;
+  }
+
+  DeviceProperties device;
+  AnalyticTissue tissue;
+  SimulatedHandle handle;
+  Kit kit;
+  DelayLine<Command> up;
+  DelayLine<LocalModel> down;
+  Command in_use;
+  LocalModel newest;
+  Kit::Answer answer;
+  bool clutch = false;
+  double now = 0, next_tick = 0, meant = 0;
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+};
+
+}  // namespace
+
+TEST_CASE("tissue of steel's stiffness, 20 ms of delay, 100 Hz: passive, and as stiff as the rule says") {
+  for (const Grip& grip : kGrips) {
+    Loop loop(100, 20e-3, {1e6, 1e9, 0.5, 0.3, 0.01}, grip);
+    loop.go(0.03, 0.05, 2);
+    CHECK(loop.swing() < 0.05);
+    const double force = loop.answer.on_hand.force[0], place = loop.handle.position()[0];
+    loop.go(0.04, 0.05, 2);
+    CHECK(loop.swing() < 0.05);
+    const double stiffness = -(loop.answer.on_hand.force[0] - force) / (loop.handle.position()[0] - place);
+    CHECK(stiffness == doctest::Approx(loop.kit.coupling().translation).epsilon(0.05));
+    loop.go(0, 0.05, 1);
+    CHECK(loop.handle.most_made() < 1e-9);
+  }
+}
+
+TEST_CASE("a puncture is felt as a drop within one sample of the device") {
+  for (const double delay : {0.0, 20e-3}) {
+    Loop loop(1000, delay, {300, 1, 0.5, 0.1, 0.01}, kGrips[2]);
+    double before = 0;
+    while (loop.newest.backward_limit != Limit::slip && loop.now < 5) {  // until a model knows of it
+      before = loop.answer.on_hand.force[0];
+      loop.meant += 0.02 / 1000;
+      loop.step(loop.meant, 0.02);
+    }
+    CHECK(before < -0.9);
+    // Cutting and friction bear 0.6 N.
+    CHECK(loop.answer.on_hand.force[0] > -0.65);
+  }
+}
+
+TEST_CASE("a needle stuck in friction does not swing, with or without delay") {
+  for (const double delay : {0.0, 20e-3})
+    for (const double stiffness : {100.0, 300.0, 2000.0, 1e5}) {
+      Loop loop(1000, delay, {stiffness, 0.8, 0.4, 0.3, 0.01});
+      loop.go(0.06, 0.05, 1.2);
+      CHECK(loop.swing() < 0.05);
+      loop.go(0.03, 0.05, 1.2);
+      CHECK(loop.swing() < 0.05);
+      CHECK(loop.handle.most_made() < 1e-9);
+    }
+}
+
+TEST_CASE("what is stale ends in a ramp, and nothing jumps when it comes back") {
+  DeviceProperties device;
+  Kit kit(device);
+  kit.begin({}, {});
+  LocalModel model;
+  model.felt.force[0] = -0.5;
+  model.stiffness(0, 0) = -500;
+  model.backward_limit = Limit::contact;
+  Pose place;
+  double before = 0, largest_step = 0;
+  const auto run = [&](int samples, bool fresh) {
+    for (int i = 0; i < samples; ++i) {
+      if (fresh) ++model.tick, kit.take(model);
+      const double force = kit.step({place, false}).on_hand.force[0];
+      largest_step = std::max(largest_step, std::abs(force - before));
+      before = force;
+    }
+  };
+  for (int i = 0; i < 100; ++i) {  // work that pays for the force
+    place.position[0] += 1e-5;
+    run(1, true);
+  }
+  CHECK(before < -0.5);
+  largest_step = 0;
+  run(200, false);
+  CHECK(kit.stale());
+  CHECK(before == 0);
+  CHECK(largest_step < 0.05);
+  run(100, true);
+  CHECK_FALSE(kit.stale());
+  CHECK(largest_step < 0.05);
+}
+
+TEST_CASE("with the clutch pressed the needle rests, and goes on from where it rested") {
+  Loop loop(1000, 0, {300, 1, 0.5, 0.1, 1});
+  loop.go(0.02, 0.05, 0.5);
+  const double rested = loop.answer.base.position[0];
+  loop.clutch = true;
+  loop.go(-0.01, 0.05, 0.5);
+  CHECK(loop.answer.base.position[0] == rested);
+  loop.clutch = false;
+  loop.step(loop.meant, 0);
+  CHECK(loop.answer.base.position[0] == doctest::Approx(rested).epsilon(1e-9));
+  loop.go(0, 0.05, 0.5);
+  CHECK(loop.answer.base.position[0] == doctest::Approx(rested + 0.01).epsilon(0.02));
+}
+
+TEST_CASE("no sample and no message allocates") {
+  Loop loop(1000, 5e-3, {300, 1, 0.5, 0.1, 0.01});
+  loop.step(0, 0);
+  allocations = 0;
+  counting = true;
+  loop.go(0.03, 0.05, 0.1);
+  counting = false;
+  CHECK(allocations == 0);
+}
+
+TEST_CASE("options out of range are refused by their name") {
+  KitOptions options;
+  options.workspace.scale = 0;
+  CHECK_THROWS_WITH_AS(Kit({}, options), "workspace.scale: expected > 0, found 0.000000", std::invalid_argument);
+  DeviceProperties late;
+  late.delay = 0.9;
+  CHECK_THROWS_AS(Kit(late, {}), std::invalid_argument);
+}
+
+TEST_CASE("a simulated handle falls to the closed form of a damped mass under a steady force") {
+  SimulatedHandle handle({{0.1, 2, 0, 0, 10}, {}, {0, 0, 0}});
+  handle.write({{1, 0, 0}});
+  handle.advance(0.2);
+  const double speed = 0.5 * (1 - std::exp(-2 * 0.2 / 0.1));
+  CHECK(handle.velocity()[0] == doctest::Approx(speed).epsilon(2e-3));
+  handle.write({{100, 0, 0}});  // saturates
+  handle.advance(50e-6);
+  CHECK(handle.acting()[0] == doctest::Approx(10));
+}
+
+TEST_CASE("friction holds a handle until it is pushed harder, and the encoder has steps") {
+  SimulatedHandle handle({{0.1, 1, 0.2, 1e-3, 10}, {}, {0, 0, 0}});
+  handle.write({{0.19, 0, 0}});
+  handle.advance(0.1);
+  CHECK(handle.position()[0] == 0);
+  handle.write({{0.5, 0, 0}});
+  handle.advance(0.1);
+  CHECK(handle.position()[0] > 1e-3);
+  CHECK(std::remainder(handle.measured()[0], 1e-3) == doctest::Approx(0).scale(1e-9));
+}
+
+TEST_CASE("the simulated hand goes in, rests, comes back, and begins again") {
+  const HandMotion motion{0.04, 0.02, 0.5};
+  CHECK(meant_at(motion, 0.3).place == 0);
+  CHECK(meant_at(motion, 1.5).place == doctest::Approx(0.02));
+  CHECK(meant_at(motion, 1.5).speed == doctest::Approx(0.02));
+  CHECK(meant_at(motion, 2.7).place == doctest::Approx(0.04));
+  CHECK(meant_at(motion, 4).place == doctest::Approx(0.02));
+  CHECK(meant_at(motion, 5.3).place == doctest::Approx(0));
+}

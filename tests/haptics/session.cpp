@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// acus-haptic with a real server: in lockstep the same run gives the same numbers; in real time it runs and ends.
+#include <doctest/doctest.h>
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/integration/server_process.h"
+
+using namespace acus::testing;
+
+namespace {
+
+std::string contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// A needle of which the tip is 5 mm above a block that it punctures at 0.3 N.
+std::string scene() {
+  return R"(acus_scene: 1
+name: block
+rate: 500
+tissue:
+  mesh:
+    box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}
+  regions:
+    - interaction: {puncture_force: 0.3, cutting_force: 0.1, pressure: 2000}
+  fixed:
+    - box: {max: [.inf, .inf, -0.04]}
+needles:
+  - length: 0.1
+    beams: 5
+    base: {position: [0.003, 0.002, 0.155], orientation: [0.7071067811865476, 0, 0.7071067811865476, 0]}
+)";
+}
+
+// Runs acus-haptic on it and returns its summary; its recording is in `record`.
+nlohmann::json run(const std::vector<std::string>& server_options, const std::string& duration, std::string* record) {
+  ServerProcess server(server_options, scene());
+  const std::string csv = server.folder() / "run.csv", summary = server.folder() / "run.json";
+  Process haptic({ACUS_BINARY_DIR "/acus-haptic", "--commands", server.commands(), "--states", server.states(),
+                  "--duration", duration, "--grip", "firm", "--hand-speed", "0.05", "--record", csv, "--summary",
+                  summary, "--timeout", "60"});
+  REQUIRE(haptic.wait(kPatience) == 0);
+  if (record) *record = contents(csv);
+  return nlohmann::json::parse(contents(summary));
+}
+
+}  // namespace
+
+TEST_CASE("a session in lockstep inserts, feels, and is the same again") {
+  std::string first, second;
+  const auto summary = run({"--lockstep"}, "2.5", &first);
+  run({"--lockstep"}, "2.5", &second);
+  CHECK(first == second);
+  CHECK(summary["lockstep"] == true);
+  CHECK(summary["samples"] == 2501);
+  CHECK(summary["states"] > 1000);
+  CHECK(summary["largest_force_N"] > 0.2);
+  CHECK(summary["largest_force_N"] < 1.0);
+  CHECK(summary["coupling_N_per_m"] == doctest::Approx(1800));
+  CHECK(summary["given_J"] < 0);  // the hand pushed
+}
+
+TEST_CASE("a session in real time ends after its duration") {
+  const auto summary = run({}, "0.5", nullptr);
+  CHECK(summary["lockstep"] == false);
+  CHECK(summary["samples"] > 0);
+  CHECK(summary["duration_s"] >= 0.5);
+}
+
+TEST_CASE("no server, no such needle, no such device: each its own exit status") {
+  const std::string program = ACUS_BINARY_DIR "/acus-haptic";
+  Process nobody({program, "ipc:///nowhere", "--timeout", "0.2"});
+  CHECK(nobody.wait(kPatience) == 3);
+  Process unknown({program, "--device", "broom"});
+  CHECK(unknown.wait(kPatience) == 1);
+  ServerProcess server({"--lockstep"}, scene());
+  Process needle(
+      {program, "--commands", server.commands(), "--states", server.states(), "--needle", "none", "--duration", "0.1"});
+  CHECK(needle.wait(kPatience) == 1);
+}
