@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Haply's Inverse3, with or without a VerseGrip, through Haply's Inverse Service: JSON over a WebSocket, by default at
-// ws://localhost:10001, as Haply documents it. The service sends one message a cycle,
+// ws://localhost:10001, as public client code has it. The service sends one message a cycle,
 //
 //   {"inverse3": [{"device_id": "...", "state": {"cursor_position": {"x":, "y":, "z":}, ...}}],
 //    "wireless_verse_grip": [{"state": {"orientation": {"x":, "y":, "z":, "w":}, "buttons": {"a":, "b":, "c":}}}]}
@@ -9,7 +9,7 @@
 //
 //   {"inverse3": [{"device_id": "...", "commands": {"set_cursor_force": {"values": {"x":, "y":, "z":}}}}]}
 //
-// Button a of the grip is the clutch. Written from the documentation and tested against a stand-in made from it; no
+// Button a of the grip is the clutch. Written from public client code and tested against a stand-in made from it; no
 // hardware was at hand. Haply publishes neither mass nor damping of the device: the figures in inverse3.cpp are chosen,
 // low, and to be replaced by measured ones.
 #pragma once
