@@ -7,6 +7,7 @@ from ..programs import find_scene
 from ..scene import Scene
 
 DOWN = [0.70710678, 0, 0.70710678, 0]  # an orientation: +x points down
+SMOOTHING = 5e-3  # s: what an action tells is done before the next observation
 
 
 def steering():
@@ -31,6 +32,7 @@ def steering():
             "name": "needle", "length": 0.16, "beams": 30, "outer_diameter": 0.8e-3, "torsional_friction": 1,
             "material": {"young_modulus": 60e9, "poisson_ratio": 0.33, "density": 6450, "rayleigh_stiffness": 1e-3},
             "cutting_direction": [1, 0.1, 0],
+            "smoothing": SMOOTHING,
             "base": {"position": [0, 0, 0.23], "orientation": DOWN},
         }],
         "guides": [{"name": "template", "needle": "needle", "pose": {"position": [0, 0, 0.065], "orientation": DOWN}}],
@@ -59,7 +61,7 @@ def layers():
             ],
             "fixed": [{"box": {"max": [math.inf, math.inf, -0.03]}}],
         },
-        "needles": [{"name": "needle", "length": 0.1, "beams": 20, "outer_diameter": 1.2e-3,
+        "needles": [{"name": "needle", "length": 0.1, "beams": 20, "outer_diameter": 1.2e-3, "smoothing": SMOOTHING,
                      "base": {"position": [0.003, 0.002, 0.14], "orientation": DOWN}}],
     })
 
