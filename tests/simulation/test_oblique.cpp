@@ -13,7 +13,7 @@ namespace acus {
 namespace {
 
 constexpr double kPunctureForce = 0.3;  // N
-constexpr double kWay = 0.04;           // m, of the base
+constexpr double kWay = 0.03;           // m, of the base
 
 struct Entry {
   bool inside = false;
@@ -26,8 +26,8 @@ struct Entry {
 // Pushes a needle towards the middle of a block's top, tilted from its normal, at 20 mm/s.
 Entry push(TipShape tip, double degrees, double azimuth) {
   Scene scene;
-  scene.rate = 500;
-  scene.tissue.box = {{0.1, 0.1, 0.1}, {8, 8, 8}};
+  scene.rate = 250;
+  scene.tissue.box = {{0.1, 0.1, 0.1}, {6, 6, 6}};
   scene.tissue.regions[0].material.young_modulus = 20e3;
   scene.tissue.regions[0].interaction.puncture_force = kPunctureForce;
   scene.tissue.regions[0].interaction.friction_contact = 0.3;
