@@ -427,7 +427,8 @@ void Endpoint::ask_for_state(const Sender& sender, const Message& message, Reque
 // For a scene that wants one every so many seconds. After a reset, or another scene, they count anew.
 void Endpoint::ask_for_due_snapshot() {
   const Scene& scene = published_->simulation.scene();
-  if (!scene.publish.snapshot_every || !snapshot_file_.ready() || copying_ || published_ != commanded_) return;
+  if (!scene.publish.snapshot_every || !snapshot_file_.ready() || due_snapshot_ || published_ != commanded_)
+    return;
   const double now = static_cast<double>(link_.tick.load(std::memory_order_relaxed)) / scene.rate;
   if (now < last_snapshot_) last_snapshot_ = 0;
   if (now - last_snapshot_ < *scene.publish.snapshot_every) return;
@@ -439,7 +440,6 @@ void Endpoint::ask_for_due_snapshot() {
   link_.requests.commit();
   link_.to_simulation.signal();
   due_snapshot_ = request->id;
-  copying_ = true;
   last_snapshot_ = now;
 }
 
@@ -518,6 +518,11 @@ protocol::Standing Endpoint::standing_of(const Sender& sender, const Acknowledge
 
 void Endpoint::finish_request(Acknowledgement& acknowledgement) {
   published_epoch_ = acknowledgement.epoch;
+  if (due_snapshot_ == acknowledgement.id) {
+    due_snapshot_.reset();
+    return snapshot_file_.write(acknowledgement.world->simulation.model().fingerprint,
+                                std::move(acknowledgement.state));
+  }
   switch (acknowledgement.kind) {
     case Request::Kind::pause:
       paused_ = true;
@@ -541,11 +546,6 @@ void Endpoint::finish_request(Acknowledgement& acknowledgement) {
     case Request::Kind::step:
     case Request::Kind::shutdown:
       break;
-  }
-  if (due_snapshot_ == acknowledgement.id) {
-    due_snapshot_.reset();
-    return snapshot_file_.write(acknowledgement.world->simulation.model().fingerprint,
-                                std::move(acknowledgement.state));
   }
   const auto sender = waiting_.extract(acknowledgement.id);
   const std::unique_ptr<State> state = std::move(acknowledgement.state);  // freed here, not in a tick
