@@ -41,6 +41,7 @@ tissue:
 needles:
   - length: 0.15
     beams: 15
+    smoothing: 5e-3
     base: {position: [0.003, 0.002, 0.202], orientation: [0.7071067811865476, 0, 0.7071067811865476, 0]}
 )",
                             "haptics");
