@@ -31,6 +31,7 @@ constexpr int kMaxUnread = 16;                     // messages of one client tha
 // Of a client whose host is gone without a word, about 5 s: in ms, and in s and tries, one a second.
 constexpr int kHeartbeat = 1000, kHeartbeatTimeout = 5000, kKeepaliveIdle = 2, kKeepaliveCount = 3;
 constexpr auto kStatsPeriod = milliseconds(1000);
+constexpr auto kFirstStatsPeriod = milliseconds(20);  // where nobody listened to stats before
 constexpr auto kBlockedPoll = milliseconds(1);  // between two tries to send a state that is held back
 
 // Whether it takes this thread, or the simulation's, more than some microseconds.
@@ -87,7 +88,8 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       holders_(world.body_count(), is_shared(world)),
       instance_(draw_instance()),
       request_limit_(kRequestsPerSecond),
-      stats_begun_(Clock::now()) {
+      stats_begun_(Clock::now()),
+      stats_period_(kStatsPeriod) {
   commands_.set(zmq::sockopt::linger, kLinger);
   commands_.set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
   commands_.set(zmq::sockopt::sndhwm, kMaxAnswers);
@@ -125,7 +127,7 @@ void Endpoint::run(int signals, const std::function<void()>& each_turn) {
     link_.to_sockets.clear();
     if (zap_) zap_->answer();
     finished = link_.finished.load(std::memory_order_acquire);
-    wanted_ = publisher_.update_subscriptions();
+    update_wanted();
     link_.wanted.store(wanted_, std::memory_order_relaxed);
     receive_messages();
     finish_loading();
@@ -136,12 +138,19 @@ void Endpoint::run(int signals, const std::function<void()>& each_turn) {
   }
 }
 
+// The first to listen to stats gets them at once: they are how a client sees that its subscriptions have arrived.
+void Endpoint::update_wanted() {
+  const bool had_listener = wanted_ & bit(Topic::stats);
+  wanted_ = publisher_.update_subscriptions();
+  if (!had_listener && (wanted_ & bit(Topic::stats))) stats_period_ = kFirstStatsPeriod;
+}
+
 // In lockstep a message is not dealt with before the request ahead of it.
 bool Endpoint::listening() const { return !options_.lockstep || (waiting_.empty() && !loader_.busy()); }
 
 // Sleeps until something happens or stats are due; true if it is a signal to end.
 bool Endpoint::wait_for_work(int signals) {
-  const auto until_stats = std::chrono::ceil<milliseconds>(stats_begun_ + kStatsPeriod - Clock::now());
+  const auto until_stats = std::chrono::ceil<milliseconds>(stats_begun_ + stats_period_ - Clock::now());
   const bool at_work = !all_sent_ || (listening() && inbox_.has_waiting());
   const auto idle = at_work ? milliseconds(0) : std::max(milliseconds(0), until_stats);
   void* zap = zap_ ? zap_->socket().handle() : nullptr;  // without it the item is a file of number -1, which never is
@@ -683,8 +692,9 @@ bool Endpoint::pass_on_frames() {
 void Endpoint::publish_stats() {
   const Clock::time_point now = Clock::now();
   const std::chrono::duration<double> period = now - stats_begun_;
-  if (period < kStatsPeriod || blocked_) return;
+  if (period < stats_period_ || blocked_) return;
   stats_begun_ = now;
+  stats_period_ = kStatsPeriod;
   protocol::Stats stats = statistics_.take();
   if (!(wanted_ & bit(Topic::stats))) return;
   stats.epoch = link_.epoch.load(std::memory_order_relaxed);

@@ -140,6 +140,7 @@ class Endpoint {
   void finish_request(Acknowledgement& acknowledgement);
   void finish_recording_request(const Acknowledgement& acknowledgement);
   void send_snapshot(const Sender& sender, const protocol::Standing& standing, const Model& model, State& state);
+  void update_wanted();
   void publish_stats();
 
   const EndpointOptions options_;
@@ -177,6 +178,7 @@ class Endpoint {
   TopicSet wanted_ = 0;
   TickStatistics statistics_;
   Clock::time_point stats_begun_;
+  std::chrono::milliseconds stats_period_;
   bool blocked_ = false;   // the publisher holds a state back
   bool all_sent_ = false;  // nothing that the simulation thread said so far waits
 };

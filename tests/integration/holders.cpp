@@ -35,6 +35,7 @@ TEST_CASE("who does not hold a needle does not move it") {
   ServerProcess server({"--lockstep"});
   client::CommandLink commands(server.commands());
   client::StateLink states = subscribe(server, {"force"});
+  commands.hello(kPatience);
   REQUIRE(commands.send(pose_at(0.4, 5)));
   CHECK(rejection(commands) == "not_holder");
   commands.step(1, kPatience);
