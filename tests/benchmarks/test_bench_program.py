@@ -32,6 +32,7 @@ class Scenes(unittest.TestCase):
         result = json.loads(done.stdout)
         self.assertEqual((result["nodes"], result["ticks"], result["allocations"]), (nodes, 400, 0))
         self.assertEqual((result["rung"], result["solver"]), ("warped", "direct"))
+        self.assertRegex(result["state_hash"], "^[0-9a-f]{16}$")
         self.assertGreater(result["rows"], 0)
         self.assertGreater(result["calibration_ms"], 0)
         self.assertLess(result["residual_max"], 1e-3)

@@ -2,6 +2,7 @@
 #include "server/tools/bench/bench_report.h"
 
 #include <array>
+#include <cinttypes>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "protocol/messages.h"
 #include "server/scene/scene_fields.h"
 #include "server/scene/text_table.h"
+#include "server/simulation/state_bytes.h"
 
 namespace acus {
 
@@ -59,6 +61,13 @@ struct TickRatios {
 };
 
 // Stages are measured by the wall clock alone.
+// Of the state that the run ends with: two builds with the same compute the same, and their times can be compared.
+std::string state_hash(const Simulation& simulation) {
+  std::array<char, 17> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%016" PRIx64, hash(simulation.state()));
+  return buffer.data();
+}
+
 double laws_to_dense(const Measurement& m) { return median(m.times.laws) / median(m.dense_factorisations.wall); }
 
 // --------------------------------------------------------------------------------------------------------- table
@@ -81,6 +90,7 @@ std::string opening(const BenchRun& run, const Simulation& simulation) {
   table.add({"core", std::to_string(run.core)});
   table.add({"ticks", std::to_string(m.ticks) + ", of which " + std::to_string(m.times.whole.wall.size()) +
                           " count for times, rows and sweeps"});
+  table.add({"state hash", state_hash(simulation) + " at the end"});
   return table.text();
 }
 
@@ -238,6 +248,7 @@ std::string bench_json(const BenchRun& run, const Simulation& simulation, const 
       {"sweeps_median", sweeps.p50},
       {"ticks", m.ticks},
       {"ticks_counted", m.times.whole.wall.size()},
+      {"state_hash", state_hash(simulation)},
       {"allocations", m.allocations},
       {"calibration_ms", 1e3 * median(m.solves.wall)},
       {"calibration_processor_ms", 1e3 * median(m.solves.processor)},
