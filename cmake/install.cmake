@@ -40,7 +40,10 @@ install(DIRECTORY client/python/acus DESTINATION lib/python3/dist-packages COMPO
 install(DIRECTORY client/python/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-acus COMPONENT python
         FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
 if(TARGET acus-server)
-  install(TARGETS acus-server acus-mesh acus-scene acus-export RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
+  install(TARGETS acus-server acus-scene acus-export RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
+  if(TARGET acus-mesh)
+    install(TARGETS acus-mesh RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
+  endif()
   # systemd finds units below /usr and /usr/local.
   install(FILES cmake/acus-server@.service DESTINATION lib/systemd/system COMPONENT server)
   install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/scenes COMPONENT scenes

@@ -21,7 +21,8 @@ help_if_asked() {
   esac
 }
 
-install_packages() { "$acus_root/scripts/install-packages" || fail "packages are missing, see above"; }
+# install_packages GROUP...: of scripts/packages.txt
+install_packages() { "$acus_root/scripts/install-packages" "$@" || fail "packages are missing, see above"; }
 
 # build_preset PRESET [TARGET...]: configures one preset of CMakePresets.json and builds the targets, or all.
 build_preset() {
@@ -31,6 +32,15 @@ build_preset() {
   (cd "$acus_root" && cmake --preset "$preset") || fail "configuring preset $preset, see above"
   (cd "$acus_root" && cmake --build --preset "$preset" --parallel "$(nproc)" "${targets[@]}") ||
     fail "building preset $preset, see above"
+}
+
+# Prints a regular expression for the names of all tests in folders of tests/: tests_of_parts PRESET PART...
+tests_of_parts() {
+  local part
+  for part in "${@:2}"; do
+    (cd "$acus_root" && ctest --test-dir "build/$1/tests/$part" --show-only) |
+      sed -n 's/^ *Test *#[0-9]*: \([^. ]*\).*/\1/p'
+  done | sort -u | paste -s -d '|' | sed 's/.*/^(&)([.]|$)/'
 }
 
 fail_with_log() {

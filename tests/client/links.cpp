@@ -37,7 +37,7 @@ acus::protocol::Pose pose_of(const char* needle, std::uint64_t seq) {
 
 }  // namespace
 
-TEST_CASE("hello tells what the server has") {
+TEST_CASE("hello tells what the server has" * doctest::test_suite("gate")) {
   MockServer server;
   CommandLink commands(server.commands());
   const auto hello = commands.hello(kPatience);
@@ -46,7 +46,7 @@ TEST_CASE("hello tells what the server has") {
   CHECK(hello.needles[0].name == "needle");
 }
 
-TEST_CASE("a client that is older than its server waits for it") {
+TEST_CASE("a client that is older than its server waits for it" * doctest::test_suite("gate")) {
   MockServer server({}, 300);
   CommandLink commands(server.commands());
   StateLink states(server.states());
@@ -55,7 +55,7 @@ TEST_CASE("a client that is older than its server waits for it") {
   CHECK(await<acus::protocol::Force>(states).needle == "needle");
 }
 
-TEST_CASE("nobody at the endpoint is a Vanished that names it, within the timeout") {
+TEST_CASE("nobody at the endpoint is a Vanished that names it, within the timeout" * doctest::test_suite("gate")) {
   std::string endpoint;
   {
     MockServer server;
@@ -71,7 +71,7 @@ TEST_CASE("nobody at the endpoint is a Vanished that names it, within the timeou
   }
 }
 
-TEST_CASE("a server that hears but does not answer is a Vanished") {
+TEST_CASE("a server that hears but does not answer is a Vanished" * doctest::test_suite("gate")) {
   MockScript script;
   script.mute = true;
   MockServer server(script);
@@ -79,7 +79,7 @@ TEST_CASE("a server that hears but does not answer is a Vanished") {
   CHECK_THROWS_AS(commands.hello(300ms), Vanished);
 }
 
-TEST_CASE("a refused request is a Refused with the server's code and words") {
+TEST_CASE("a refused request is a Refused with the server's code and words" * doctest::test_suite("gate")) {
   MockScript script;
   script.rejects_requests = true;
   MockServer server(script);
@@ -93,7 +93,7 @@ TEST_CASE("a refused request is a Refused with the server's code and words") {
   }
 }
 
-TEST_CASE("another version of the protocol is a ProtocolMismatch") {
+TEST_CASE("another version of the protocol is a ProtocolMismatch" * doctest::test_suite("gate")) {
   MockScript script;
   script.version = 99;
   MockServer server(script);
@@ -101,12 +101,13 @@ TEST_CASE("another version of the protocol is a ProtocolMismatch") {
   CHECK_THROWS_AS(commands.hello(kPatience), ProtocolMismatch);
 }
 
-TEST_CASE("an endpoint that ZeroMQ does not know is told") {
+TEST_CASE("an endpoint that ZeroMQ does not know is told" * doctest::test_suite("gate")) {
   CHECK_THROWS_AS(CommandLink("bogus"), ClientError);
   CHECK_THROWS_AS(StateLink("bogus"), ClientError);
 }
 
-TEST_CASE("a rejected pose comes back as a rejection, also while a request waits for its answer") {
+TEST_CASE("a rejected pose comes back as a rejection, also while a request waits for its answer" *
+          doctest::test_suite("gate")) {
   MockScript script;
   script.rejects_poses = true;
   MockServer server(script);
@@ -121,7 +122,8 @@ TEST_CASE("a rejected pose comes back as a rejection, also while a request waits
   CHECK_FALSE(commands.next_rejection().has_value());
 }
 
-TEST_CASE("statistics prove that earlier subscriptions are in effect; other topics do not come") {
+TEST_CASE("statistics prove that earlier subscriptions are in effect; other topics do not come" *
+          doctest::test_suite("gate")) {
   MockScript script;
   script.lockstep = true;
   MockServer server(script);
@@ -135,7 +137,7 @@ TEST_CASE("statistics prove that earlier subscriptions are in effect; other topi
   for (std::uint64_t tick = 1; tick <= 10; ++tick) CHECK(await<acus::protocol::Force>(states).tick == tick);
 }
 
-TEST_CASE("a server that ends under its client is noticed by both links") {
+TEST_CASE("a server that ends under its client is noticed by both links" * doctest::test_suite("gate")) {
   auto server = std::make_unique<MockServer>();
   CommandLink commands(server->commands());
   StateLink states(server->states());

@@ -18,6 +18,7 @@
 #include "protocol/codec.h"
 #include "tests/client/mock_server.h"
 #include "tests/client/recorded_messages.h"
+#include "tests/support/places.h"
 
 using acus::test::MockScript;
 using acus::test::MockServer;
@@ -55,8 +56,8 @@ class Workplace {
 
   Outcome replay(const MockServer& server, const std::string& arguments = "", const std::string& motion = "motion.csv",
                  double timeout_s = 20) const {
-    const std::string command = "timeout 100 " ACUS_BINARY_DIR "/acus-replay '" + path(motion) + "' --commands " +
-                                server.commands() + " --states " + server.states() + " --timeout " +
+    const std::string command = "timeout 100 " + acus::program_path("acus-replay") + " '" + path(motion) +
+                                "' --commands " + server.commands() + " --states " + server.states() + " --timeout " +
                                 std::to_string(timeout_s) + " " + arguments + " 2>&1";
     Outcome outcome;
     FILE* pipe = popen(command.c_str(), "r");
@@ -102,7 +103,8 @@ MockScript lockstep_script() {
 
 }  // namespace
 
-TEST_CASE("a replay in real time sends its poses, writes its states, shuts the server down and returns 0") {
+TEST_CASE("a replay in real time sends its poses, writes its states, shuts the server down and returns 0" *
+          doctest::test_suite("gate")) {
   const Workplace here;
   MockServer server;
   const auto outcome = here.replay(server, "--shutdown --out " + here.path("run.csv"));
@@ -115,7 +117,8 @@ TEST_CASE("a replay in real time sends its poses, writes its states, shuts the s
   CHECK(server.poses() > 0);
 }
 
-TEST_CASE("poses leave at the rate that was asked for, numbered after those of the last client") {
+TEST_CASE("poses leave at the rate that was asked for, numbered after those of the last client" *
+          doctest::test_suite("gate")) {
   const Workplace here;
   MockScript script;
   script.first_seq = 700;
@@ -127,7 +130,7 @@ TEST_CASE("poses leave at the rate that was asked for, numbered after those of t
   CHECK(contains(here.read("run.csv"), ",needle,703,"));
 }
 
-TEST_CASE("a replay in lockstep sends one pose per tick, twice with the same bytes") {
+TEST_CASE("a replay in lockstep sends one pose per tick, twice with the same bytes" * doctest::test_suite("gate")) {
   const Workplace here;
   for (const char* name : {"a.csv", "b.csv"}) {
     MockServer server(lockstep_script());
@@ -141,7 +144,7 @@ TEST_CASE("a replay in lockstep sends one pose per tick, twice with the same byt
   CHECK(here.read("a.events.csv") == here.read("b.events.csv"));
 }
 
-TEST_CASE("passes go forth and back without a jump") {
+TEST_CASE("passes go forth and back without a jump" * doctest::test_suite("gate")) {
   const Workplace here;
   MockServer server(lockstep_script());
   const auto outcome = here.replay(server, "--lockstep --passes 3 --out " + here.path("run.csv"));
@@ -156,7 +159,8 @@ TEST_CASE("passes go forth and back without a jump") {
   CHECK(depths[121] == doctest::Approx(0.05));
 }
 
-TEST_CASE("the timing of a run is recorded: a row per pose that was used, and one per statistics") {
+TEST_CASE("the timing of a run is recorded: a row per pose that was used, and one per statistics" *
+          doctest::test_suite("gate")) {
   const Workplace here;
   MockServer server;
   const auto outcome = here.replay(server, "--passes 2 --timing " + here.path("timing.csv"));
@@ -173,7 +177,8 @@ TEST_CASE("the timing of a run is recorded: a row per pose that was used, and on
   CHECK(column(here.read("timing.stats.csv"), "late").size() >= 2);
 }
 
-TEST_CASE("shapes are recorded as they come, none is missing in lockstep, and they read back") {
+TEST_CASE("shapes are recorded as they come, none is missing in lockstep, and they read back" *
+          doctest::test_suite("gate")) {
   const Workplace here;
   MockServer server(lockstep_script());
   const auto outcome = here.replay(server, "--lockstep --shapes " + here.path("run.shapes"));
@@ -195,7 +200,7 @@ TEST_CASE("shapes are recorded as they come, none is missing in lockstep, and th
   }
 }
 
-TEST_CASE("poses of guides are recorded with the shapes, and carry no spin") {
+TEST_CASE("poses of guides are recorded with the shapes, and carry no spin" * doctest::test_suite("gate")) {
   const Workplace here;
   here.write("guided.csv",
              "t,needle,x,y,z,qw,qx,qy,qz,spin\n"
@@ -215,7 +220,7 @@ TEST_CASE("poses of guides are recorded with the shapes, and carry no spin") {
   CHECK_FALSE(pose.spin.has_value());
 }
 
-TEST_CASE("a trajectory that spins a guide is refused") {
+TEST_CASE("a trajectory that spins a guide is refused" * doctest::test_suite("gate")) {
   const Workplace here;
   MockScript script;
   script.needles = {"other"};
@@ -226,7 +231,7 @@ TEST_CASE("a trajectory that spins a guide is refused") {
   CHECK(contains(outcome.output, "spins 'needle', which is a guide"));
 }
 
-TEST_CASE("lost shapes return 4 and are counted") {
+TEST_CASE("lost shapes return 4 and are counted" * doctest::test_suite("gate")) {
   const Workplace here;
   MockScript script;
   script.loses_shapes = true;
@@ -237,7 +242,7 @@ TEST_CASE("lost shapes return 4 and are counted") {
   CHECK_FALSE(contains(outcome.output, "shapes, 0 lost"));
 }
 
-TEST_CASE("a slower pose rate holds in lockstep, too") {
+TEST_CASE("a slower pose rate holds in lockstep, too" * doctest::test_suite("gate")) {
   const Workplace here;
   MockServer server(lockstep_script());
   const auto outcome = here.replay(server, "--lockstep --rate 50");
@@ -246,7 +251,7 @@ TEST_CASE("a slower pose rate holds in lockstep, too") {
   CHECK(server.poses() == 11);
 }
 
-TEST_CASE("a server that comes later is waited for, a paused one is resumed") {
+TEST_CASE("a server that comes later is waited for, a paused one is resumed" * doctest::test_suite("gate")) {
   const Workplace here;
   MockScript script;
   script.paused = true;
@@ -256,7 +261,7 @@ TEST_CASE("a server that comes later is waited for, a paused one is resumed") {
   CHECK(outcome.status == 0);
 }
 
-TEST_CASE("a server that falls far behind its rate is driven all the same") {
+TEST_CASE("a server that falls far behind its rate is driven all the same" * doctest::test_suite("gate")) {
   const Workplace here;
   MockScript script;
   script.rate = 5000;
@@ -267,7 +272,7 @@ TEST_CASE("a server that falls far behind its rate is driven all the same") {
   CHECK(outcome.status == 0);
 }
 
-TEST_CASE("a trajectory for another scene is refused with the names of the needles") {
+TEST_CASE("a trajectory for another scene is refused with the names of the needles" * doctest::test_suite("gate")) {
   const Workplace here;
   MockScript script;
   script.needles = {"left", "right"};
@@ -277,7 +282,8 @@ TEST_CASE("a trajectory for another scene is refused with the names of the needl
   CHECK(contains(outcome.output, "moves needle 'needle', but scene 'mock scene' has 'left', 'right'"));
 }
 
-TEST_CASE("a run that is refused leaves the recording of the one before, and no empty file") {
+TEST_CASE("a run that is refused leaves the recording of the one before, and no empty file" *
+          doctest::test_suite("gate")) {
   const Workplace here;
   here.write("run.csv", "of the run before");
   MockScript script;
@@ -292,7 +298,8 @@ TEST_CASE("a run that is refused leaves the recording of the one before, and no 
   CHECK_FALSE(std::filesystem::exists(here.path("t.csv")));
 }
 
-TEST_CASE("a run that ends before any statistics leaves their header, one of no event that of the events") {
+TEST_CASE("a run that ends before any statistics leaves their header, one of no event that of the events" *
+          doctest::test_suite("gate")) {
   const Workplace here;
   MockServer server;
   const auto outcome =
@@ -303,7 +310,8 @@ TEST_CASE("a run that ends before any statistics leaves their header, one of no 
   CHECK(contains(here.read("run.events.csv"), "kind"));
 }
 
-TEST_CASE("a recording may go where a link points that leads nowhere yet, and the link stays") {
+TEST_CASE("a recording may go where a link points that leads nowhere yet, and the link stays" *
+          doctest::test_suite("gate")) {
   const Workplace here;
   std::filesystem::create_symlink(here.path("nowhere.csv"), here.path("run.csv"));
   MockScript script;
@@ -313,7 +321,7 @@ TEST_CASE("a recording may go where a link points that leads nowhere yet, and th
   CHECK(std::filesystem::is_symlink(here.path("run.csv")));
 }
 
-TEST_CASE("the clock modes of both sides must agree") {
+TEST_CASE("the clock modes of both sides must agree" * doctest::test_suite("gate")) {
   const Workplace here;
   MockServer real_time;
   CHECK(here.replay(real_time, "--lockstep").status == 1);
@@ -321,7 +329,7 @@ TEST_CASE("the clock modes of both sides must agree") {
   CHECK(here.replay(lockstep).status == 1);
 }
 
-TEST_CASE("bad arguments and files return 1") {
+TEST_CASE("bad arguments and files return 1" * doctest::test_suite("gate")) {
   const Workplace here;
   MockServer server;
   CHECK(here.replay(server, "--nonsense").status == 1);
@@ -331,7 +339,8 @@ TEST_CASE("bad arguments and files return 1") {
   CHECK(here.replay(server, "--timing /nowhere/timing.csv").status == 1);
 }
 
-TEST_CASE("two results in one file, and the timing of a run in lockstep, are refused before anything is written") {
+TEST_CASE("two results in one file, and the timing of a run in lockstep, are refused before anything is written" *
+          doctest::test_suite("gate")) {
   const Workplace here;
   MockServer server;
   here.write("run.csv", "kept");
@@ -343,7 +352,7 @@ TEST_CASE("two results in one file, and the timing of a run in lockstep, are ref
   CHECK(here.read("run.csv") == "kept");
 }
 
-TEST_CASE("a result in the place of the trajectory is refused, by whatever name") {
+TEST_CASE("a result in the place of the trajectory is refused, by whatever name" * doctest::test_suite("gate")) {
   const Workplace here;
   MockServer server;
   const std::string motion = here.read("motion.csv");
@@ -371,7 +380,8 @@ TEST_CASE("a result in the place of the trajectory is refused, by whatever name"
   }
 }
 
-TEST_CASE("two results in one file are refused, also those beside them and by other names") {
+TEST_CASE("two results in one file are refused, also those beside them and by other names" *
+          doctest::test_suite("gate")) {
   const Workplace here;
   MockServer server;
   std::filesystem::create_symlink("run.csv", here.path("dangling.csv"));
@@ -388,7 +398,7 @@ TEST_CASE("two results in one file are refused, also those beside them and by ot
   }
 }
 
-TEST_CASE("a server that rejects poses returns 2") {
+TEST_CASE("a server that rejects poses returns 2" * doctest::test_suite("gate")) {
   const Workplace here;
   for (const bool lockstep : {false, true}) {
     MockScript script;
@@ -402,7 +412,7 @@ TEST_CASE("a server that rejects poses returns 2") {
   }
 }
 
-TEST_CASE("a server that is not there, says nothing, or ends in the middle returns 3") {
+TEST_CASE("a server that is not there, says nothing, or ends in the middle returns 3" * doctest::test_suite("gate")) {
   const Workplace here;
   MockScript mute;
   mute.mute = true;
@@ -422,7 +432,7 @@ TEST_CASE("a server that is not there, says nothing, or ends in the middle retur
   }
 }
 
-TEST_CASE("a world that starts anew in the middle returns 3") {
+TEST_CASE("a world that starts anew in the middle returns 3" * doctest::test_suite("gate")) {
   const Workplace here;
   MockScript script;
   script.lockstep = true;
@@ -434,7 +444,7 @@ TEST_CASE("a world that starts anew in the middle returns 3") {
   CHECK(contains(outcome.output, "the world of this run is gone"));
 }
 
-TEST_CASE("lost states return 4 and are counted") {
+TEST_CASE("lost states return 4 and are counted" * doctest::test_suite("gate")) {
   const Workplace here;
   MockScript script;
   script.lossy_pose = 3;
@@ -445,7 +455,8 @@ TEST_CASE("lost states return 4 and are counted") {
   CHECK(contains(outcome.output, ", 1 lost"));
 }
 
-TEST_CASE("a limit on the timing decides over the exit status, and the summary tells what was measured") {
+TEST_CASE("a limit on the timing decides over the exit status, and the summary tells what was measured" *
+          doctest::test_suite("gate")) {
   const Workplace here;
   MockServer server;
   const std::string summary = here.path("summary.json");
@@ -463,7 +474,7 @@ TEST_CASE("a limit on the timing decides over the exit status, and the summary t
   CHECK(here.replay(server, "--summary " + here.path("motion.csv")).status == 1);
 }
 
-TEST_CASE("another version of the protocol returns 5") {
+TEST_CASE("another version of the protocol returns 5" * doctest::test_suite("gate")) {
   const Workplace here;
   MockScript script;
   script.version = 1;

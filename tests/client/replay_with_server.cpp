@@ -16,6 +16,7 @@
 #include "tests/client/recorded_messages.h"
 #include "tests/integration/process.h"
 #include "tests/integration/server_process.h"
+#include "tests/support/places.h"
 
 using acus::TemporaryFolder;
 using acus::testing::kPatience;
@@ -33,12 +34,12 @@ struct Bench {
   std::string path(const std::string& name) const { return folder / name; }
 
   std::vector<std::string> server(const std::string& scene, const std::vector<std::string>& options = {}) const {
-    return with_endpoints({ACUS_BINARY_DIR "/acus-server", scene}, options);
+    return with_endpoints({acus::program_path("acus-server"), scene}, options);
   }
 
   std::vector<std::string> replay(const std::string& trajectory, std::vector<std::string> options = {}) const {
     options.insert(options.end(), {"--out", path("run.csv"), "--timeout", "60"});
-    return with_endpoints({ACUS_BINARY_DIR "/acus-replay", trajectory}, options);
+    return with_endpoints({acus::program_path("acus-replay"), trajectory}, options);
   }
 
   std::vector<std::string> lines(const std::string& name) const {
@@ -84,7 +85,7 @@ std::string far_away_scene(const Bench& bench) {
   return bench.folder.write("scene.yaml", acus::testing::small_scene("small"));
 }
 
-const std::string kScenes = std::string(ACUS_SOURCE_DIR) + "/scenes/";
+const std::string kScenes = acus::source_path("scenes/");
 
 // Those of the default run: all there, at their ticks, with the path that was cut.
 void check_shapes(const std::vector<std::string>& messages) {

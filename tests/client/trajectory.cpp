@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string>
 
+#include "tests/support/places.h"
+
 using acus::client::parse_trajectory;
 using acus::client::read_trajectory;
 using acus::client::Trajectory;
@@ -121,7 +123,7 @@ TEST_CASE("errors of the header") {
 }
 
 TEST_CASE("the default trajectory starts and ends outside, moves without jumps and reaches 75 mm") {
-  const auto trajectory = read_trajectory(std::string(ACUS_SOURCE_DIR) + "/scenes/trajectories/insertion_pullback.csv");
+  const auto trajectory = read_trajectory(acus::source_path("scenes/trajectories/insertion_pullback.csv"));
   REQUIRE(trajectory.motions.size() == 1);
   const auto& motion = trajectory.motions[0];
   const auto z_at = [&](double time) { return motion.at(time).position[2]; };

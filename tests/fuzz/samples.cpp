@@ -11,6 +11,7 @@
 #include "server/scene/mesh_answer.h"
 #include "server/simulation/snapshot.h"
 #include "server/simulation/state_bytes.h"
+#include "tests/support/places.h"
 #include "tests/support/small_block.h"
 
 namespace acus::fuzz {
@@ -25,7 +26,7 @@ std::string contents(const std::filesystem::path& path) {
 
 std::vector<std::string> files(const char* folder, const char* ending, std::size_t most) {
   std::vector<std::string> all;
-  for (const auto& entry : std::filesystem::directory_iterator(std::string(ACUS_SOURCE_DIR) + "/scenes/" + folder))
+  for (const auto& entry : std::filesystem::directory_iterator(source_path("scenes/") + folder))
     if (entry.path().extension() == ending) all.push_back(contents(entry.path()).substr(0, most));
   return all;
 }

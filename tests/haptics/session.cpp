@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/integration/server_process.h"
+#include "tests/support/places.h"
 
 using namespace acus::testing;
 
@@ -42,7 +43,7 @@ needles:
 nlohmann::json run(const std::vector<std::string>& server_options, const std::string& duration, std::string* record) {
   ServerProcess server(server_options, scene());
   const std::string csv = server.folder() / "run.csv", summary = server.folder() / "run.json";
-  Process haptic({ACUS_BINARY_DIR "/acus-haptic", "--commands", server.commands(), "--states", server.states(),
+  Process haptic({acus::program_path("acus-haptic"), "--commands", server.commands(), "--states", server.states(),
                   "--duration", duration, "--grip", "firm", "--hand-speed", "0.05", "--record", csv, "--summary",
                   summary, "--timeout", "60"});
   REQUIRE(haptic.wait(kPatience) == 0);
@@ -66,7 +67,7 @@ TEST_CASE("a session in lockstep inserts, feels, and is the same again") {
   CHECK(summary["given_J"] < 0);  // the hand pushed
 }
 
-TEST_CASE("a session in real time ends after its duration") {
+TEST_CASE("a session in real time ends after its duration" * doctest::test_suite("clock")) {
   const auto summary = run({}, "0.5", nullptr);
   CHECK(summary["lockstep"] == false);
   CHECK(summary["samples"] > 0);
@@ -74,7 +75,7 @@ TEST_CASE("a session in real time ends after its duration") {
 }
 
 TEST_CASE("no server, no such needle, no such device: each its own exit status") {
-  const std::string program = ACUS_BINARY_DIR "/acus-haptic";
+  const std::string program = acus::program_path("acus-haptic");
   Process nobody({program, "ipc:///nowhere", "--timeout", "0.2"});
   CHECK(nobody.wait(kPatience) == 3);
   Process unknown({program, "--device", "broom"});

@@ -10,6 +10,7 @@
 
 #include "tests/integration/printed.h"
 #include "tests/integration/raw_peer.h"
+#include "tests/support/places.h"
 
 namespace acus::testing {
 namespace {
@@ -22,7 +23,7 @@ struct Place {
   std::string scene = folder.write("scene.yaml", small_scene("small"));
 
   std::vector<std::string> server(const std::string& commands, const std::string& states) const {
-    return {ACUS_BINARY_DIR "/acus-server", scene, "--commands", commands, "--states", states};
+    return {program_path("acus-server"), scene, "--commands", commands, "--states", states};
   }
   std::string ipc(const std::string& name) const { return "ipc://" + (folder / name); }
 };
@@ -117,9 +118,9 @@ TEST_CASE("endpoints that mean nothing are a bad command line, at the server and
   for (const std::string bad : {"tcp://127.0.0.1:99999", "tcp://127.0.0.1:-1", "tcp://127.0.0.1", "inproc://x",
                                 "ws://127.0.0.1:5750", "nonsense", "ipc://"}) {
     for (const std::string option : {"--commands", "--states"}) {
-      check_refusal({ACUS_BINARY_DIR "/acus-server", place.scene, option, bad}, kBadCommandLine,
+      check_refusal({program_path("acus-server"), place.scene, option, bad}, kBadCommandLine,
                     {option, bad, "expected"});
-      check_refusal({ACUS_BINARY_DIR "/acus-replay", motion, option, bad}, 1, {option, bad, "expected"});
+      check_refusal({program_path("acus-replay"), motion, option, bad}, 1, {option, bad, "expected"});
     }
   }
   const std::string far = place.ipc(std::string(120, 'x'));

@@ -10,6 +10,7 @@
 
 #include "tests/integration/printed.h"
 #include "tests/integration/server_process.h"
+#include "tests/support/places.h"
 
 namespace acus::testing {
 namespace {
@@ -57,7 +58,7 @@ TEST_CASE(
     "a client that is stopped leaves its needle at rest, loses nobody a state, and goes on when it is continued") {
   ServerProcess server;
   Observer observer(server);
-  Process client({ACUS_BINARY_DIR "/acus-replay", slow_descent(server.folder()), "--commands", server.commands(),
+  Process client({program_path("acus-replay"), slow_descent(server.folder()), "--commands", server.commands(),
                   "--states", server.states()});
   const protocol::Force moving = observer.wait_for([](const auto& f) { return f.base_position[2] < 0.498; });
   CHECK(!moving.stale);
@@ -76,7 +77,7 @@ TEST_CASE(
 TEST_CASE("a server without descriptors left goes on for those it serves, and serves others once there are") {
   const TemporaryFolder folder;
   folder.write("scene.yaml", small_scene("small"));
-  Printed server({"/usr/bin/prlimit", "--nofile=48:48", ACUS_BINARY_DIR "/acus-server", folder / "scene.yaml",
+  Printed server({"/usr/bin/prlimit", "--nofile=48:48", program_path("acus-server"), folder / "scene.yaml",
                   "--commands", "tcp://127.0.0.1:*", "--states", "ipc://" + (folder / "states")});
   std::string line;
   do line = server.read_line();
@@ -119,7 +120,7 @@ TEST_CASE("a scene that needs more memory than there is is refused, and the one 
 }
 
 TEST_CASE("steps of the wall clock change nothing") {
-  const std::vector<std::string> stepping{"/usr/bin/env", "LD_PRELOAD=" ACUS_CLOCK_STEPS};
+  const std::vector<std::string> stepping{"/usr/bin/env", "LD_PRELOAD=" + program_path("libacus_clock_steps.so")};
   const auto hash_after = [](const std::vector<std::string>& before) {
     ServerProcess server({"--lockstep"}, small_scene("small"), before);
     client::CommandLink commands = hold(server);
@@ -141,7 +142,8 @@ TEST_CASE("steps of the wall clock change nothing") {
 
 #endif
 
-TEST_CASE("with every processor busy ticks come late and are counted, and no state is lost") {
+TEST_CASE("with every processor busy ticks come late and are counted, and no state is lost" *
+          doctest::test_suite("clock")) {
   ServerProcess server;
   client::CommandLink commands = hold(server);
   Observer observer(server);

@@ -88,7 +88,8 @@ class OpenFiles {
 
 }  // namespace
 
-TEST_CASE("while one client floods the server, another's commands take effect and no tick is missing") {
+TEST_CASE("while one client floods the server, another's commands take effect and no tick is missing" *
+          doctest::test_suite("clock")) {
   ServerProcess server;
   client::CommandLink commands = hold(server);
   client::StateLink states = subscribe(server, {"force"});
@@ -190,7 +191,7 @@ TEST_CASE("a message of very many frames is refused, and nobody else waits for i
   receive<protocol::Force>(states);
 }
 
-TEST_CASE("that a subscriber loses states is counted") {
+TEST_CASE("that a subscriber loses states is counted" * doctest::test_suite("clock")) {
   ServerProcess server({"--rate", "5000"});
   client::StateLink states = subscribe(server, {});
   CHECK(receive<protocol::Stats>(states).dropped == 0);

@@ -9,6 +9,7 @@
 
 #include "protocol/key_file.h"
 #include "tests/integration/printed.h"
+#include "tests/support/places.h"
 
 namespace acus::testing {
 namespace {
@@ -26,7 +27,7 @@ struct Keys {
   }
 
   std::optional<int> make(const std::string& name) const {
-    Printed keygen({ACUS_BINARY_DIR "/acus-keygen", folder / name});
+    Printed keygen({program_path("acus-keygen"), folder / name});
     const auto status = keygen.process().wait(kPatience);
     CHECK_FALSE(contains(keygen.read_all(), protocol::read_key_pair(secret(name)).secret_key));
     return status;
@@ -72,7 +73,7 @@ std::string secret_line(const Keys& keys, const std::string& name) {
 std::pair<std::optional<int>, std::string> outcome(const std::string& commands, const std::string& states,
                                                    const std::vector<std::string>& options) {
   const TemporaryFolder folder;
-  std::vector<std::string> line{ACUS_BINARY_DIR "/acus-server",
+  std::vector<std::string> line{program_path("acus-server"),
                                 folder.write("scene.yaml", small_scene("small")),
                                 "--commands",
                                 commands,
@@ -102,7 +103,7 @@ TEST_CASE("acus-keygen writes a secret that only its owner can read, and never o
   CHECK(protocol::read_key_pair(keys.secret("alice")).secret_key == pair.secret_key);
   REQUIRE(unlink(keys.secret("bob").c_str()) == 0);
   std::ifstream before(keys.open("bob"));
-  Printed keygen({ACUS_BINARY_DIR "/acus-keygen", keys.folder / "bob"});
+  Printed keygen({program_path("acus-keygen"), keys.folder / "bob"});
   CHECK(keygen.process().wait(kPatience) == 1);
   CHECK(contains(keygen.read_all(), "never overwritten"));
   CHECK(stat(keys.secret("bob").c_str(), &status) != 0);  // no secret without its public part
@@ -147,7 +148,7 @@ TEST_CASE("a server without keys says so to who has some") {
 TEST_CASE("the log names the key of who is refused, and no secret") {
   const Keys keys;
   const TemporaryFolder folder;
-  std::vector<std::string> line{ACUS_BINARY_DIR "/acus-server",
+  std::vector<std::string> line{program_path("acus-server"),
                                 folder.write("scene.yaml", small_scene("small")),
                                 "--commands",
                                 "ipc://" + (folder / "commands"),
@@ -174,8 +175,8 @@ TEST_CASE("acus-replay takes keys from files") {
   const std::string motion = server.folder().write(
       "motion.csv", "t,needle,x,y,z,qw,qx,qy,qz\n0,needle,0,0,0.5,1,0,0,0\n0.1,needle,0,0,0.5,1,0,0,0\n");
   const auto status_of = [&](const std::vector<std::string>& options) {
-    std::vector<std::string> line{
-        ACUS_BINARY_DIR "/acus-replay", motion, "--commands", server.commands(), "--states", server.states()};
+    std::vector<std::string> line{program_path("acus-replay"), motion,     "--commands",
+                                  server.commands(),           "--states", server.states()};
     line.insert(line.end(), options.begin(), options.end());
     return Process(line).wait(kPatience);
   };

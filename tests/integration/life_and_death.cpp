@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include "tests/integration/server_process.h"
+#include "tests/support/places.h"
 
 namespace acus::testing {
 namespace {
@@ -90,11 +91,11 @@ TEST_CASE("what cannot start says so in its exit status") {
   ServerProcess running;
   wait_until_up(running);
 
-  Process without_scene({ACUS_BINARY_DIR "/acus-server"});
+  Process without_scene({program_path("acus-server")});
   CHECK(without_scene.wait(kPatience) == kBadCommandLine);
-  Process absent_scene({ACUS_BINARY_DIR "/acus-server", running.folder() / "absent.yaml"});
+  Process absent_scene({program_path("acus-server"), running.folder() / "absent.yaml"});
   CHECK(absent_scene.wait(kPatience) == kBadScene);
-  Process bad_endpoint({ACUS_BINARY_DIR "/acus-server", running.scene(), "--commands", "nonsense"});
+  Process bad_endpoint({program_path("acus-server"), running.scene(), "--commands", "nonsense"});
   CHECK(bad_endpoint.wait(kPatience) == kBadCommandLine);
 }
 

@@ -84,7 +84,8 @@ TEST_CASE("reset and load in lockstep take effect before the next message") {
   CHECK(commands.step(1, kPatience).tick == 1);
 }
 
-TEST_CASE("a subscriber that never reads holds lockstep up for a while, but not for ever") {
+TEST_CASE("a subscriber that never reads holds lockstep up for a while, but not for ever" *
+          doctest::test_suite("full")) {
   ServerProcess server({"--lockstep"});
   client::CommandLink commands(server.commands());
   client::StateLink stalled(server.states(), 1);

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "tests/integration/printed.h"
+#include "tests/support/places.h"
 
 namespace acus::testing {
 
@@ -30,7 +31,7 @@ TEST_CASE("acus-replay writes its files to the end and returns 0 without a reade
                                                    "0,needle,0,0,0.5,1,0,0,0\n"
                                                    "0.1,needle,0,0,0.5,1,0,0,0\n");
   const std::string out = server.folder() / "run.csv";
-  Printed replay({ACUS_BINARY_DIR "/acus-replay", motion, "--commands", server.commands(), "--states", server.states(),
+  Printed replay({program_path("acus-replay"), motion, "--commands", server.commands(), "--states", server.states(),
                   "--lockstep", "--out", out});
   replay.stop_reading();
   CHECK(replay.process().wait(kPatience) == 0);

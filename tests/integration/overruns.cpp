@@ -49,7 +49,8 @@ void check_bounded(const protocol::Force& force) {
 
 }  // namespace
 
-TEST_CASE("late ticks: the scene's policy takes effect, states say so, forces and answers keep coming") {
+TEST_CASE("late ticks: the scene's policy takes effect, states say so, forces and answers keep coming" *
+          doctest::test_suite("clock")) {
   ServerProcess server({}, kHeavyScene);
   client::CommandLink commands = hold(server);
   client::StateLink states = subscribe(server, {"force", "needle"});

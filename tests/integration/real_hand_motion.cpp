@@ -14,6 +14,7 @@
 #include "client/trajectory.h"
 #include "protocol/messages.h"
 #include "tests/integration/server_process.h"
+#include "tests/support/places.h"
 #include "tests/support/shared_data.h"
 
 namespace acus::testing {
@@ -25,8 +26,8 @@ constexpr std::chrono::minutes kRunLimit{5};  // of a recording of 10 s, on a ma
 // inward normal of a broad face; the start was chosen so that the tip passes the surface in the middle of that face,
 // 90 mm on, and ends 55 mm deep, as far again from the side that is held.
 int convert(const std::string& recording, const std::string& trajectory) {
-  Process program({ACUS_SOURCE_DIR "/client/convert_hand_motion.py", recording, "--out", trajectory, "--start",
-                   "-0.0904", "0.0816", "-0.3224", "--direction", "-0.0762", "0.0885", "0.9932"});
+  Process program({source_path("client/convert_hand_motion.py"), recording, "--out", trajectory, "--start", "-0.0904",
+                   "0.0816", "-0.3224", "--direction", "-0.0762", "0.0885", "0.9932"});
   return program.wait(kPatience).value_or(-1);
 }
 
@@ -137,7 +138,7 @@ void check_insertion(const Run& run) {
 
 }  // namespace
 
-TEST_CASE("a measured hand motion drives a needle into a liver in real time") {
+TEST_CASE("a measured hand motion drives a needle into a liver in real time" * doctest::test_suite("full")) {
   const std::string recording = shared_data("hand_motion/recording1.txt"), mesh = shared_data("meshes/sofa_liver.msh");
   if (recording.empty() || mesh.empty()) return;
   const TemporaryFolder folder;
@@ -146,8 +147,8 @@ TEST_CASE("a measured hand motion drives a needle into a liver in real time") {
   folder.write("liver.yaml", liver_scene(mesh, client::read_trajectory(trajectory).motions.at(0).samples.at(0).pose));
 
   const std::string commands = "ipc://" + (folder / "commands"), states = "ipc://" + (folder / "states");
-  Process server({ACUS_BINARY_DIR "/acus-server", scene, "--commands", commands, "--states", states});
-  Process replay({ACUS_BINARY_DIR "/acus-replay", trajectory, "--commands", commands, "--states", states, "--out", out,
+  Process server({program_path("acus-server"), scene, "--commands", commands, "--states", states});
+  Process replay({program_path("acus-replay"), trajectory, "--commands", commands, "--states", states, "--out", out,
                   "--timeout", "60", "--shutdown"});
   REQUIRE(replay.wait(kRunLimit) == 0);  // lost states would be 4
   CHECK(server.wait(kPatience) == 0);

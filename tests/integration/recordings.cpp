@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "tests/integration/printed.h"
+#include "tests/support/places.h"
 
 namespace acus::testing {
 namespace {
@@ -41,7 +42,7 @@ struct Rerun {
 
 Rerun rerun(const TemporaryFolder& folder, const std::string& recording, const std::string& program = "acus-export") {
   const Output output(folder / "printed");
-  Process process({std::string(ACUS_BINARY_DIR "/") + program, recording}, output.file());
+  Process process({program_path(program), recording}, output.file());
   const std::optional<int> status = process.wait(kPatience);
   return {status, output.text()};
 }
@@ -83,7 +84,7 @@ TEST_CASE("a session in real time is run again to the last bit") {
   CHECK(!again.says("its end"));
   CHECK(rerun(server.folder(), file, "acus-replay").says("the same to the last bit"));
   const std::string csv = server.folder() / "run.csv";
-  CHECK(Process({ACUS_BINARY_DIR "/acus-replay", file, "--out", csv}).wait(kPatience) == 1);
+  CHECK(Process({program_path("acus-replay"), file, "--out", csv}).wait(kPatience) == 1);
   CHECK(!std::filesystem::exists(csv));
 }
 
@@ -197,8 +198,8 @@ TEST_CASE("when the disk is full the recording ends, and the simulation goes on"
   CHECK(again.says("the same to the last bit"));
   // Nor is a recording overwritten by what is made of it, or a damaged one taken for a whole one.
   std::filesystem::copy_file(folder / "run", folder / "copy.events.csv");
-  CHECK(Process({ACUS_BINARY_DIR "/acus-export", folder / "run", "--csv", folder / "run"}).wait(kPatience) == 3);
-  CHECK(Process({ACUS_BINARY_DIR "/acus-export", folder / "copy.events.csv", "--csv", folder / "copy.csv"})
+  CHECK(Process({program_path("acus-export"), folder / "run", "--csv", folder / "run"}).wait(kPatience) == 3);
+  CHECK(Process({program_path("acus-export"), folder / "copy.events.csv", "--csv", folder / "copy.csv"})
             .wait(kPatience) == 3);
   std::ofstream(folder / "run", std::ios::app) << "more";
   CHECK(rerun(folder, folder / "run").status == 5);

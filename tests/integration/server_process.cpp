@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include "tests/support/places.h"
+
 namespace acus::testing {
 
 std::string small_scene(const std::string& name, const std::vector<std::string>& needles) {
@@ -33,8 +35,7 @@ ServerProcess::ServerProcess(const std::vector<std::string>& options, const std:
 }
 
 std::vector<std::string> ServerProcess::command_line(const std::vector<std::string>& options) const {
-  std::vector<std::string> line{
-      ACUS_BINARY_DIR "/acus-server", scene(), "--commands", commands(), "--states", states()};
+  std::vector<std::string> line{program_path("acus-server"), scene(), "--commands", commands(), "--states", states()};
   line.insert(line.end(), options.begin(), options.end());
   return line;
 }

@@ -60,7 +60,8 @@ bool comes_to(client::StateLink& states, const Topics& topics) {
 
 }  // namespace
 
-TEST_CASE("of two subscribers one stalls: the other misses nothing, and ticks come as fast as before") {
+TEST_CASE("of two subscribers one stalls: the other misses nothing, and ticks come as fast as before" *
+          doctest::test_suite("full")) {
   ServerProcess server({"--rate", "2000"});
   client::StateLink reading = subscribe(server, {"force"});
   const std::uint64_t before = follow(reading, 3s);

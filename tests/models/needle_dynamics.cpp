@@ -90,7 +90,8 @@ double largest_change(const Pose& base, int ticks) {
 
 TEST_CASE("with nothing commanded nothing moves, bit for bit along the axes") { CHECK(largest_change({}, 1000) == 0); }
 
-TEST_CASE("with nothing commanded a needle askew trembles by rounding alone and does not drift") {
+TEST_CASE("with nothing commanded a needle askew trembles by rounding alone and does not drift" *
+          doctest::test_suite("gate")) {
   const Pose base{{0.1, 0.2, -0.3}, rotation_exp({0.3, -0.8, 1.9})};
   CHECK(largest_change(base, 1) < 1e-13);
   CHECK(largest_change(base, 20000) < 1e-13);

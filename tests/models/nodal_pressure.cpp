@@ -274,7 +274,7 @@ TEST_CASE("nodal pressure: the rungs come to one another, and supports carry wha
   CHECK((end[0] - end[1]).cwiseAbs().maxCoeff() < 1e-9 * (end[1] - bench.mesh.nodes).cwiseAbs().maxCoeff());
 }
 
-TEST_CASE("nodal pressure: at rest supports carry the weight with every matrix") {
+TEST_CASE("nodal pressure: at rest supports carry the weight with every matrix" * doctest::test_suite("gate")) {
   const TwoRegions bench(at_bottom);
   for (const TissueMatrix matrix : {TissueMatrix::constant, TissueMatrix::turned, TissueMatrix::refactorized}) {
     BenchMotion motion(bench.nodal, 0.05, matrix, 1, 8);

@@ -4,9 +4,10 @@
 
 #include <doctest/doctest.h>
 
+#include "server/math/random.h"
 #include "server/models/clusters.h"
 #include "server/models/triangle.h"
-#include "server/math/random.h"
+#include "tests/support/places.h"
 
 namespace acus {
 namespace {
@@ -465,7 +466,7 @@ TEST_CASE("queries answer as a look at every triangle and tetrahedron does, howe
 }
 
 TEST_CASE("queries answer so on a mesh of irregular tetrahedra") {
-  const TetrahedralMesh mesh = read_gmsh_mesh(ACUS_SOURCE_DIR "/scenes/meshes/inclusion.msh", 1);
+  const TetrahedralMesh mesh = read_gmsh_mesh(source_path("scenes/meshes/inclusion.msh"), 1);
   Random random(12);
   for (const Matrix3X& x : configurations(mesh, random)) check_telling_points(mesh, x, random, 40);
 }

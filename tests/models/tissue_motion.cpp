@@ -61,7 +61,8 @@ MaterialPoint random_point(const TetrahedralMesh& mesh, Random& random) {
   return {random.index(mesh.tetrahedron_count()), weights / weights.sum()};
 }
 
-TEST_CASE("a column at rest stands on its supports with its weight, and has sunk as far as a rod") {
+TEST_CASE("a column at rest stands on its supports with its weight, and has sunk as far as a rod" *
+          doctest::test_suite("gate")) {
   const TetrahedralMesh mesh = column();
   const Vector3 gravity(0, 0, -1);
   const Material material = damped_material(0);  // without narrowing the column is a rod
@@ -86,7 +87,7 @@ TEST_CASE("a column at rest stands on its supports with its weight, and has sunk
   }
 }
 
-TEST_CASE("turned and refactorized come to the same rest") {
+TEST_CASE("turned and refactorized come to the same rest" * doctest::test_suite("gate")) {
   const TetrahedralMesh mesh = column();
   const TissueModel model = bench_tissue(mesh, damped_material(0.4), at_bottom, {3, 0, -5});
   Matrix3X rest[2];

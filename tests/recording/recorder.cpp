@@ -136,7 +136,8 @@ RunAgain run_again(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("a recording that begins and ends in the middle of a run is made again to the last bit") {
+TEST_CASE("a recording that begins and ends in the middle of a run is made again to the last bit" *
+          doctest::test_suite("gate")) {
   const TemporaryFolder folder;
   for (const char* scene : {"insertion_pullback", "brachytherapy", "inclusion_supported", "steering", "through"}) {
     CAPTURE(scene);
@@ -155,7 +156,7 @@ TEST_CASE("a recording that begins and ends in the middle of a run is made again
   }
 }
 
-TEST_CASE("a recording goes on through a reset, a restored state and another scene") {
+TEST_CASE("a recording goes on through a reset, a restored state and another scene" * doctest::test_suite("gate")) {
   const TemporaryFolder folder;
   {
     Session session(world_of("layers"));
@@ -176,7 +177,8 @@ TEST_CASE("a recording goes on through a reset, a restored state and another sce
   CHECK(run_again(folder / "run") == RunAgain{280, 2, true, ""});
 }
 
-TEST_CASE("what a recorder is asked for when it may not write any more is left out, and nobody waits") {
+TEST_CASE("what a recorder is asked for when it may not write any more is left out, and nobody waits" *
+          doctest::test_suite("gate")) {
   const TemporaryFolder folder;
   Session session(world_of("inclusion_supported"));
   Recorder recorder(folder / "run", "test");

@@ -123,8 +123,8 @@ TEST_CASE("nothing is packed or recorded for topics that nobody listens to") {
   CHECK(after_ticks(bit(Topic::force) | bit(Topic::tissue)) == Ready{ticks, 0, answers, 0, shapes});
 }
 
-TEST_CASE(
-    "from the tick after one that took too long, fewer shapes go out, flags say so, and forces go out as before") {
+TEST_CASE("from the tick after one that took too long, fewer shapes go out, flags say so, and forces go out as before" *
+          doctest::test_suite("gate")) {
   constexpr std::uint64_t kManyTicks = 20;
   auto owned = heavy_world();
   LoadedScene& world = *owned;
@@ -156,7 +156,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a reset begins with everything that the scene asks for") {
+TEST_CASE("a reset begins with everything that the scene asks for" * doctest::test_suite("gate")) {
   Link link;
   link.wanted = bit(Topic::force) | bit(Topic::needle);
   RealtimeLoop loop(heavy_world(), {.max_ticks = 40}, link);

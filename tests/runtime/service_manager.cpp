@@ -90,7 +90,7 @@ TEST_CASE_FIXTURE(Managed, "a long status is cut before a character, and the sig
   CHECK(inbox.next() == "WATCHDOG=1\nSTATUS=" + std::string(299, 'a') + "\n");
 }
 
-TEST_CASE("what a manager had no room for is sent later") {
+TEST_CASE("what a manager had no room for is sent later" * doctest::test_suite("gate")) {
   TemporaryFolder folder;
   const Inbox inbox(folder / "notify");
   ServiceManager manager({folder / "notify", seconds(2)});
@@ -102,7 +102,7 @@ TEST_CASE("what a manager had no room for is sent later") {
   CHECK(inbox.next() == "WATCHDOG=1\nSTATUS=9999\n");
 }
 
-TEST_CASE("an abstract name, and no watchdog") {
+TEST_CASE("an abstract name, and no watchdog" * doctest::test_suite("gate")) {
   const std::string name = "@acus-test-" + std::to_string(getpid());
   const Inbox inbox(name);
   ServiceManager manager({name, {}});
@@ -110,7 +110,8 @@ TEST_CASE("an abstract name, and no watchdog") {
   CHECK(inbox.next() == "STATUS=scene\n");
 }
 
-TEST_CASE("a manager that is gone, an address that is none, and no manager at all disturb nobody") {
+TEST_CASE("a manager that is gone, an address that is none, and no manager at all disturb nobody" *
+          doctest::test_suite("gate")) {
   const std::string too_long = "/" + std::string(200, 'x');
   for (const std::string& name : {std::string("/nonexistent/notify"), std::string("vsock:2:1"), too_long, std::string()}) {
     ServiceManager manager({name, seconds(1)});
@@ -121,7 +122,7 @@ TEST_CASE("a manager that is gone, an address that is none, and no manager at al
   CHECK_FALSE(ServiceManager({"", seconds(1)}).due(ServiceManager::Clock::time_point::max()));
 }
 
-TEST_CASE("the environment names the socket, and the time if this process is meant") {
+TEST_CASE("the environment names the socket, and the time if this process is meant" * doctest::test_suite("gate")) {
   set("NOTIFY_SOCKET", "/run/notify");
   set("WATCHDOG_USEC", "3000000");
   unsetenv("WATCHDOG_PID");

@@ -226,7 +226,7 @@ TEST_CASE("reading a Gmsh file twice gives the same mesh") {
   CHECK(first.tetrahedra == second.tetrahedra);
 }
 
-TEST_CASE("a Gmsh file that cannot be used is named, with the reason") {
+TEST_CASE("a Gmsh file that cannot be used is named, with the reason" * doctest::test_suite("gate")) {
   SUBCASE("missing") {
     CHECK(error_of([] { read_gmsh_mesh("no/such.msh", 1); }) == "no/such.msh: there is no such file");
   }
@@ -278,7 +278,7 @@ TEST_CASE("a Gmsh file that cannot be used is named, with the reason") {
   }
 }
 
-TEST_CASE("a script is never run in place of a mesh") {
+TEST_CASE("a script is never run in place of a mesh" * doctest::test_suite("gate")) {
   const TemporaryFolder folder;
   const std::string trace = folder.path() + "/trace";
   const std::string script = "SystemCall \"touch " + trace + "\";\n";

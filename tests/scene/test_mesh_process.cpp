@@ -148,7 +148,7 @@ RawMesh unit_tetrahedron() { return {{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 1
 
 }  // namespace
 
-TEST_CASE("every mesh format is read") {
+TEST_CASE("every mesh format is read" * doctest::test_suite("gate")) {
   for (const MeshFile& file : kFiles) {
     CAPTURE(file.name);
     const TemporaryFolder folder;
@@ -158,7 +158,7 @@ TEST_CASE("every mesh format is read") {
   }
 }
 
-TEST_CASE("a script beside a mesh is not run") {
+TEST_CASE("a script beside a mesh is not run" * doctest::test_suite("gate")) {
   for (const MeshFile& file : kFiles) {
     CAPTURE(file.name);
     const TemporaryFolder folder;
@@ -187,7 +187,7 @@ TEST_CASE("what Gmsh would run all the same starts no program and writes no file
 }
 
 // Some of these crash, hang or swell Gmsh 4.8; each is read or refused.
-TEST_CASE("damaged meshes are refused, and the program goes on") {
+TEST_CASE("damaged meshes are refused, and the program goes on" * doctest::test_suite("gate")) {
   constexpr int kMutants = 4;
   std::mt19937 random(1);
   const TemporaryFolder own;

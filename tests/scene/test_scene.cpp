@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "server/scene/scene.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 namespace acus {
@@ -431,7 +432,7 @@ TEST_CASE("a scene built in code is checked alike, without places") {
 }
 
 TEST_CASE("the default scene is what the documents promise") {
-  const Scene scene = read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/insertion_pullback.yaml");
+  const Scene scene = read_scene(source_path("scenes/insertion_pullback.yaml"));
   const TetrahedralMesh mesh = load_mesh(scene);
   const std::vector<bool> fixed = find_fixed_nodes(scene, mesh);
   CHECK(mesh.node_count() == 1000);

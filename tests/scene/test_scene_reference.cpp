@@ -14,13 +14,14 @@
 #include "server/scene/scene_fields.h"
 #include "server/scene/scene_json.h"
 #include "server/scene/scene_reference.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 namespace acus {
 namespace {
 
 std::string read_text(const std::string& path) {
-  std::ifstream file(std::string(ACUS_SOURCE_DIR) + "/" + path, std::ios::binary);
+  std::ifstream file(source_path(path), std::ios::binary);
   REQUIRE(file);
   std::ostringstream text;
   text << file.rdbuf();

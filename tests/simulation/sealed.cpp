@@ -3,7 +3,6 @@
 
 #include <linux/filter.h>
 #include <linux/seccomp.h>
-#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -12,14 +11,12 @@
 #include <array>
 #include <csignal>
 #include <cstddef>
-#include <new>
 
 namespace acus::test {
 
 namespace {
 
-// In memory that child and parent share, since the child cannot write to anything else.
-Sealed* verdict = nullptr;
+Sealed* verdict = nullptr;  // shared with the child
 
 void on_refusal(int, siginfo_t* info, void*) {
   verdict->system_call = info->si_syscall;
@@ -46,8 +43,8 @@ bool seal() {
 }  // namespace
 
 Sealed run_sealed(const std::function<void()>& work) {
-  void* shared = mmap(nullptr, sizeof(Sealed), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  verdict = new (shared) Sealed;
+  const SharedWithChild<Sealed> shared;
+  verdict = &*shared;
   const pid_t child = fork();
   if (child == 0) {
     if (!seal()) _exit(1);
@@ -57,9 +54,7 @@ Sealed run_sealed(const std::function<void()>& work) {
   int status = -1;
   waitpid(child, &status, 0);
   verdict->watched = WIFEXITED(status) && WEXITSTATUS(status) == 0;
-  const Sealed result = *verdict;
-  munmap(shared, sizeof(Sealed));
-  return result;
+  return *verdict;
 }
 
 }  // namespace acus::test

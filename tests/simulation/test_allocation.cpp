@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A tick asks for no memory and for no lock: both can wait for another thread or for the kernel, and a deadline is
-// missed.
+// A tick asks for no memory, for no lock and for nothing of the kernel: each can wait for another thread or give the
+// processor to somebody else, and a deadline is missed.
 #include <doctest/doctest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <mutex>
 
 #include "server/tools/bench/allocation_count.h"
 #include "tests/simulation/lock_count.h"
+#include "tests/simulation/sealed.h"
 #include "tests/simulation/to_and_fro.h"
 
 namespace acus::test {
@@ -43,31 +46,79 @@ TEST_CASE("locks are counted") {
   CHECK(counted == 1);
 }
 
+bool can_watch_kernel() {
+  static const bool can = run_sealed([] {}).watched;
+  return can;
+}
+
+TEST_CASE("a system call is noticed, and which") {
+  if (!can_watch_kernel()) return;
+  const Sealed sealed = run_sealed([] { static_cast<void>(getppid()); });
+  CHECK(sealed.watched);
+  CHECK(sealed.system_call == SYS_getppid);
+}
+
+struct Counts {
+  int ticks = 0, allocations = 0, locks = 0;
+};
+
 void check_scene(const WatchedScene& watched) {
   for_each_way(watched, [&](Simulation& simulation) {
-    int allocations = 0, locks = 0;
-    to_and_fro(simulation, watched.depth, [&] {
-      const AllocationCount allocation_count;
-      const LockCount lock_count;
-      simulation.step();
-      allocations += allocation_count.value();
-      locks += lock_count.value();
-    });
-    CHECK(allocations == 0);
-    CHECK(locks == 0);
+    const SharedWithChild<Counts> counts;
+    const auto run = [&] {
+      to_and_fro(simulation, watched.depth, [&] {
+        const AllocationCount allocation_count;
+        const LockCount lock_count;
+        simulation.step();
+        ++counts->ticks;
+        counts->allocations += allocation_count.value();
+        counts->locks += lock_count.value();
+      });
+    };
+    if (can_watch_kernel()) {
+      const Sealed sealed = run_sealed(run);
+      CHECK(sealed.watched);
+      CHECK(sealed.system_call == -1);
+    } else {
+      MESSAGE("system calls are not watched: seccomp filters are not permitted here");
+      run();
+    }
+    CHECK(counts->ticks > 0);
+    CHECK(counts->allocations == 0);
+    CHECK(counts->locks == 0);
   });
 }
 
-TEST_CASE("no tick allocates or locks: puncture, cutting, friction, withdrawal") { check_scene(kWatchedScenes[0]); }
-TEST_CASE("no tick allocates or locks: a bevel in its guide, with torsional friction") {
+TEST_CASE("no tick allocates, locks or calls the kernel: puncture, cutting, friction, withdrawal" *
+          doctest::test_suite("full")) {
+  check_scene(kWatchedScenes[0]);
+}
+TEST_CASE("no tick allocates, locks or calls the kernel: a bevel in its guide, with torsional friction" *
+          doctest::test_suite("gate")) {
   check_scene(kWatchedScenes[1]);
 }
-TEST_CASE("no tick allocates or locks: contact with an inclusion, and along it") { check_scene(kWatchedScenes[2]); }
-TEST_CASE("no tick allocates or locks: out on the other side and back") { check_scene(kWatchedScenes[3]); }
-TEST_CASE("no tick allocates or locks: a rigid needle") { check_scene(kWatchedScenes[4]); }
-TEST_CASE("no tick allocates or locks: two needles") { check_scene(kWatchedScenes[5]); }
-TEST_CASE("no tick allocates or locks: nodal pressures in two regions") { check_scene(kWatchedScenes[6]); }
-TEST_CASE("no tick allocates or locks: springs in series with all laws") { check_scene(kWatchedScenes[7]); }
+TEST_CASE("no tick allocates, locks or calls the kernel: contact with an inclusion, and along it" *
+          doctest::test_suite("full")) {
+  check_scene(kWatchedScenes[2]);
+}
+TEST_CASE("no tick allocates, locks or calls the kernel: out on the other side and back" *
+          doctest::test_suite("gate")) {
+  check_scene(kWatchedScenes[3]);
+}
+TEST_CASE("no tick allocates, locks or calls the kernel: a rigid needle" * doctest::test_suite("gate")) {
+  check_scene(kWatchedScenes[4]);
+}
+TEST_CASE("no tick allocates, locks or calls the kernel: two needles" * doctest::test_suite("gate")) {
+  check_scene(kWatchedScenes[5]);
+}
+TEST_CASE("no tick allocates, locks or calls the kernel: nodal pressures in two regions" *
+          doctest::test_suite("gate")) {
+  check_scene(kWatchedScenes[6]);
+}
+TEST_CASE("no tick allocates, locks or calls the kernel: springs in series with all laws" *
+          doctest::test_suite("full")) {
+  check_scene(kWatchedScenes[7]);
+}
 
 }  // namespace
 }  // namespace acus::test

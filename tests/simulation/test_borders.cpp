@@ -98,7 +98,7 @@ constexpr double kFast = 0.28;  // m/s
 
 }  // namespace
 
-TEST_CASE("an interface has its own puncture force, the same both ways") {
+TEST_CASE("an interface has its own puncture force, the same both ways" * doctest::test_suite("gate")) {
   Scene scene = from_both_sides();
   scene.tissue.interfaces = {{.between = "upper", .and_ = "lower", .puncture_force = 0.6}};
   Bench bench(scene);
@@ -109,7 +109,7 @@ TEST_CASE("an interface has its own puncture force, the same both ways") {
   CHECK(bench.finite());
 }
 
-TEST_CASE("a border that is not listed has the puncture force of the region behind it") {
+TEST_CASE("a border that is not listed has the puncture force of the region behind it" * doctest::test_suite("gate")) {
   Bench bench(from_both_sides());
   bench.push(0, 0.05, 0.02);
   bench.push(1, 0.05, 0.02);
@@ -130,7 +130,7 @@ TEST_CASE("an interface at or below the cutting force is no obstacle, and still 
   CHECK(largest < 0.2 * (1 + 1e-9));
 }
 
-TEST_CASE("bone inside is not entered at any speed, straight or tilted") {
+TEST_CASE("bone inside is not entered at any speed, straight or tilted" * doctest::test_suite("gate")) {
   for (const double degrees : {0.0, 20.0, 40.0}) {
     CAPTURE(degrees);
     Bench bench(bone_below(degrees));
@@ -157,7 +157,7 @@ int path_points(const Bench& bench) {
   return bench.simulation().path_positions(0, points);
 }
 
-TEST_CASE("a tip that works on bone for long keeps to one path") {
+TEST_CASE("a tip that works on bone for long keeps to one path" * doctest::test_suite("gate")) {
   Bench bench(bone_below(30));
   bench.push(0, way_to_bone(30) + 0.004, 0.05);
   bench.wait(0.1);
@@ -178,7 +178,7 @@ TEST_CASE("a tip that works on bone for long keeps to one path") {
   CHECK(bench.finite());
 }
 
-TEST_CASE("bone inside is not entered by trying again, nor from the side") {
+TEST_CASE("bone inside is not entered by trying again, nor from the side" * doctest::test_suite("gate")) {
   for (const double degrees : {0.0, 30.0}) {
     CAPTURE(degrees);
     Bench bench(bone_below(degrees));

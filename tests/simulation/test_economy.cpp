@@ -64,7 +64,8 @@ Run run(const Scene& scene, bool economizing) {
 
 }  // namespace
 
-TEST_CASE("lower limits hold while the simulation economises only, and flags say which stopped it") {
+TEST_CASE("lower limits hold while the simulation economises only, and flags say which stopped it" *
+          doctest::test_suite("gate")) {
   Scene scene = scene_of(TissueRung::exact);
   scene.overrun.max_steps = 1;
   scene.overrun.max_iterations = 1;
@@ -77,7 +78,8 @@ TEST_CASE("lower limits hold while the simulation economises only, and flags say
   CHECK(less.iterations == 1);
 }
 
-TEST_CASE("a limit that is not reached leaves no mark: the same forces, bit by bit, and no flag") {
+TEST_CASE("a limit that is not reached leaves no mark: the same forces, bit by bit, and no flag" *
+          doctest::test_suite("gate")) {
   Scene scene = scene_of(TissueRung::exact);
   scene.overrun.max_steps = scene.laws.max_steps;
   scene.overrun.max_iterations = scene.newton.max_iterations;

@@ -95,7 +95,7 @@ TEST_CASE("a guide's friction is mu times its force across, against the sliding"
   }
 }
 
-TEST_CASE("a needle that is drawn out of its guide is free, and goes in again") {
+TEST_CASE("a needle that is drawn out of its guide is free, and goes in again" * doctest::test_suite("gate")) {
   Bench bench(guided_scene());
   bench.move(kGuide, {2e-3, 0, 0}, 0.02);
   bench.wait(0.3);

@@ -157,7 +157,7 @@ double roughness(LocalCompliance give, LawMethod method, double speed, std::vect
   return largest;
 }
 
-TEST_CASE("no vertex that comes or goes, and no element, makes the force jump") {
+TEST_CASE("no vertex that comes or goes, and no element, makes the force jump" * doctest::test_suite("gate")) {
   for (const double speed : {0.02, -0.02}) {
     CAPTURE(speed);
     const double bare = roughness(LocalCompliance::none, LawMethod::direct, speed);

@@ -3,19 +3,21 @@
 #include <doctest/doctest.h>
 
 #include "tests/simulation/bench.h"
+#include "tests/support/places.h"
 
 namespace acus::test {
 namespace {
 
 Scene default_scene() {
-  Scene scene = read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/insertion_pullback.yaml");
+  Scene scene = read_scene(source_path("scenes/insertion_pullback.yaml"));
   scene.tissue.box.cells = {6, 6, 6};
   return scene;
 }
 
 }  // namespace
 
-TEST_CASE("in the default scene a rigid needle feels along its axis what a flexible one does") {
+TEST_CASE("in the default scene a rigid needle feels along its axis what a flexible one does" *
+          doctest::test_suite("gate")) {
   Scene scene = default_scene();
   Bench flexible(scene);
   scene.needles[0].rung = NeedleRung::rigid;
@@ -37,7 +39,7 @@ TEST_CASE("in the default scene a rigid needle feels along its axis what a flexi
   CHECK((rigid.flags() & ~std::uint32_t{kLawsNotConverged}) == 0);
 }
 
-TEST_CASE("a rigid needle goes in, through and out, and the tissue comes to rest") {
+TEST_CASE("a rigid needle goes in, through and out, and the tissue comes to rest" * doctest::test_suite("gate")) {
   Scene scene = block_scene(0.03);
   scene.needles[0].rung = NeedleRung::rigid;
   Bench bench(scene);
@@ -53,7 +55,7 @@ TEST_CASE("a rigid needle goes in, through and out, and the tissue comes to rest
   CHECK(bench.flags() == 0);
 }
 
-TEST_CASE("a curved needle goes in, stays finite and comes out") {
+TEST_CASE("a curved needle goes in, stays finite and comes out" * doctest::test_suite("gate")) {
   for (const NeedleRung rung : {NeedleRung::flexible, NeedleRung::rigid}) {
     CAPTURE(static_cast<int>(rung));
     Scene scene = block_scene();

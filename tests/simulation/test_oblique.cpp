@@ -60,7 +60,8 @@ Entry push(TipShape tip, double degrees, double azimuth) {
   return entry;
 }
 
-TEST_CASE("sharp tips go in at 15 to 75 degrees from the normal, when the force along the needle is f_p") {
+TEST_CASE("sharp tips go in at 15 to 75 degrees from the normal, when the force along the needle is f_p" *
+          doctest::test_suite("gate")) {
   for (const TipShape tip : {TipShape::bevel, TipShape::pencil})
     for (const double degrees : {0.0, 15.0, 30.0, 45.0, 60.0, 72.0}) {
       CAPTURE(static_cast<int>(tip));
@@ -73,7 +74,7 @@ TEST_CASE("sharp tips go in at 15 to 75 degrees from the normal, when the force 
     }
 }
 
-TEST_CASE("tips that do not bite slide on before they go in, if they do") {
+TEST_CASE("tips that do not bite slide on before they go in, if they do" * doctest::test_suite("gate")) {
   const Entry straight = push(TipShape::blunt, 0, 0);
   CHECK(straight.inside);
   CHECK(straight.slid < 1e-3);

@@ -43,7 +43,8 @@ class Notched {
 
 }  // namespace
 
-TEST_CASE("a needle that is through punctures the next surface at f_p, and its path goes on there") {
+TEST_CASE("a needle that is through punctures the next surface at f_p, and its path goes on there" *
+          doctest::test_suite("gate")) {
   Notched notched;
   Bench& bench = notched.bench;
   bench.push(0, 0.005 + kThickness + 0.008, kSpeed);
@@ -68,7 +69,8 @@ TEST_CASE("a needle that is through punctures the next surface at f_p, and its p
   CHECK(bench.needle().unheld == 0);
 }
 
-TEST_CASE("a needle that is drawn back out of the second half is through again, and punctures it anew") {
+TEST_CASE("a needle that is drawn back out of the second half is through again, and punctures it anew" *
+          doctest::test_suite("gate")) {
   Notched notched;
   Bench& bench = notched.bench;
   bench.push(0, 0.06, kSpeed);
@@ -88,7 +90,7 @@ TEST_CASE("a needle that is drawn back out of the second half is through again, 
   CHECK(bench.needle().base_force.norm() < 1e-3);
 }
 
-TEST_CASE("a needle goes through both halves, and back") {
+TEST_CASE("a needle goes through both halves, and back" * doctest::test_suite("gate")) {
   Notched notched;
   Bench& bench = notched.bench;
   bench.push(0, 0.075, kSpeed);
@@ -100,7 +102,7 @@ TEST_CASE("a needle goes through both halves, and back") {
   CHECK(bench.events(EventKind::withdrawal).size() == 2);
 }
 
-TEST_CASE("a narrow gap is a gap: the second half is punctured, not entered unfelt") {
+TEST_CASE("a narrow gap is a gap: the second half is punctured, not entered unfelt" * doctest::test_suite("gate")) {
   for (const double slot : {1.5e-3, 3e-3}) {
     CAPTURE(slot);
     Notched notched(slot);
@@ -115,7 +117,7 @@ TEST_CASE("a narrow gap is a gap: the second half is punctured, not entered unfe
 }
 
 // Tissue does not touch itself: the tip presses the wall of the first half more than a millimetre into the second one.
-TEST_CASE("a gap narrower than the wall gives way is told, and forces go on") {
+TEST_CASE("a gap narrower than the wall gives way is told, and forces go on" * doctest::test_suite("gate")) {
   Notched notched(0.2e-3);
   Bench& bench = notched.bench;
   bench.may_intrude = true;
@@ -126,7 +128,7 @@ TEST_CASE("a gap narrower than the wall gives way is told, and forces go on") {
   CHECK(bench.resistance() == doctest::Approx(notched.steady_force(0.05)).epsilon(0.1).scale(0));
 }
 
-TEST_CASE("a needle that leaves both halves at once is out") {
+TEST_CASE("a needle that leaves both halves at once is out" * doctest::test_suite("gate")) {
   Notched notched;
   Bench& bench = notched.bench;
   bench.push(0, 0.06, kSpeed);

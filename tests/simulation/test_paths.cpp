@@ -42,7 +42,8 @@ Scene slab_scene() {
 
 }  // namespace
 
-TEST_CASE("a mouth where a needle came out lets another in, without puncture and without cutting") {
+TEST_CASE("a mouth where a needle came out lets another in, without puncture and without cutting" *
+          doctest::test_suite("gate")) {
   Bench bench(slab_scene());
   bench.push(0, 0.05, kSpeed);
   REQUIRE(bench.events(EventKind::exit).size() == 1);
@@ -96,7 +97,7 @@ TEST_CASE("a needle that enters 3 mm beside an old mouth makes its own path") {
   CHECK(bench.resistance() == doctest::Approx(steady_force(bench, 0, f_c)).epsilon(1e-4).scale(0));
 }
 
-TEST_CASE("needles of different spacing go on in each other's paths") {
+TEST_CASE("needles of different spacing go on in each other's paths" * doctest::test_suite("gate")) {
   for (const double first_spacing : {2e-3, 8e-3}) {
     CAPTURE(first_spacing);
     Scene scene = block_scene(0.08);
@@ -126,7 +127,8 @@ TEST_CASE("needles of different spacing go on in each other's paths") {
   }
 }
 
-TEST_CASE("a needle goes on in a path of a much smaller spacing than its own, and comes out") {
+TEST_CASE("a needle goes on in a path of a much smaller spacing than its own, and comes out" *
+          doctest::test_suite("gate")) {
   // A path keeps the spacing of the needle that cut it first. A short needle with a fine spacing begins one; a long
   // needle goes on in it for more vertices than either would have at its own spacing.
   Scene scene = block_scene(0.08);

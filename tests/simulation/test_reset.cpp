@@ -47,7 +47,7 @@ Record run(Simulation& simulation) {
   return record;
 }
 
-TEST_CASE("a reset in the middle of contact with bone leaves nothing behind") {
+TEST_CASE("a reset in the middle of contact with bone leaves nothing behind" * doctest::test_suite("gate")) {
   Simulation simulation(eventful_scene());
   const Record first = run(simulation);
   REQUIRE(first.events.size() >= 3);  // contact, puncture, contact with bone

@@ -62,7 +62,8 @@ guides:
 
 }  // namespace
 
-TEST_CASE("a puncture force that crushes the elements before it is reached is warned of") {
+TEST_CASE("a puncture force that crushes the elements before it is reached is warned of" *
+          doctest::test_suite("full")) {
   Scene scene;
   scene.tissue.box = {.size = {0.1, 0.1, 0.1}, .cells = {25, 25, 25}};  // elements of 4 mm
   Region& region = scene.tissue.regions[0];

@@ -146,7 +146,7 @@ TEST_CASE("a state whose indices lead nowhere is refused") {
   }));
 }
 
-TEST_CASE("a forged image is refused, or does no harm") {
+TEST_CASE("a forged image is refused, or does no harm" * doctest::test_suite("gate")) {
   const Inserted run(two_needles());
   const std::vector<std::byte> good = run.snapshot();
   Simulation simulation(two_needles());

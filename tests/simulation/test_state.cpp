@@ -121,15 +121,27 @@ TickReport make_report(const Model& model) {
 
 }  // namespace
 
-TEST_CASE("a copied state goes on as the original: rung linear") { check_all(kScenes, TissueRung::linear, 1000, 1000); }
-TEST_CASE("a copied state goes on as the original: rung warped") { check_all(kScenes, TissueRung::warped, 1000, 1000); }
-TEST_CASE("a copied state goes on as the original: rung refined, first half of the scenes") {
+TEST_CASE("a copied state goes on as the original: rung linear, first half of the scenes") {
+  check_all(std::span(kScenes).first(7), TissueRung::linear, 1000, 1000);
+}
+TEST_CASE("a copied state goes on as the original: rung linear, second half of the scenes" *
+          doctest::test_suite("full")) {
+  check_all(std::span(kScenes).subspan(7), TissueRung::linear, 1000, 1000);
+}
+TEST_CASE("a copied state goes on as the original: rung warped" * doctest::test_suite("full")) {
+  check_all(kScenes, TissueRung::warped, 1000, 1000);
+}
+TEST_CASE("a copied state goes on as the original: rung refined, first half of the scenes" *
+          doctest::test_suite("full")) {
   check_all(std::span(kScenes).first(7), TissueRung::refined, 200, 1000);
 }
-TEST_CASE("a copied state goes on as the original: rung refined, second half of the scenes") {
+TEST_CASE("a copied state goes on as the original: rung refined, second half of the scenes" *
+          doctest::test_suite("full")) {
   check_all(std::span(kScenes).subspan(7), TissueRung::refined, 200, 1000);
 }
-TEST_CASE("a copied state goes on as the original: rung exact") { check_all(kScenes, TissueRung::exact, 20, 50); }
+TEST_CASE("a copied state goes on as the original: rung exact" * doctest::test_suite("full")) {
+  check_all(kScenes, TissueRung::exact, 20, 50);
+}
 
 // An hour: by hand, `test_state --no-skip --test-case="long:*"`.
 TEST_CASE("long: from twenty random ticks a snapshot goes on for 2,000 ticks as the run did" * doctest::skip()) {

@@ -40,7 +40,8 @@ double expected_lag(const Bench& bench, double full_torque) {
 
 }  // namespace
 
-TEST_CASE("a spun needle feels the friction of its shaft, and its tip lags; spun back, both turn round") {
+TEST_CASE("a spun needle feels the friction of its shaft, and its tip lags; spun back, both turn round" *
+          doctest::test_suite("gate")) {
   for (const double share : {1.0, 0.5}) {
     CAPTURE(share);
     Bench bench(spin_scene(share));
@@ -58,7 +59,7 @@ TEST_CASE("a spun needle feels the friction of its shaft, and its tip lags; spun
   }
 }
 
-TEST_CASE("held still after a spin, torque is kept up to the static friction") {
+TEST_CASE("held still after a spin, torque is kept up to the static friction" * doctest::test_suite("gate")) {
   Bench bench(spin_scene(1));
   bench.push(0, 0.005 + kDepth, 0.02);
   bench.spin(0, kTurn, kRate);
@@ -68,7 +69,7 @@ TEST_CASE("held still after a spin, torque is kept up to the static friction") {
   CHECK(torque(bench) > -expected_torque(bench, 1) * law.friction_static / law.friction_dynamic);
 }
 
-TEST_CASE("without torsional friction a needle spins freely") {
+TEST_CASE("without torsional friction a needle spins freely" * doctest::test_suite("gate")) {
   Bench bench(spin_scene(0));
   bench.push(0, 0.005 + kDepth, 0.02);
   bench.wait(0.3);

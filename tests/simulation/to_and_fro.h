@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/simulation/simulation.h"
+#include "tests/support/places.h"
 
 namespace acus::test {
 
@@ -59,7 +60,7 @@ inline void add_second_needle(Scene& scene) {
 }
 
 inline Scene load_watched(const WatchedScene& watched, const WatchedWay& way) {
-  Scene scene = read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/" + watched.name + ".yaml");
+  Scene scene = read_scene(source_path("scenes/") + watched.name + ".yaml");
   scene.tissue.rung = way.rung;
   scene.tissue.local_compliance = watched.give;
   scene.tissue.element = watched.element;

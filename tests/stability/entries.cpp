@@ -8,7 +8,7 @@
 
 namespace acus {
 
-TEST_CASE("no needle is a ghost, and where no edge is near it punctures at f_p") {
+TEST_CASE("no needle is a ghost, and where no edge is near it punctures at f_p" * doctest::test_suite("full")) {
   int flat = 0, at_force = 0;
   for (int number = 0; number < 24; ++number) {
     const Entry entry = random_entry(number, {});

@@ -7,6 +7,8 @@
 #include <set>
 #include <string>
 
+#include "tests/support/places.h"
+
 namespace acus {
 namespace {
 
@@ -42,7 +44,7 @@ TEST_CASE("every knob is turned, in the short form, too") {
 TEST_CASE("the settings leave scenes that can be used") {
   for (const StudiedScene& studied : studied_scenes(false))
     for (const Setting& setting : settings_of(studied)) {
-      Scene scene = read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/" + studied.name + ".yaml");
+      Scene scene = read_scene(source_path("scenes/") + studied.name + ".yaml");
       scene.rate = 1 / setting.h;
       setting.change(scene);
       CAPTURE(setting.value);

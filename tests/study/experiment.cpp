@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/places.h"
+
 namespace acus {
 namespace {
 
-const std::string kScenes = std::string(ACUS_SOURCE_DIR) + "/scenes";
+const std::string kScenes = source_path("scenes");
 
 double height(const client::Motion& motion, double time) { return motion.at(time).position[2]; }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "client/trajectory.h"
+#include "tests/support/places.h"
 
 namespace acus::test {
 
@@ -29,14 +30,11 @@ inline constexpr SceneWithTrajectory kScenes[] = {
     {"through", "through"},
 };
 
-inline std::string scene_file(const std::string& scene) {
-  return std::string(ACUS_SOURCE_DIR) + "/scenes/" + scene + ".yaml";
-}
+inline std::string scene_file(const std::string& scene) { return source_path("scenes/") + scene + ".yaml"; }
 
 // The motion of scenes/trajectories/, `speed_up` times as fast: all that happens in it, in fewer ticks.
 inline client::Trajectory fast_trajectory(const std::string& name, double speed_up) {
-  client::Trajectory trajectory =
-      client::read_trajectory(std::string(ACUS_SOURCE_DIR) + "/scenes/trajectories/" + name + ".csv");
+  client::Trajectory trajectory = client::read_trajectory(source_path("scenes/trajectories/") + name + ".csv");
   for (client::Motion& motion : trajectory.motions)
     for (client::Sample& sample : motion.samples) sample.time /= speed_up;
   return trajectory;

@@ -6,6 +6,8 @@
 #include <iostream>
 #include <string>
 
+#include "tests/support/places.h"
+
 namespace acus {
 
 // CTest tells a test as skipped that prints this, whatever it checks besides (tests/CMakeLists.txt): print it before
@@ -14,7 +16,7 @@ inline void print_skipped(const std::string& why) { std::cout << "SKIPPED: " << 
 
 // Path of a file of ../shared/data; empty where it is not, and the test is told as skipped.
 inline std::string shared_data(const std::string& name) {
-  const auto path = std::filesystem::path(ACUS_SOURCE_DIR) / ".." / "shared" / "data" / name;
+  const auto path = std::filesystem::path(source_path("../shared/data")) / name;
   if (std::filesystem::exists(path)) return std::filesystem::canonical(path).string();
   print_skipped("../shared/data/" + name + " is not beside the sources");
   return "";

@@ -65,11 +65,19 @@ constexpr std::size_t kAll = std::size(kScenes);
 
 }  // namespace
 
-TEST_CASE("a force jumps where something happens, and nowhere else: scenes, first third") { check_scenes(0, 5); }
-TEST_CASE("a force jumps where something happens, and nowhere else: scenes, second third") { check_scenes(5, 9); }
-TEST_CASE("a force jumps where something happens, and nowhere else: scenes, last third") { check_scenes(9, kAll); }
+TEST_CASE("a force jumps where something happens, and nowhere else: scenes, first third" *
+          doctest::test_suite("full")) {
+  check_scenes(0, 5);
+}
+TEST_CASE("a force jumps where something happens, and nowhere else: scenes, second third" *
+          doctest::test_suite("full")) {
+  check_scenes(5, 9);
+}
+TEST_CASE("a force jumps where something happens, and nowhere else: scenes, last third" * doctest::test_suite("full")) {
+  check_scenes(9, kAll);
+}
 
-TEST_CASE("bases that stop at any moment feel forces that settle without a jump") {
+TEST_CASE("bases that stop at any moment feel forces that settle without a jump" * doctest::test_suite("full")) {
   unsigned seed = 0;
   for (const SceneWithTrajectory& scene : kScenes) {
     CAPTURE(scene.scene);

@@ -61,7 +61,7 @@ TEST_CASE("viscous friction adds its share per length and speed") {
   CHECK(steady_error(scene) < 5e-3);
 }
 
-TEST_CASE("the force of a steady insertion does not depend on the time step") {
+TEST_CASE("the force of a steady insertion does not depend on the time step" * doctest::test_suite("full")) {
   for (const double rate : {1000.0, 500.0, 200.0}) {
     Scene scene = slow_scene();
     scene.rate = rate;
@@ -80,7 +80,7 @@ TEST_CASE("the force of a steady insertion does not depend on the solver's toler
   }
 }
 
-TEST_CASE("the force of a steady insertion does not depend on the constraint spacing") {
+TEST_CASE("the force of a steady insertion does not depend on the constraint spacing" * doctest::test_suite("full")) {
   for (const double spacing : {0.002, 0.004, 0.008}) {
     Scene scene = slow_scene();
     scene.needles[0].constraint_spacing = spacing;

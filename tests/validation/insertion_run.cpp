@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/support/places.h"
+
 namespace acus::test {
 
 InsertionRun::InsertionRun(const Scene& scene)
@@ -56,7 +58,7 @@ const Event* InsertionRun::find(EventKind kind) const {
   return nullptr;
 }
 
-Scene default_scene() { return read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/insertion_pullback.yaml"); }
+Scene default_scene() { return read_scene(source_path("scenes/insertion_pullback.yaml")); }
 
 Scene coarse_scene() {
   Scene scene = default_scene();

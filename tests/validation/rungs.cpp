@@ -73,7 +73,7 @@ Outcome insert(NeedleRung needle, TissueRung tissue) {
 
 }  // namespace
 
-TEST_CASE("rung warped follows rung exact, and rung refined ends where it does") {
+TEST_CASE("rung warped follows rung exact, and rung refined ends where it does" * doctest::test_suite("full")) {
   const Scene scene = strict_scene();
   InsertionRun exact(on_rung(scene, TissueRung::exact)), warped(on_rung(scene, TissueRung::warped)),
       refined(on_rung(scene, TissueRung::refined));
@@ -111,7 +111,7 @@ TEST_CASE("rung linear inserts a needle") {
   CHECK(linear.last.resistance == doctest::Approx(warped.last.resistance).epsilon(1.5e-3).scale(0));
 }
 
-TEST_CASE("a rigid needle goes with every rung of the tissue") {
+TEST_CASE("a rigid needle goes with every rung of the tissue" * doctest::test_suite("full")) {
   const double expected = insert(NeedleRung::rigid, TissueRung::warped).last.resistance;
   for (const TissueRung rung : {TissueRung::linear, TissueRung::refined, TissueRung::exact}) {
     CAPTURE(name_of(rung));

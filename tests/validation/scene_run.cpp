@@ -6,20 +6,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/runtime/convert.h"
 #include "server/models/surface.h"
+#include "server/runtime/convert.h"
 #include "server/tools/study/ghosts.h"
 #include "server/tools/study/parabola.h"
+#include "tests/support/places.h"
 
 namespace acus::test {
 
 namespace {
 
-std::string scene_file(const std::string& name) { return std::string(ACUS_SOURCE_DIR) + "/scenes/" + name + ".yaml"; }
+std::string scene_file(const std::string& name) { return source_path("scenes/") + name + ".yaml"; }
 
-std::string trajectory_file(const std::string& name) {
-  return std::string(ACUS_SOURCE_DIR) + "/scenes/trajectories/" + name + ".csv";
-}
+std::string trajectory_file(const std::string& name) { return source_path("scenes/trajectories/") + name + ".csv"; }
 
 bool finite(const NeedleReport& n) {
   const auto all = {n.base.position, n.tip_position,   n.tip_force,     n.base_force, n.base_torque,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "tests/support/places.h"
 #include "tests/support/shared_data.h"
 #include "tests/validation/scene_run.h"
 
@@ -149,7 +150,7 @@ Scene head_scene(const std::string& mesh, const Scene& electrode_scene) {
 TEST_CASE("deep_brain: the same electrode through the layers of a head") {
   const std::string mesh = shared_data("meshes/head_plug_5regions.msh");
   if (mesh.empty()) return;
-  const Scene scene = head_scene(mesh, read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/deep_brain.yaml"));
+  const Scene scene = head_scene(mesh, read_scene(source_path("scenes/deep_brain.yaml")));
   Simulation simulation(scene);
   const Vector3 axis = scene.needles[0].base.orientation * Vector3::UnitX();
   std::vector<Event> events;

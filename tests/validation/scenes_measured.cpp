@@ -135,7 +135,8 @@ double arc_offset(double refinement, double spacing) {
   return track.at(0.094) - track.at(0.01);
 }
 
-TEST_CASE("steering_arc: the path depends neither on the mesh nor on the spacing of constraint points") {
+TEST_CASE("steering_arc: the path depends neither on the mesh nor on the spacing of constraint points" *
+          doctest::test_suite("full")) {
   const double shipped = arc_offset(1, 4e-3), dense = arc_offset(1, 1e-3), wide = arc_offset(1, 8e-3);
   const double finer = arc_offset(2, 2e-3);  // of 6,825 nodes
   MESSAGE("offset at 94 mm: ", 1e3 * shipped, " mm; spacing 1 and 8 mm: ", 1e3 * dense, ", ", 1e3 * wide,
@@ -145,7 +146,8 @@ TEST_CASE("steering_arc: the path depends neither on the mesh nor on the spacing
 
 // A beam on a foundation bends within (4 EI/k)^¼ of its tip; a tip that moves at a fixed angle to its axis turns by about
 // that angle while it covers that length: R ~ (EI/k)^¼ / tan(angle).
-TEST_CASE("steering_arc: the radius grows with the fourth root of EI and with 1/tan of the bevel's angle") {
+TEST_CASE("steering_arc: the radius grows with the fourth root of EI and with 1/tan of the bevel's angle" *
+          doctest::test_suite("full")) {
   const double thin = foundation_radius(2.5e-4, 0.03), middle = foundation_radius(1e-3, 0.03),
                thick = foundation_radius(4e-3, 0.03);
   const double flat = foundation_radius(1e-3, 0.015), steep = foundation_radius(1e-3, 0.06);

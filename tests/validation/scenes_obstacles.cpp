@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "server/scene/scene_fields.h"
+#include "tests/support/places.h"
 #include "tests/validation/scene_run.h"
 
 namespace acus::test {
@@ -74,7 +75,7 @@ TEST_CASE("inclusion_supported: between supporting needles the soft needle enter
   SceneRun run("inclusion_supported");
   run.run();
   check_sound(run);
-  const Scene alone = read_scene(std::string(ACUS_SOURCE_DIR) + "/scenes/inclusion_soft_needle.yaml");
+  const Scene alone = read_scene(source_path("scenes/inclusion_soft_needle.yaml"));
   CHECK(same(run.scene().tissue, alone.tissue));
   CHECK(same(run.scene().needles[0], alone.needles[0]));
   CHECK(same(run.scene().guides, alone.guides));

@@ -69,7 +69,7 @@ TEST_CASE("steering: without the spin the path is a one-sided arc") {
   for (int i = 1; i < path.cols(); ++i) CHECK(path(1, i) > path(1, i - 1));
 }
 
-TEST_CASE("steering: a mirrored bevel mirrors the path") {
+TEST_CASE("steering: a mirrored bevel mirrors the path" * doctest::test_suite("full")) {
   // The mesh is its own image under an exchange of x and y, so bevels along (1, -1, 0) and (-1, 1, 0) are mirrored.
   const auto bevelled = [](double side) {
     return [side](Scene& scene, client::Trajectory& trajectory) {

@@ -112,7 +112,7 @@ bool soon(Condition condition) {
 
 }  // namespace
 
-TEST_CASE("an Inverse3 tells where it is, and how its grip is held") {
+TEST_CASE("an Inverse3 tells where it is, and how its grip is held" * doctest::test_suite("gate")) {
   Service service;
   Inverse3 device(service.address(), 1000);
   const DeviceProperties properties = device.open();
@@ -125,7 +125,7 @@ TEST_CASE("an Inverse3 tells where it is, and how its grip is held") {
   CHECK(reading.clutch);
 }
 
-TEST_CASE("an Inverse3 gets its force with every message, and none once it is closed") {
+TEST_CASE("an Inverse3 gets its force with every message, and none once it is closed" * doctest::test_suite("gate")) {
   Service service;
   Inverse3 device(service.address(), 1000);
   device.open();
@@ -137,7 +137,7 @@ TEST_CASE("an Inverse3 gets its force with every message, and none once it is cl
   device.close();
 }
 
-TEST_CASE("no service, a service without a device, an address of another form") {
+TEST_CASE("no service, a service without a device, an address of another form" * doctest::test_suite("gate")) {
   CHECK_THROWS_AS(Inverse3("http://localhost:10001", 1000), DeviceError);
   Inverse3 nobody("ws://127.0.0.1:9", 1000);
   CHECK_THROWS_AS(nobody.open(), DeviceError);
@@ -146,7 +146,7 @@ TEST_CASE("no service, a service without a device, an address of another form") 
   CHECK_THROWS_AS(device.open(), DeviceError);
 }
 
-TEST_CASE("a service that sends something else is an error, and does no harm") {
+TEST_CASE("a service that sends something else is an error, and does no harm" * doctest::test_suite("gate")) {
   for (const char* nonsense : {"[1, 2]", "no JSON", R"({"inverse3": [{"device_id": 7, "state": 3}]})"}) {
     Service service;
     Inverse3 device(service.address(), 1000);

@@ -57,7 +57,8 @@ class Daemon {
 
 }  // namespace
 
-TEST_CASE("a SpaceMouse that is pushed away from the hand pushes the needle in, any button is the clutch") {
+TEST_CASE("a SpaceMouse that is pushed away from the hand pushes the needle in, any button is the clutch" *
+          doctest::test_suite("gate")) {
   Daemon daemon;
   double now = 0;
   SpaceMouse mouse(250, [&] { return now; });
@@ -82,7 +83,7 @@ TEST_CASE("a SpaceMouse that is pushed away from the hand pushes the needle in, 
   mouse.close();
 }
 
-TEST_CASE("without spacenavd a SpaceMouse is an error") {
+TEST_CASE("without spacenavd a SpaceMouse is an error" * doctest::test_suite("gate")) {
   setenv("SPNAV_SOCKET", "/nowhere/spnav.sock", 1);
   SpaceMouse mouse(250, [] { return 0.0; });
   CHECK_THROWS_AS(mouse.open(), DeviceError);
