@@ -36,6 +36,10 @@ inline Vector3 rotation_log(const Quaternion& q) {
   return sign * factor * q.vec();
 }
 
+// The shortest rotation that turns the direction of `from` to that of `to`, both not zero; where they are opposite, about
+// some axis across them. Not inline: it takes seconds to compile.
+Quaternion rotation_between(const Vector3& from, const Vector3& to);
+
 // Two unit vectors that make a right-handed frame (n, a, b) with the unit vector n; they change continuously with n
 // but for a jump where n.z changes its sign (Duff et al. 2017, "Building an orthonormal basis, revisited").
 inline void perpendicular_basis(const Vector3& n, Vector3& a, Vector3& b) {

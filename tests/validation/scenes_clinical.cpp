@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "server/math/rotation.h"
 #include "tests/support/places.h"
 #include "tests/support/shared_data.h"
 #include "tests/validation/scene_run.h"
@@ -139,7 +140,7 @@ Scene head_scene(const std::string& mesh, const Scene& electrode_scene) {
   scene.tissue.fixed = {deep};
   scene.needles = electrode_scene.needles;
   scene.needles[0].base = {entry - (0.01 + scene.needles[0].length) * axis,
-                           Quaternion::FromTwoVectors(Vector3::UnitX(), axis)};
+                           rotation_between(Vector3::UnitX(), axis)};
   scene.needles[0].max_speed = 0.05;
   scene.guides = electrode_scene.guides;
   scene.guides[0].pose = {entry - 0.003 * axis, scene.needles[0].base.orientation};

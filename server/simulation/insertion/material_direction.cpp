@@ -58,7 +58,7 @@ Vector3 direction_at_rest(const TissueView& tissue, const MaterialPoint& place, 
   for (int i = 0; i < kRounds; ++i) {
     const Line sum = sum_of_lines(tissue, place, found);
     if (sum.at_rest.isZero() || sum.now.isZero()) return direction;
-    found = (Quaternion::FromTwoVectors(sum.now, sum.at_rest) * direction).normalized();
+    found = (rotation_between(sum.now, sum.at_rest) * direction).normalized();
   }
   return found;
 }

@@ -89,7 +89,7 @@ Needle make_needle(const Entry& entry) {
   needle.smoothing = 0;
   needle.max_speed = 1e6;
   needle.base = {entry.at - (needle.length + entry.gap) * entry.along,
-                 Quaternion::FromTwoVectors(Vector3::UnitX(), entry.along)};
+                 rotation_between(Vector3::UnitX(), entry.along)};
   return needle;
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "server/math/rotation.h"
 #include "server/scene/scene_fields.h"
 #include "server/simulation/simulation.h"
 #include "server/tools/study/csv.h"
@@ -77,7 +78,7 @@ Needle needle_above(double length, double diameter) {
   needle.constraint_spacing = 3e-3;
   needle.smoothing = 0;
   needle.base.position = {1.3e-3, 2.1e-3, kEdge / 2 + kClearance + length};
-  needle.base.orientation = Quaternion::FromTwoVectors(Vector3::UnitX(), -Vector3::UnitZ());
+  needle.base.orientation = rotation_between(Vector3::UnitX(), -Vector3::UnitZ());
   return needle;
 }
 

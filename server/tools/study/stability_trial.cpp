@@ -4,6 +4,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "server/math/rotation.h"
 #include "server/tools/study/stability_cases.h"
 #include "server/tools/study/stability_mesh.h"
 
@@ -15,7 +16,7 @@ constexpr double kJump = 1e-9;  // s, between two samples: a tick sees the one o
 
 Pose base_of(const Needle& needle, const Approach& approach, double gap) {
   const Vector3 along = approach.along.normalized();
-  const Quaternion turn = Quaternion::FromTwoVectors(Vector3::UnitX(), along);
+  const Quaternion turn = rotation_between(Vector3::UnitX(), along);
   return {approach.at - (needle.length + gap) * along, turn};
 }
 

@@ -12,7 +12,7 @@ constexpr int kPaths = 3;
 
 Pose base_of(const Vector3& tip, const Vector3& along, double spin) {
   Pose base;
-  base.orientation = rotation_exp(spin * along) * Quaternion::FromTwoVectors(Vector3::UnitX(), along);
+  base.orientation = rotation_exp(spin * along) * rotation_between(Vector3::UnitX(), along);
   base.position = tip - kLength * along;
   return base;
 }
