@@ -6,7 +6,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -22,13 +21,13 @@
 #include <utility>
 #include <vector>
 
+#include "client/command_line.h"
 #include "client/log_file.h"
 #include "client/replay.h"
 #include "client/run_summary.h"
 #include "client/same_file.h"
 #include "client/text_histogram.h"
 #include "client/timing_log.h"
-#include "protocol/endpoint_address.h"
 
 namespace {
 
@@ -50,11 +49,6 @@ constexpr const char* kFooter =
     "vanished, 4 states were lost, 5 the server speaks another protocol, 6 interrupted,\n"
     "7 a limit on the timing was exceeded. A recording of a server ends as acus-export does.";
 
-std::atomic<bool> interrupted = false;
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
-
-extern "C" void on_signal(int) { interrupted = true; }
-
 constexpr int kPriority = 40;  // of SCHED_FIFO, below acus-server's simulation thread
 
 // A motion is only as smooth as the poses are punctual. For this thread and all that it starts from then on, with what
@@ -67,7 +61,7 @@ bool raise_priority() {
 }
 
 struct Arguments {
-  std::string curve_server_key, curve_client_key;  // files
+  KeyFiles keys;
   std::string trajectory;
   std::string out;
   std::string shapes;
@@ -77,11 +71,6 @@ struct Arguments {
   double timeout_s = 10;
   ReplayOptions replay;
 };
-
-std::string check_endpoint(const std::string& endpoint) {
-  const std::string problem = acus::protocol::problem_with_endpoint(endpoint, acus::protocol::EndpointUse::connect);
-  return problem.empty() ? problem : "endpoint '" + endpoint + "': " + problem;
-}
 
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
@@ -96,13 +85,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--states", arguments.replay.states, "the server's endpoint for states")
       ->check(check_endpoint)
       ->capture_default_str();
-  CLI::Option* server_key = app.add_option("--curve-server-key", arguments.curve_server_key,
-                                           "file with the server's public key, for a server that asks for keys");
-  CLI::Option* client_key =
-      app.add_option("--curve-client-key", arguments.curve_client_key,
-                     "file with the key pair of this client, as acus-keygen writes it into NAME.key_secret");
-  server_key->needs(client_key);
-  client_key->needs(server_key);
+  declare_keys(app, arguments.keys);
   app.add_option("--out", arguments.out, "CSV to write, a row per force state; events go to NAME.events.csv beside it");
   app.add_option("--shapes", arguments.shapes,
                  "file to write with the shapes of needles and tissue, as protocol/README.md says; after --out RUN.csv "
@@ -267,20 +250,11 @@ void check_distinct(const Arguments& arguments) {
   }
 }
 
-// Throws KeyError.
-void read_keys(Arguments& arguments) {
-  using namespace acus::protocol;
-  if (arguments.curve_server_key.empty()) return;
-  arguments.replay.keys =
-      CurveKeys{read_public_key(arguments.curve_server_key).key, read_key_pair(arguments.curve_client_key)};
-}
-
 int replay_trajectory(Arguments& arguments) {
   check_distinct(arguments);
-  read_keys(arguments);
+  arguments.replay.keys = read_keys(arguments.keys);
   const auto trajectory = read_trajectory(arguments.trajectory);
-  std::signal(SIGINT, on_signal);  // from here on a signal ends the run, not the program
-  std::signal(SIGTERM, on_signal);
+  arguments.replay.interrupt = &catch_signals();  // from here on a signal ends the run, not the program
   std::optional<RunLog> log;
   if (!arguments.out.empty()) log.emplace(arguments.out, !arguments.replay.lockstep);
   std::optional<ShapeLog> shapes;
@@ -365,7 +339,6 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kDone : kBadInput;
   }
   arguments.replay.timeout = std::chrono::round<Timeout>(std::chrono::duration<double>(arguments.timeout_s));
-  arguments.replay.interrupt = &interrupted;
   try {
     if (is_recording(arguments.trajectory)) return run_again(app, arguments.trajectory);
     return replay_trajectory(arguments);

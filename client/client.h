@@ -129,8 +129,8 @@ class StateLink {
   StateLink(StateLink&&) noexcept;
   StateLink& operator=(StateLink&&) noexcept;
 
-  // force, needle, tissue, event or stats. Takes effect when the server has heard of it, which is after this returns:
-  // a `stats` message that arrives tells that every earlier subscription of this link is in effect.
+  // force, needle, tissue, event, stats or haptics. Takes effect when the server has heard of it, which is after this
+  // returns: a `stats` message that arrives tells that every earlier subscription of this link is in effect.
   void subscribe(const std::string& topic);
   void unsubscribe(const std::string& topic);
 

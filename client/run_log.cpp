@@ -22,6 +22,7 @@ constexpr std::array kUnits{
     std::pair{"depth"sv, "_m"sv},
     std::pair{"unheld"sv, "_m"sv},
     std::pair{"base_position"sv, "_m"sv},
+    std::pair{"commanded_position"sv, "_m"sv},
     std::pair{"tip_position"sv, "_m"sv},
     std::pair{"position"sv, "_m"sv},
     std::pair{"spin"sv, "_rad"sv},

@@ -48,7 +48,7 @@ class Watch:
 
     def refused(self):
         """Why the server that is there does not admit this client, None if none is or it does."""
-        return self._link.why_no_peer() if self._link.refused() else None
+        return self._link.why_no_peer() if not self._link.connected() and self._link.refused() else None
 
     def complete(self):
         """Whether there is a whole page to show: a force of every needle, unless none comes."""

@@ -11,7 +11,7 @@ set(acus_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/acus)
 install(TARGETS acus_protocol acus_client acus_haptics EXPORT acus_targets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 install(DIRECTORY protocol client DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/acus COMPONENT dev
-        FILES_MATCHING PATTERN "*.h" PATTERN "socket.h" EXCLUDE PATTERN "packer.h" EXCLUDE
+        FILES_MATCHING PATTERN "*.h" PATTERN "socket.h" EXCLUDE PATTERN "command_line.h" EXCLUDE PATTERN "packer.h" EXCLUDE
         PATTERN "client/haptics/devices" EXCLUDE PATTERN "client/haptics/program" EXCLUDE)
 install(EXPORT acus_targets NAMESPACE acus:: FILE acusTargets.cmake DESTINATION ${acus_package_dir} COMPONENT dev)
 
@@ -54,7 +54,7 @@ if(TARGET acus-bench)  # not where sanitizers are
 endif()
 
 # The documents stand to each other as in the sources, so that the links between them lead somewhere.
-install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT scenes)
+install(FILES README.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT scenes)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT licences)
 install(FILES client/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE.client-and-protocol COMPONENT licences)
 foreach(folder docs protocol scenes server tests/benchmarks tests/references)

@@ -123,7 +123,7 @@ constexpr const char* name_of(Enum value) {
 enum Flag : std::uint32_t {
   kLawsNotConverged = 1u << 0,     // the laws' residual is above the scene's tolerance
   kNewtonNotConverged = 1u << 1,   // the last change of tissue and needles is above the scene's tolerance
-  kTangentProjected = 1u << 2,     // an indefinite tangent was replaced by its positive part
+  kTangentProjected = 1u << 2,     // a needle is near buckling: a positive definite tangent stood in for its own
   kRowsDropped = 1u << 3,          // more constraint points than the capacity fixed at load
   kPathFull = 1u << 4,             // a path reached its capacity and stopped recording, or cannot go on behind air
   kNotFinite = 1u << 5,            // a number stopped being finite; the state was held at the last good tick

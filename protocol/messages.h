@@ -416,7 +416,9 @@ struct Force {
   double unheld = 0;              // m of needle that crosses tissue beside its path and feels nothing
   Vector3 base_position{};        // m, world
   Quaternion base_orientation;    // world from base, spin included
-  double spin = 0;                // rad
+  Vector3 commanded_position{};   // m, world: where the commands have the base; apart from it only if springs hold it
+  Quaternion commanded_orientation;  // likewise, spin left out
+  double spin = 0;                   // rad, included in base_orientation
   Vector3 tip_position{};         // m, world
   Vector3 tip_force{};            // N, world, by the tissue on the tip
   Vector3 base_force{};           // N, world, by the needle on its holder: what a hand feels
@@ -451,6 +453,8 @@ struct Force {
     visit("unheld", self.unheld);
     visit("base_position", self.base_position);
     visit("base_orientation", self.base_orientation);
+    visit("commanded_position", self.commanded_position);
+    visit("commanded_orientation", self.commanded_orientation);
     visit("spin", self.spin);
     visit("tip_position", self.tip_position);
     visit("tip_force", self.tip_force);
@@ -492,7 +496,11 @@ struct Haptics {
   double forward = 0;   // m, at most 1
   double backward = 0;  // m, at most 1
   ModelLimit forward_limit = ModelLimit::none, backward_limit = ModelLimit::none;
-  std::uint32_t flags = 0;  // bits of Flag
+  Vector3 lasting_force{};    // N, world, as `force`, the needle's inertia and damping left out
+  Vector3 lasting_torque{};   // N m, likewise
+  double forward_yield = 0;   // N, 0 to 1e6: most that the laws bear along the needle
+  double backward_yield = 0;  // N, likewise against a way back
+  std::uint32_t flags = 0;    // bits of Flag
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -514,6 +522,10 @@ struct Haptics {
     visit("backward", self.backward);
     visit("forward_limit", self.forward_limit);
     visit("backward_limit", self.backward_limit);
+    visit("lasting_force", self.lasting_force);
+    visit("lasting_torque", self.lasting_torque);
+    visit("forward_yield", self.forward_yield);
+    visit("backward_yield", self.backward_yield);
     visit("flags", self.flags);
   }
 };

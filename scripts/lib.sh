@@ -58,6 +58,7 @@ acus_bin=$acus_root/build/release/bin
 server=      # pid, empty while none runs
 server_log=  # where it writes
 replay=      # pid, empty while none runs
+beside=      # pid of what else runs beside them, empty while nothing does
 endpoints=() # of the server, as options of both programs
 sockets=     # folder for its sockets; empty: loopback ports
 
@@ -72,7 +73,7 @@ clean_up_at_exit() {
 
 clean_up() {
   local pid
-  for pid in $replay $server; do
+  for pid in $replay $beside $server; do
     kill "$pid" 2>/dev/null || continue
     wait "$pid" 2>/dev/null || true
   done

@@ -207,7 +207,6 @@ void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const Argumen
   if (admission.insecure) spdlog::warn("--insecure: whoever can connect is admitted, and nothing is encrypted");
   if (world->simulation.scene().publish.snapshot_every && arguments.endpoint.snapshot.empty())
     spdlog::warn("the scene asks for snapshots (publish.snapshot_every), but there is no --snapshot FILE for them");
-  raise_connection_limit();
   if (!options.lockstep) lock_memory();
   RealtimeLoop loop(std::move(world), options, link);
   {
@@ -255,6 +254,7 @@ int run(const Arguments& arguments) {
     return kEnded;
   }
   if (!arguments.loop.lockstep) raise_priority(RealtimeThread::sockets);  // before ZeroMQ starts its own thread
+  raise_connection_limit();  // before the endpoint looks how many there may be
   Link link;
   std::optional<Endpoint> endpoint;
   try {

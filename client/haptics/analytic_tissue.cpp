@@ -32,8 +32,8 @@ LocalModel AnalyticTissue::model() const {
   model.base.position[0] = x_;
   model.felt.force[0] = force_;
   const bool touches = punctured_ || x_ > p.surface;
-  if (!touches || yields_) return model;
-  model.stiffness(0, 0) = -p.stiffness;
+  if (!touches) return model;
+  if (!yields_) model.stiffness(0, 0) = -p.stiffness;
   const double ahead = punctured_ ? p.cutting + p.friction : p.puncture, back = punctured_ ? p.friction : 0;
   model.forward = std::clamp((ahead + force_) / p.stiffness, 0.0, 1.0);
   model.backward = std::clamp((back - force_) / p.stiffness, 0.0, 1.0);

@@ -3,9 +3,8 @@
 // surface until the puncture force, then a spring that yields at the force of cutting and friction.
 //
 //   before:  F = -k (x - surface) for x > surface; at F = -puncture it opens
-//   after:   F = -k e, |e| <= yield/k: the spring's deflection e follows x and yields ahead (cutting + friction) and
-//   back
-//            (friction alone)
+//   after:   F = -k e, |e| <= yield/k: the spring's deflection e follows x; it yields ahead at cutting + friction,
+//            back at friction alone
 //
 // The needle's base moves along the world's x axis, as its own +x.
 #pragma once

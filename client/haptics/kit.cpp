@@ -11,6 +11,8 @@ namespace acus::haptics {
 
 namespace {
 
+constexpr double kSettling = 2;  // ticks, tau
+
 void require_positive(double value, const char* field) {
   if (value > 0 && std::isfinite(value)) return;
   throw std::invalid_argument(std::string(field) + ": expected > 0, found " + std::to_string(value));
@@ -52,7 +54,9 @@ void Kit::begin(const Pose& device, const Pose& base) {
   registration_.bring_together(device, base);
   device_before_ = device;
   base_before_ = base;
-  response_ = LocalResponse();
+  response_ = previous_ = LocalResponse();
+  behind_ = {};
+  newly_taken_ = false;
   age_ = 1e9;
   epoch_ = tick_ = 0;
   moving_.forget();
@@ -60,9 +64,14 @@ void Kit::begin(const Pose& device, const Pose& base) {
 
 void Kit::take(const LocalModel& model) {
   if (model.epoch < epoch_ || (model.epoch == epoch_ && model.tick < tick_)) return;
-  if (model.epoch != epoch_) moving_.forget();
+  if (model.epoch != epoch_) {
+    moving_.forget();
+  } else if (model.tick > tick_ && tick_ > 0 && model.time > time_) {
+    tick_time_ = (model.time - time_) / static_cast<double>(model.tick - tick_);
+  }
   epoch_ = model.epoch;
   tick_ = model.tick;
+  time_ = model.time;
   model_stale_ = model.stale;
   age_ = 0;
   // Springs at the device, seen from the needle; an axis without force still needs one to lead the proxy.
@@ -71,22 +80,24 @@ void Kit::take(const LocalModel& model) {
   const double translation = spring(coupling_.translation, workspace.force_scale * workspace.scale);
   const double rotation = spring(coupling_.rotation, registration_.torque_scale());
   const LocalModel known = learnt(model);
+  if (!newly_taken_) previous_ = response_;
+  newly_taken_ = true;
   response_ = LocalResponse(known, translation, rotation, sticking_ > 0 ? sticking_ : translation, moving_.value());
   // The command in use may not have been reached yet.
   const std::uint64_t oldest = seq_ < kKept ? 1 : seq_ - kKept + 1;
   for (std::uint64_t seq = std::max(model.seq, oldest); seq <= seq_; ++seq) response_.pass(sent_[seq % kKept]);
 }
 
-// The model, without axial stiffness where the needle slides.
+// The model, without axial stiffness where the needle slides, and without any in free air, where all of it is inertia.
 LocalModel Kit::learnt(const LocalModel& model) {
   const Vector3 axis = model.base.orientation * Vector3{{1, 0, 0}};
-  double stiffness = 0;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) stiffness -= axis[i] * model.stiffness(i, j) * axis[j];
-  stiffness = std::max(stiffness, 0.0);
+  const double stiffness = model.axial_stiffness();
   moving_.add(model, stiffness, dot(axis, base_before_.position - model.base.position));
   LocalModel learnt = model;
-  if (model.forward_limit == Limit::none && model.backward_limit == Limit::none) return learnt;
+  if (model.is_free()) {
+    learnt.stiffness = {};
+    return learnt;
+  }
   if (!moving_.slides(stiffness)) {
     sticking_ = stiffness;
     return learnt;
@@ -94,6 +105,19 @@ LocalModel Kit::learnt(const LocalModel& model) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) learnt.stiffness(i, j) += stiffness * axis[i] * axis[j];
   return learnt;
+}
+
+// Where the needle is sent as the newest model wants it at `proxy`.
+Pose Kit::place_of(const Pose& target, const Pose& proxy, double sample_time) {
+  if (clutched_) {
+    behind_ = displacement(base_before_, proxy);
+    return base_before_;
+  }
+  if (newly_taken_) behind_ = displacement(displaced(previous_(target).proxy, -1 * behind_), proxy);
+  newly_taken_ = false;
+  const double share = std::min(1 - std::exp(-sample_time / (kSettling * tick_time_)), 0.5);
+  behind_ = (1 - share) * behind_;
+  return displaced(proxy, -1 * behind_);
 }
 
 void Kit::remember(const Pose& base) { sent_[++seq_ % kKept] = base_before_ = base; }
@@ -123,7 +147,7 @@ Kit::Answer Kit::step(const Sample& sample) {
   const double factor = ramp_.step(!apart && !stale() && !model_stale_, sample_time);
   const Pose target = apart ? base_before_ : registration_.base_of(sample.device);
   const LocalResponse::Answer answer = response_(target);
-  remember(apart ? base_before_ : answer.proxy);
+  remember(place_of(target, answer.proxy, sample_time));
 
   Answer result;
   result.base = base_before_;

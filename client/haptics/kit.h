@@ -11,6 +11,17 @@
 // A sample goes through: registration, the local model's answer through the virtual coupling, the ramp of what is stale
 // or parted, limits, the passivity controller. Only the last can make the device safe, so it comes last; all before it
 // make it feel right. docs/haptics.md says what each costs. Devices hold their own weight.
+//
+// The needle goes with the device at once, as the newest model says. What a new model changes about that, it changes
+// not at once: with p_new and p_old what both models answer to the same device, the needle is sent to
+//
+//   p = p_new - e,   e = p_new - (p_old - e_old) as a model comes,   then e <- (1 - s) e at every sample,
+//
+// s = 1 - exp(-T/tau), at most 1/2, with tau of two ticks of the server. For needle and tissue answer a place that they
+// are sent to with inertia and viscosity as well, which are gone a tick later: a needle that followed each model at
+// once would be thrown to and fro between two ticks, however still the device is held. For inertia alone, a mass m with
+// A = m/h² that is sent where Kc (x - p) + F = 0 has it, any delay is stable if s <= 1/2 per tick: the gain from one
+// message to the next is |2 - z^-1| s/|1 - (1 - s) z^-1|, which is then at most one.
 #pragma once
 
 #include <array>
@@ -66,18 +77,23 @@ class Kit {
   Wrench within_limits(Wrench wanted);
   bool parted(const Sample& sample);
   LocalModel learnt(const LocalModel& model);
+  Pose place_of(const Pose& target, const Pose& proxy, double sample_time);
   void remember(const Pose& base);
 
   DeviceProperties properties_;
   KitOptions options_;
   Coupling coupling_;
   Registration registration_;
-  LocalResponse response_;
+  LocalResponse response_, previous_;
   Passivity passivity_;
   MovingStiffness moving_;
   Ramp ramp_;
   Pose device_before_, base_before_;
-  Wrench before_;  // rendered
+  Vector6 behind_;            // e: what the needle is still behind response_, m and rad
+  bool newly_taken_ = false;  // a model came since the last sample, previous_ is the one before
+  double tick_time_ = 1e-3;   // s, of the server
+  double time_ = 0;           // s, of the newest model
+  Wrench before_;             // rendered
   std::uint64_t epoch_ = 0, tick_ = 0;
   double age_ = 1e9;     // s since the last model came
   double sticking_ = 0;  // N/m, axial stiffness of the last tick that had one

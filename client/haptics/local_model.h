@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a hand at the base of a needle feels around the base's place at one tick: the content of a message of the topic
-// `haptics`, whose fields protocol/README.md explains. World frame, SI units.
+// What a hand at the base of a needle feels around the base's place at one tick: what a message of the topic `haptics`
+// says (program/message.h), whose fields protocol/README.md explains. World frame, SI units.
 #pragma once
 
 #include <array>
@@ -24,14 +24,22 @@ struct LocalModel {
   bool stale = false;     // no command came for too long; force and torque are on their ramp
   Pose base;              // after the tick; spin not applied
   double spin = 0;        // rad
-  Wrench felt;            // N, N m about the base: what a hand at the base feels
+  Wrench felt;            // N, N m about the base: what a hand at the base feels of a needle that stands still
   // d(force, torque)/d(translation, rotation vector of the base): N/m, N/rad, N m/m, N m/rad. What resists has a
   // negative diagonal.
   Matrix6 stiffness;
-  // How far the base may go along its +x and -x until the first law changes its piece (m, 0 to 1). The force along x
+  // How far the base may go along its +x and -x until the needle as a whole gives way (m, 0 to 1). The force along x
   // does not grow beyond.
   double forward = 1, backward = 1;
   Limit forward_limit = Limit::none, backward_limit = Limit::none;
+
+  // Nothing touches the needle.
+  bool is_free() const { return forward_limit == Limit::none && backward_limit == Limit::none; }
+  // N/m, >= 0, against a way along the base's x.
+  double axial_stiffness() const;
+  // The limits, from what the laws bear against a way ahead and back (N, >= 0): what bears nothing on the way back is
+  // but touched, and what bears nothing either way is free.
+  void put_limits(double forward_yield, double backward_yield, bool cuts);
 };
 
 }  // namespace acus::haptics

@@ -62,7 +62,7 @@ LocalResponse::LocalResponse(const LocalModel& model, double translation, double
     for (int j = 0; j < 6; ++j) scaled(i, j) = -(stiffness(i, j) + stiffness(j, i)) / (2 * root[i] * root[j]);
   resisting_ = composed(spectrum(scaled), root);
   force_ = turned(base_from_world, joined(model.felt));
-  if (resisting_(0, 0) * kLongestSpring <= std::abs(force_[0]) && force_[0] != 0) {
+  if (!model.is_free() && resisting_(0, 0) * kLongestSpring <= std::abs(force_[0]) && force_[0] != 0) {
     let_stick(sticking);
     moving = 0;
   }
@@ -153,8 +153,9 @@ LocalResponse::Answer LocalResponse::operator()(const Pose& device) {
       wrench = felt({loading_, force_ - less}, delta, seen);
     }
   }
+  const Vector6 holding = model_.is_free() ? wrench : felt({resisting_, force_}, delta, seen);
   Vector6 gone;
-  for (int i = 0; i < 6; ++i) gone[i] = delta[i] + wrench[i] / coupling_[i];
+  for (int i = 0; i < 6; ++i) gone[i] = delta[i] + holding[i] / coupling_[i];
   yield(gone[0]);
   return {wrench_of(turned(world_from_base_, wrench)), displaced(model_.base, turned(world_from_base_, gone))};
 }

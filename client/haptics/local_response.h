@@ -20,9 +20,12 @@
 // tick's haste gives it. Where the force falls A is the tick's own, until nothing is felt any more: the force may fall
 // too soon, never too late.
 //
-// F is what the hand would feel of this needle at this coupling; p is where the needle's base is to go. An elastic
-// tissue is answered exactly, however old the message is: delay enters with what the tissue did since, and with A's
-// error.
+// F is what the hand would feel of this needle at this coupling. An elastic tissue is answered exactly, however old the
+// message is: delay enters with what the tissue did since, and with A's error.
+//
+// Where the needle's base is to go, p, is found with the tick's own A, nothing taken off, wherever a law holds it. The
+// next tick answers a place with all that a tick's haste gives; had p been found with less, it would go too far there
+// and back again, from message to message.
 #pragma once
 
 #include "client/haptics/local_model.h"
@@ -41,7 +44,7 @@ class LocalResponse {
 
   struct Answer {
     Wrench felt;  // N, N m, world, about the proxy
-    Pose proxy;   // world
+    Pose proxy;   // world, where the needle's base is to go
   };
   Answer operator()(const Pose& device);
 

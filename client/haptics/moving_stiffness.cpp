@@ -9,9 +9,11 @@ namespace acus::haptics {
 void MovingStiffness::add(const LocalModel& model, double stiffness, double ahead) {
   newest_ = (newest_ + 1) % kKept;
   count_ = std::min(count_ + 1, kKept);
-  const bool free = model.forward_limit == Limit::none && model.backward_limit == Limit::none;
+  const bool free = model.is_free();
   past_[static_cast<std::size_t>(newest_)] = {model.base.position, model.felt.force, stiffness, free};
-  if (free) value_ = free_ = stiffness;
+  free_ticks_ = free ? free_ticks_ + 1 : 0;
+  if (free) free_ = stiffness;
+  if (free && (value_ == 0 || free_ticks_ > kTicks)) value_ = stiffness;
   const bool touches = model.backward_limit == Limit::contact;
   if (!touches) softest_ = 0;
   const Vector3 axis = model.base.orientation * Vector3{{1, 0, 0}};

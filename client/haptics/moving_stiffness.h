@@ -11,7 +11,8 @@
 //                                                            command is ahead, or as the needle has been held
 //
 // and is taken off the tick's. A tick without any limit has no law that holds the needle: all of its stiffness is of
-// this kind. What is rigid from one tick to the next, as bone that the tip comes upon, stays rigid.
+// this kind. A tip that leaves a surface for a few ticks comes back to the same surface, and finds what it was known
+// for. What is rigid from one tick to the next, as bone that the tip comes upon, stays rigid.
 #pragma once
 
 #include <array>
@@ -33,7 +34,7 @@ class MovingStiffness {
   // The least stiffness that a way has met since the tip touches the surface, N/m; 0 if none yet, or once it is inside:
   // there a way slides as well. What would be deflected deeper than kDeepest is no spring.
   double softest() const { return softest_; }
-  void forget() { count_ = 0, value_ = free_ = softest_ = 0; }
+  void forget() { count_ = free_ticks_ = 0, value_ = free_ = softest_ = 0; }
 
   // A shorter way tells nothing (m), nor do fewer ticks where there are more.
   static constexpr double kShortest = 20e-6;
@@ -50,6 +51,7 @@ class MovingStiffness {
 
   std::array<Past, kKept> past_{};  // round
   int newest_ = 0, count_ = 0;
+  int free_ticks_ = 0;  // in a row
   double value_ = 0;
   double softest_ = 0;
   double free_ = 0;  // N/m, of the last tick without a law

@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "server/constraints/solver/constraint_solver.h"
-#include "server/models/needle.h"
+#include "server/models/needle_motion.h"
 #include "server/models/tissue_motion.h"
 
 namespace acus {

@@ -26,4 +26,12 @@ struct NeedleBody {
   Material material{200e9, 0.3, 7800, 0, 1e-3};
 };
 
+// What holds a needle's base to where it is told to be (held_base.h).
+struct BaseHold {
+  double stiffness = 1000;        // k (N/m), > 0
+  double damping = 5;             // c (N s/m), >= 0
+  double angular_stiffness = 10;  // k_r (N m/rad), > 0
+  double angular_damping = 0.05;  // c_r (N m s/rad), >= 0
+};
+
 }  // namespace acus

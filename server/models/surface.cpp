@@ -102,13 +102,20 @@ bool Surface::near(const Matrix3X& x, const Vector3& p, double margin) const {
   return box.contains(p, margin);
 }
 
+namespace {
+
+// Within 45 degrees.
+bool face_alike(const Vector3& a, const Vector3& b) { return a.dot(b) > std::numbers::sqrt2 / 2 * a.norm() * b.norm(); }
+
+}  // namespace
+
 // Mean normal of the triangles around a node that face within 45 degrees of `facing`: curved surfaces are smooth, and
 // the faces of a box flat up to its edges.
 Vector3 Surface::corner_normal(const Matrix3X& x, int node, const Vector3& facing) const {
   Vector3 sum = Vector3::Zero();
   for (int t : node_triangles_[node]) {
     const Vector3 n = Corners(triangles_[t], x).area_normal();
-    if (n.dot(facing) > std::numbers::sqrt2 / 2 * n.norm() * facing.norm()) sum += n;
+    if (face_alike(n, facing)) sum += n;
   }
   return sum.normalized();
 }
@@ -148,10 +155,13 @@ std::optional<SurfacePoint> Surface::entry(const Matrix3X& x, const Vector3& a, 
   return make_point(x, triangle, first.weights, a);
 }
 
-// Looks at a cluster's triangles for one closer than `nearest`, or as close and of a lower number.
-void Surface::look_for_closer(const Matrix3X& x, const Vector3& p, int cluster, Nearest& nearest) const {
+// Looks at those of a cluster's triangles that count for one closer than `nearest`, or as close and of a lower number.
+template <class Counts>
+void Surface::look_for_closer(const Matrix3X& x, const Vector3& p, int cluster, const Counts& counts,
+                              Nearest& nearest) const {
   for (const int t : clusters_.elements(cluster)) {
     const Corners c(triangles_[t], x);
+    if (!counts(c)) continue;
     const TrianglePoint found = closest_on_triangle(p, c.a, c.b, c.c);
     if (found.distance2 < nearest.point.distance2 ||
         (found.distance2 == nearest.point.distance2 && t < nearest.triangle))
@@ -159,7 +169,8 @@ void Surface::look_for_closer(const Matrix3X& x, const Vector3& p, int cluster, 
   }
 }
 
-SurfacePoint Surface::closest(const Matrix3X& x, const Vector3& p) const {
+template <class Counts>
+Surface::Nearest Surface::find_nearest(const Matrix3X& x, const Vector3& p, const Counts& counts) const {
   assert(!empty());
   Nearest nearest{0, {{1, 0, 0}, std::numeric_limits<double>::infinity()}};
   // Boxes of so many clusters at a time: first the nearest one's triangles, then those of boxes that are no farther.
@@ -170,10 +181,21 @@ SurfacePoint Surface::closest(const Matrix3X& x, const Vector3& p) const {
     for (int i = 0; i < count; ++i)
       least[i] = clusters_.count() > 1 ? least_distance2(clusters_.bounds(x, begin + i), p) : 0;
     const auto best = static_cast<int>(std::min_element(least.begin(), least.begin() + count) - least.begin());
-    if (!(least[best] > nearest.point.distance2)) look_for_closer(x, p, begin + best, nearest);
+    if (!(least[best] > nearest.point.distance2)) look_for_closer(x, p, begin + best, counts, nearest);
     for (int i = 0; i < count; ++i)
-      if (i != best && !(least[i] > nearest.point.distance2)) look_for_closer(x, p, begin + i, nearest);
+      if (i != best && !(least[i] > nearest.point.distance2)) look_for_closer(x, p, begin + i, counts, nearest);
   }
+  return nearest;
+}
+
+SurfacePoint Surface::closest(const Matrix3X& x, const Vector3& p) const {
+  const Nearest nearest = find_nearest(x, p, [](const Corners&) { return true; });
+  return make_point(x, nearest.triangle, nearest.point.weights, p);
+}
+
+SurfacePoint Surface::closest_facing(const Matrix3X& x, const Vector3& p, const Vector3& direction) const {
+  const Nearest nearest = find_nearest(x, p, [&](const Corners& c) { return face_alike(c.area_normal(), direction); });
+  if (std::isinf(nearest.point.distance2)) return closest(x, p);
   return make_point(x, nearest.triangle, nearest.point.weights, p);
 }
 

@@ -45,6 +45,9 @@ class Surface {
   // The closest point to p; the surface must not be empty. Of several triangles as close, that of the lowest number; a
   // corner of triangle 0 if no distance is a number.
   SurfacePoint closest(const Matrix3X& x, const Vector3& p) const;
+  // The same among the triangles that face within 45 degrees of a direction, or among all if none does. Past an edge of
+  // the body, the triangles of either face are as close, and rounding would choose.
+  SurfacePoint closest_facing(const Matrix3X& x, const Vector3& p, const Vector3& direction) const;
 
   // Outward, unit, at a point of the surface in the configuration x: as SurfacePoint::normal.
   Vector3 normal(const Matrix3X& x, const SurfacePoint& point) const;
@@ -63,7 +66,10 @@ class Surface {
 
   void index_nodes();
   void put_outermost_first();
-  void look_for_closer(const Matrix3X& x, const Vector3& p, int cluster, Nearest& nearest) const;
+  template <class Counts>
+  void look_for_closer(const Matrix3X& x, const Vector3& p, int cluster, const Counts& counts, Nearest& nearest) const;
+  template <class Counts>
+  Nearest find_nearest(const Matrix3X& x, const Vector3& p, const Counts& counts) const;
   SurfacePoint make_point(const Matrix3X& x, int triangle, const Eigen::Vector3d& weights, const Vector3& query) const;
   Vector3 corner_normal(const Matrix3X& x, int node, const Vector3& facing) const;
 

@@ -70,17 +70,7 @@ struct ForceRecord {
   NeedleReport report;
 };
 struct HapticRecord {
-  std::uint64_t epoch = 0, tick = 0;
-  double time = 0;  // s
-  CommandOrigin origin;
-  CommandWatch watch;
-  std::uint32_t flags = 0;
-  int needle = 0;
-  std::uint64_t seq = 0;             // of the command in use
-  Pose base;                         // spin included
-  double spin = 0;                   // rad
-  Vector3 force = Vector3::Zero();   // N
-  Vector3 torque = Vector3::Zero();  // N m
+  ForceRecord force;
   BaseStiffness stiffness;
 };
 // A command that asked for more than the scene allows.

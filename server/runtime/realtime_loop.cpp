@@ -1,41 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/runtime/realtime_loop.h"
 
-#include <time.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <utility>
 
+#include "server/runtime/clock.h"
 #include "server/runtime/convert.h"
 #include "server/runtime/deadline.h"
 
 namespace acus {
 namespace {
 
-constexpr std::int64_t kNanoseconds = 1'000'000'000;
 constexpr std::int64_t kRoomPoll = 50'000;  // ns between two looks for room, in lockstep
 constexpr int kIdleCheck = 100;             // ms between two looks at the stop flag without a request, in lockstep
 constexpr std::int64_t kNear = 50'000'000;  // ns to a deadline, for which nothing but the clock is looked at
 constexpr int kIdleSlice = 20;              // ms between two looks at the stop flag on the way to a far deadline
 constexpr std::uint32_t kGaveWay = kStepsCapped | kIterationsCapped | kPublishingReduced;
 constexpr TopicSet kShapes = bit(Topic::needle) | bit(Topic::tissue);
-
-std::int64_t now_on(clockid_t clock) {
-  timespec now;
-  clock_gettime(clock, &now);
-  return now.tv_sec * kNanoseconds + now.tv_nsec;
-}
-
-std::int64_t monotonic_now() { return now_on(CLOCK_MONOTONIC); }
-std::int64_t processor_now() { return now_on(CLOCK_THREAD_CPUTIME_ID); }  // of this thread alone
-
-void sleep_until(std::int64_t time) {
-  const timespec deadline{time / kNanoseconds, time % kNanoseconds};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
-  }
-}
 
 double seconds_between(std::int64_t from, std::int64_t to) { return static_cast<double>(to - from) / kNanoseconds; }
 
@@ -344,13 +326,24 @@ std::uint32_t RealtimeLoop::flags(const TickReport& report, TopicSet wanted) con
   return reduced ? report.flags | kPublishingReduced : report.flags;
 }
 
+ForceRecord RealtimeLoop::force_record(std::size_t needle, TopicSet wanted) const {
+  const TickReport& report = world_->simulation.report();
+  return {epoch_,
+          report.tick,
+          report.time,
+          origins_[needle],
+          watches_[needle],
+          flags(report, wanted),
+          report.solver,
+          static_cast<int>(needle),
+          report.needles[needle]};
+}
+
 void RealtimeLoop::publish_forces(const TickReport& report, TopicSet wanted) {
   for (std::size_t i = 0; i < report.needles.size(); ++i) {
     Record* record = room_in(link_.records);
     if (!record) continue;
-    const NeedleReport& needle = report.needles[i];
-    *record = ForceRecord{epoch_,       report.tick,           report.time,   origins_[i],
-                          watches_[i], flags(report, wanted), report.solver, static_cast<int>(i), needle};
+    *record = force_record(i, wanted);
     link_.records.commit();
   }
 }
@@ -360,20 +353,7 @@ void RealtimeLoop::publish_haptics(const TickReport& report, TopicSet wanted) {
   for (std::size_t i = 0; i < report.needles.size(); ++i) {
     Record* record = room_in(link_.records);
     if (!record) continue;
-    const NeedleReport& n = report.needles[i];
-    *record = HapticRecord{epoch_,
-                           report.tick,
-                           report.time,
-                           origins_[i],
-                           watches_[i],
-                           flags(report, wanted),
-                           static_cast<int>(i),
-                           n.command_seq,
-                           n.base,
-                           n.spin,
-                           n.base_force,
-                           n.base_torque,
-                           stiffnesses[i]};
+    *record = HapticRecord{force_record(i, wanted), stiffnesses[i]};
     link_.records.commit();
   }
   link_.to_sockets.signal();

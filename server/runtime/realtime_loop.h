@@ -64,6 +64,7 @@ class RealtimeLoop {
   bool allow(int body, Command& command);
   void keep_time(const TickTiming& timing, std::int64_t now);
   void publish();
+  ForceRecord force_record(std::size_t needle, TopicSet wanted) const;
   void publish_forces(const TickReport& report, TopicSet wanted);
   void publish_haptics(const TickReport& report, TopicSet wanted);
   void publish_events(const TickReport& report);

@@ -32,9 +32,10 @@ Recorder::Recorder(const std::string& path, const std::string& server)
   thread_ = std::thread([this] { run(); });
 }
 
-Recorder::~Recorder() {
+bool Recorder::finish() {
   stop_.store(true, std::memory_order_release);
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
+  return whole_;
 }
 
 void Recorder::run() {
@@ -108,7 +109,8 @@ void Recorder::end(const std::string& why) {
   flush();
   if (!recording()) return;
   recording_.store(false, std::memory_order_relaxed);
-  if (why.empty()) {
+  whole_ = why.empty();
+  if (whole_) {
     spdlog::info("recorded into {}, {} bytes, up to tick {}", path_, writer_.bytes(), last_tick_);
   } else {
     spdlog::error("{}: {}; the recording ends at tick {}, and the simulation goes on", path_, why, last_tick_);

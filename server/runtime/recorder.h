@@ -34,8 +34,7 @@ class Recorder {
  public:
   // Creates the file, which must not be there, and starts the thread. Throws RecordingError.
   Recorder(const std::string& path, const std::string& server);
-  // Writes what is in the queue and ends the file. The simulation thread must not use it any more.
-  ~Recorder();
+  ~Recorder() { finish(); }
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
@@ -47,6 +46,10 @@ class Recorder {
 
   // Whether it goes on; if not, the file ends before what comes.
   bool recording() const { return recording_.load(std::memory_order_relaxed); }
+
+  // Writes what is in the queue and ends the file; whether all of it was written. The simulation thread must not use it
+  // any more.
+  bool finish();
 
  private:
   void run();
@@ -66,6 +69,7 @@ class Recorder {
   std::shared_ptr<const recorded::World> world_;  // that was written last
   std::unique_ptr<StateBox> box_;
   std::uint64_t last_tick_ = 0;
+  bool whole_ = false;  // the file holds all, and has ended
   std::chrono::steady_clock::time_point flushed_;
   std::thread thread_;
 };

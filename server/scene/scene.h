@@ -164,6 +164,7 @@ struct Needle : NeedleBody {
   double max_spin_speed = 320;       // rad/s, > 0, of the spin about the needle's axis
   std::optional<double> smoothing;  // s, >= 0: time constant with which the base follows its commands; none: evenly, in
                                     // the time between two of them
+  std::optional<BaseHold> hold;     // none: the base is where it is told
 };
 
 // A hole through which a needle slides without turning it: a template, or the collar of a robot. Takes commands by its

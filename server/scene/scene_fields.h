@@ -223,6 +223,19 @@ struct NamesOf<NeedleRung> {
 };
 
 template <>
+struct FieldsOf<BaseHold> {
+  static constexpr const char* title = "hold";
+  static constexpr std::tuple list{
+      Field{"stiffness", &BaseHold::stiffness, "N/m", between(1e-3, 1e9), "k, of the spring against displacement"},
+      Field{"damping", &BaseHold::damping, "N s/m", between(0, 1e9), "c, of the damper beside it"},
+      Field{"angular_stiffness", &BaseHold::angular_stiffness, "N m/rad", between(1e-6, 1e9),
+            "k_r, of the spring against turns, spin included; the base lags by less than half a turn"},
+      Field{"angular_damping", &BaseHold::angular_damping, "N m s/rad", between(0, 1e9),
+            "c_r, of the damper beside it"},
+  };
+};
+
+template <>
 struct FieldsOf<Needle> {
   static constexpr const char* title = "needle";
   static constexpr std::tuple list{
@@ -241,10 +254,11 @@ struct FieldsOf<Needle> {
       Field{"cutting_direction", &Needle::cutting_direction, "-", kDirection,
             "[x, y, z] in the tip's frame, along which the tip cuts when it is pushed: [1, 0, 0] for a symmetric tip, "
             "[1, 0.1, 0] for a bevel that steers towards +y; any length, x > 0"},
-      Field{"tip", &Needle::tip, "",  any(),
-            "blunt (slides on surfaces as friction lets it) or sharp: bevel (its face 11 degrees off the axis), pencil (15) "
-            "or trocar (20), which bite where they are pushed more steeply than that"},
-      Field{"tip_angle", &Needle::tip_angle, "rad", between(0.01, 1.5), "of a sharp tip's face, instead of its shape's"},
+      Field{"tip", &Needle::tip, "", any(),
+            "blunt (slides on surfaces as friction lets it) or sharp: bevel (its face 11 degrees off the axis), pencil "
+            "(15) or trocar (20), which bite where they are pushed more steeply than that"},
+      Field{"tip_angle", &Needle::tip_angle, "rad", between(0.01, 1.5),
+            "of a sharp tip's face, instead of its shape's"},
       Field{"torsional_friction", &Needle::torsional_friction, "-", kFrictionCoefficient,
             "share of the shaft's friction that resists spin; 0 leaves it out"},
       Field{"material", &Needle::material, "", any(), "how it bends; the default is steel"},
@@ -258,6 +272,10 @@ struct FieldsOf<Needle> {
       Field{"smoothing", &Needle::smoothing, "s", kSmoothing,
             "time constant with which the base follows its commands, 0: at once; left out: evenly from one command to "
             "the next, in the time between two of them"},
+      Field{
+          "hold", &Needle::hold, "", any(),
+          "spring and damper that hold the base to where it is told, as a robot's flange or a hand does; left out: the "
+          "base is there"},
   };
 };
 

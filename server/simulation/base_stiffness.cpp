@@ -181,7 +181,25 @@ BaseStiffness BaseStiffnessSolver::compute(const Scratch& scratch, int needle) {
   for (Eigen::Index i = 0; i < n; ++i) result.stiffness += shifts_.row(i).transpose() * forces_.row(i);
   result.stiffness.bottomRightCorner<3, 3>() += skew(motion.base_reaction().tail<3>()) / 2;
   look_for_limits(rows, motion.shape().frames[0].col(0), result);
+  result.lasting = motion.lasting_wrench();
+  sum_up_yields(rows, needle, result);
   return result;
+}
+
+void BaseStiffnessSolver::sum_up_yields(const Rows& rows, int needle, BaseStiffness& result) {
+  for (int i = 0; i < rows.count(); ++i) {
+    if (rows.row(i).needle != needle) continue;
+    const RowRole role = rows.row(i).role;
+    const double limit = rows.law(i).limit;
+    if (role == RowRole::friction || role == RowRole::guide_friction) {
+      result.forward_yield += limit;
+      result.backward_yield += limit;
+    } else if ((role == RowRole::contact || role == RowRole::cutting) && rows.lambda()[i] > 0) {
+      result.forward_yield += limit;
+    }
+  }
+  result.forward_yield = std::min(result.forward_yield, kMostYield);
+  result.backward_yield = std::min(result.backward_yield, kMostYield);
 }
 
 void BaseStiffnessSolver::look_for_limits(const Rows& rows, const Vector3& axis, BaseStiffness& result) {

@@ -24,8 +24,14 @@
 // length, 13 N/m beside 140 N/m of inertia in tests/simulation/test_base_stiffness.cpp. Else differences of whole ticks
 // agree within 2 %, those of free needles and of tips in contact within 1e-3 but for turns.
 //
+// A wrench beside it leaves out what the needle's own inertia and damping put in: that of the laws' forces and the
+// weight about the base, sum of Hᵀ lambda and m g. It is what lasts once the needle stands still, but for the tissue,
+// which still creeps.
+//
 // The model holds until a law leaves its piece. For a motion along the base's +x axis that is where a line meets the
-// end of its piece; `forward` and `backward` are the nearest of them.
+// end of its piece; `forward` and `backward` are the nearest of them. Other points hold on beyond. The most
+// that all of them bear together against a way ahead, and against a way back, are the sums of the laws' limits along
+// the needle: friction either way, contact and cutting of a tip that presses against the way ahead.
 #pragma once
 
 #include <cstdint>
@@ -39,12 +45,15 @@ namespace acus {
 
 using protocol::ModelLimit;
 
-inline constexpr double kFarthest = 1;  // m, of a limit; beyond it there is none
+inline constexpr double kFarthest = 1;     // m, of a limit; beyond it there is none
+inline constexpr double kMostYield = 1e6;  // N, likewise: what never opens
 
 struct BaseStiffness {
   Matrix6 stiffness = Matrix6::Zero();               // K: N/m, N/rad, N m/m, N m/rad
   double forward = kFarthest, backward = kFarthest;  // m, in [0, kFarthest]
   ModelLimit forward_limit = ModelLimit::none, backward_limit = ModelLimit::none;
+  Vector6 lasting = Vector6::Zero();             // N, N m, world, by the needle on its holder
+  double forward_yield = 0, backward_yield = 0;  // N, in [0, kMostYield]
 };
 
 class BaseStiffnessSolver {
@@ -83,6 +92,7 @@ class BaseStiffnessSolver {
   void solve(Eigen::Ref<VectorX> x, Eigen::Index slides) const;
   void answer(const Eigen::Ref<const VectorX>& shift, Eigen::Ref<VectorX> forces);
   void put_shifts(const Scratch& scratch, int needle);
+  static void sum_up_yields(const Rows& rows, int needle, BaseStiffness& result);
   void look_for_limits(const Rows& rows, const Vector3& axis, BaseStiffness& result);
 
   std::vector<Unknown> unknowns_;

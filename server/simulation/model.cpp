@@ -55,7 +55,7 @@ TissueMatrix matrix_of(TissueRung rung) {
 std::vector<NeedleModel> needles_of(const Scene& scene) {
   std::vector<NeedleModel> models;
   for (const Needle& needle : scene.needles)
-    models.push_back(make_needle_model(needle, scene.gravity, needle.rung == NeedleRung::rigid));
+    models.push_back(make_needle_model(needle, scene.gravity, needle.rung == NeedleRung::rigid, needle.hold));
   return models;
 }
 

@@ -142,6 +142,18 @@ std::string needles(const Scene& scene) {
   return table.text();
 }
 
+std::string holds(const Scene& scene) {
+  if (std::ranges::none_of(scene.needles, [](const Needle& needle) { return needle.hold.has_value(); })) return "";
+  TextTable table;
+  table.add({"bases held", "k (N/m)", "c (N s/m)", "k_r (N m/rad)", "c_r (N m s/rad)"});
+  for (const Needle& needle : scene.needles) {
+    if (!needle.hold) continue;
+    table.add({"  " + needle.name, number(needle.hold->stiffness), number(needle.hold->damping),
+               number(needle.hold->angular_stiffness), number(needle.hold->angular_damping)});
+  }
+  return table.text();
+}
+
 std::string guides(const Scene& scene) {
   if (scene.guides.empty()) return "";
   TextTable table;
@@ -355,6 +367,7 @@ std::string summarise(const Simulation& simulation) {
                             tissue ? laws(scene) : "",
                             tissue ? borders(simulation) : "",
                             needles(scene),
+                            holds(scene),
                             guides(scene),
                             warned,
                             expenses(simulation),

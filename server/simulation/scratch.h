@@ -8,14 +8,14 @@
 #include <optional>
 #include <vector>
 
-#include "server/models/needle.h"
+#include "server/constraints/rows.h"
+#include "server/models/needle_motion.h"
 #include "server/models/tissue_motion.h"
 #include "server/simulation/guides.h"
-#include "server/simulation/insertion/insertion.h"
 #include "server/simulation/insertion/forces.h"
+#include "server/simulation/insertion/insertion.h"
 #include "server/simulation/model.h"
 #include "server/simulation/report.h"
-#include "server/constraints/rows.h"
 #include "server/simulation/state.h"
 
 namespace acus {
@@ -27,7 +27,7 @@ using Commands = std::vector<std::optional<Command>>;
 struct Outcome {
   int iterations = 0;              // made
   int limit = 0;                   // of iterations or repeats in this tick
-  bool tangents_exact = true;      // none was replaced by its positive part
+  bool tangents_exact = true;      // of all needles: none was near buckling
   bool rows_fit = true;            // none was left out
   SolverResult laws;               // of the last iteration
   double change = 0;               // m, largest of a position in the last iteration

@@ -10,21 +10,21 @@ namespace acus {
 
 namespace {
 
-constexpr const char* kEvents = "inproc://connections";
 constexpr int kEventsHeard = ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL;
 constexpr double kLogLinesPerSecond = 1;
 
 }  // namespace
 
-ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& socket)
+ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& socket, const std::string& name)
     : events_(context, zmq::socket_type::pair), log_limit_(kLogLinesPerSecond) {
-  if (zmq_socket_monitor(socket.handle(), kEvents, kEventsHeard) != 0) throw zmq::error_t();
+  const std::string endpoint = "inproc://connections/" + name;
+  if (zmq_socket_monitor(socket.handle(), endpoint.c_str(), kEventsHeard) != 0) throw zmq::error_t();
   events_.set(zmq::sockopt::rcvhwm, 0);  // at a limit ZeroMQ's own thread would wait for this one
-  events_.connect(kEvents);
+  events_.connect(endpoint);
 }
 
 // Two frames: the number of the event (16 bits) and its value (32 bits), then the endpoint.
-std::optional<int> ConnectionMonitor::next_ended() {
+std::optional<ConnectionChange> ConnectionMonitor::next_change() {
   zmq::message_t event, endpoint;
   while (events_.recv(event, zmq::recv_flags::dontwait)) {
     [[maybe_unused]] const auto received = events_.recv(endpoint, zmq::recv_flags::none);
@@ -34,9 +34,10 @@ std::optional<int> ConnectionMonitor::next_ended() {
     std::memcpy(&value, event.data<char>() + sizeof number, sizeof value);
     if (number == ZMQ_EVENT_ACCEPTED) {
       open_.insert(value);
+      return ConnectionChange{value, true};
     } else if (number == ZMQ_EVENT_DISCONNECTED) {
       open_.erase(value);
-      return value;
+      return ConnectionChange{value, false};
     } else {
       log_failure(value);
     }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which connections of a socket are open, and which have ended, by the file descriptor that connection_of() gives for a
+// Which connections of a socket begin, are open, and end, by the file descriptor that connection_of() gives for a
 // message. A message may be read after its connection has ended.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <unordered_set>
 #include <zmq.hpp>
 
@@ -12,13 +13,19 @@
 
 namespace acus {
 
+struct ConnectionChange {
+  int connection = -1;
+  bool begun = false;  // or else ended
+};
+
 class ConnectionMonitor {
  public:
-  ConnectionMonitor(zmq::context_t& context, zmq::socket_t& socket);
+  // `name` tells it from the other monitors of the context.
+  ConnectionMonitor(zmq::context_t& context, zmq::socket_t& socket, const std::string& name);
 
   zmq::socket_t& socket() { return events_; }  // readable when a connection has begun or ended
-  std::optional<int> next_ended();             // does not wait
-  bool is_open(int connection) const { return open_.contains(connection); }  // as of when next_ended() gave none
+  std::optional<ConnectionChange> next_change();                             // does not wait
+  bool is_open(int connection) const { return open_.contains(connection); }  // as of the last change
 
  private:
   void log_failure(std::int32_t reason);
@@ -29,7 +36,7 @@ class ConnectionMonitor {
 };
 
 // Which connection a message came through, by a frame that its client sent: the routing frame does not always tell.
-// Descriptors are used again, after next_ended() has told of their end.
+// Descriptors are used again, after next_change() has told of their end.
 int connection_of(zmq::message_t& message);
 
 }  // namespace acus

@@ -32,6 +32,7 @@ constexpr int kMaxUnread = 16;                     // messages of one client tha
 constexpr int kHeartbeat = 1000, kHeartbeatTimeout = 5000, kKeepaliveIdle = 2, kKeepaliveCount = 3;
 constexpr auto kStatsPeriod = milliseconds(1000);
 constexpr auto kFirstStatsPeriod = milliseconds(20);  // where nobody listened to stats before
+constexpr auto kEndingPoll = milliseconds(5);         // between two looks whether a recording's file is closed
 constexpr auto kBlockedPoll = milliseconds(1);  // between two tries to send a state that is held back
 
 // Whether it takes this thread, or the simulation's, more than some microseconds.
@@ -77,7 +78,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       commands_(context_, zmq::socket_type::router),
       inbox_(commands_),
       answers_(commands_),
-      connections_(context_, commands_),
+      connections_(context_, commands_, "commands"),
       publisher_(context_, options.states, options.admission, options.lockstep),
       loader_(link.to_sockets, options.rate, SceneFolders(options.folders)),
       recordings_(options.recordings, ACUS_VERSION),
@@ -103,16 +104,14 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
     commands_.set(zmq::sockopt::heartbeat_timeout, kHeartbeatTimeout);
   }
   listen(commands_, "--commands", options.commands, options.admission);
+  guard_.emplace(context_, publisher_.socket());
   if (!options.record.empty()) record_from_the_start();
 }
 
 // The simulation thread finds the request before its first tick.
 void Endpoint::record_from_the_start() {
   recordings_.begin(options_.record);
-  Request& request = *link_.requests.writable();
-  ask_to_record(request);
-  request.id = ++last_request_;
-  link_.requests.commit();
+  post(Request::Kind::record, [this](Request& request) { ask_to_record(request); });
 }
 
 std::string Endpoint::standing() const {
@@ -131,6 +130,7 @@ void Endpoint::run(int signals, const std::function<void()>& each_turn) {
     link_.wanted.store(wanted_, std::memory_order_relaxed);
     receive_messages();
     finish_loading();
+    finish_recording();
     all_sent_ = pass_on_records();
     ask_for_due_snapshot();
     publish_stats();
@@ -152,7 +152,8 @@ bool Endpoint::listening() const { return !options_.lockstep || (waiting_.empty(
 bool Endpoint::wait_for_work(int signals) {
   const auto until_stats = std::chrono::ceil<milliseconds>(stats_begun_ + stats_period_ - Clock::now());
   const bool at_work = !all_sent_ || (listening() && inbox_.has_waiting());
-  const auto idle = at_work ? milliseconds(0) : std::max(milliseconds(0), until_stats);
+  const auto longest = recordings_.is_ending() ? std::min(kEndingPoll, until_stats) : until_stats;
+  const auto idle = at_work ? milliseconds(0) : std::max(milliseconds(0), longest);
   void* zap = zap_ ? zap_->socket().handle() : nullptr;  // without it the item is a file of number -1, which never is
   std::array<zmq::pollitem_t, 6> items{{{nullptr, signals, ZMQ_POLLIN, 0},
                                         {nullptr, link_.to_sockets.file(), ZMQ_POLLIN, 0},
@@ -168,7 +169,7 @@ bool Endpoint::wait_for_work(int signals) {
 // ---- Messages ----
 
 void Endpoint::receive_messages() {
-  forget_lost_clients();
+  notice_connections();
   std::size_t bytes = 0;
   for (int i = 0; i < kMessagesPerTurn && bytes < kBytesPerTurn; ++i) {
     std::optional<Arrived> message = next_message();
@@ -185,7 +186,9 @@ void Endpoint::receive_messages() {
 std::optional<Arrived> Endpoint::next_message() {
   if (listening() && inbox_.has_waiting()) return inbox_.take_waiting();
   if (!listening() && inbox_.full()) return std::nullopt;
-  return inbox_.receive();
+  std::optional<Arrived> message = inbox_.receive();
+  if (message) guard_->took(*message);
+  return message;
 }
 
 // Whether it may be answered before its turn: a question that has the same answer anyway, of a client that nothing else
@@ -204,14 +207,19 @@ bool Endpoint::may_overtake(const Arrived& message) const {
   }
 }
 
-// Before the messages of those that came after them, which may have their connections' numbers.
-void Endpoint::forget_lost_clients() {
-  while (const auto connection = connections_.next_ended()) {
-    for (const auto& [id, sender] : waiting_)
-      if (sender.connection == *connection) link_.abandoned.store(id, std::memory_order_relaxed);
-    inbox_.forget_connection(*connection);
-    forget_client(*connection);
+// Lost ones before the messages of those that came after them, which may have their connections' numbers.
+void Endpoint::notice_connections() {
+  while (const auto change = connections_.next_change()) {
+    guard_->note(*change);
+    if (!change->begun) forget_connection(change->connection);
   }
+}
+
+void Endpoint::forget_connection(int connection) {
+  for (const auto& [id, sender] : waiting_)
+    if (sender.connection == connection) link_.abandoned.store(id, std::memory_order_relaxed);
+  inbox_.forget_connection(connection);
+  forget_client(connection);
 }
 
 void Endpoint::forget_client(int connection) {
@@ -306,7 +314,7 @@ void Endpoint::answer_holding(const Sender& sender, std::uint64_t seq) {
 void Endpoint::handle(const Sender& sender, const protocol::Acquire& request) {
   const auto bodies = find_bodies(sender, request);
   if (!bodies) return;
-  forget_lost_clients();
+  notice_connections();
   if (!connections_.is_open(sender.connection)) return;  // its last words; nobody would ever release what it holds
   for (const int body : *bodies) {
     if (holders_.free_for(sender.identity, body)) continue;
@@ -412,7 +420,7 @@ void Endpoint::handle(const Sender& sender, const protocol::Step& request) {
     return answers_.reject(sender, request, ErrorCode::wrong_mode,
                            "'step' needs a server that was started with --lockstep");
   }
-  forget_lost_clients();
+  notice_connections();
   if (!connections_.is_open(sender.connection)) return;  // its client is gone, and with it whoever wanted the ticks
   if (!may_change_world(sender, request)) return;
   ask(sender, request, Request::Kind::step, [&](Request& step) { step.ticks = request.ticks; });
@@ -428,9 +436,7 @@ template <class Message>
 void Endpoint::ask_for_state(const Sender& sender, const Message& message, Request::Kind kind) {
   if (copying_)
     return answers_.reject(sender, message, ErrorCode::busy, "another state is being copied; try again later");
-  copying_ = ask(sender, message, kind, [this](Request& request) {
-    request.state = std::make_unique<State>(make_state(commanded_->simulation.model()));
-  });
+  copying_ = ask(sender, message, kind, [this](Request& request) { request.state = room_for_state(); });
 }
 
 // For a scene that wants one every so many seconds. After a reset, or another scene, they count anew.
@@ -441,15 +447,12 @@ void Endpoint::ask_for_due_snapshot() {
   const double now = static_cast<double>(link_.tick.load(std::memory_order_relaxed)) / scene.rate;
   if (now < last_snapshot_) last_snapshot_ = 0;
   if (now - last_snapshot_ < *scene.publish.snapshot_every) return;
-  Request* request = link_.requests.writable();
-  if (!request) return;
-  request->kind = Request::Kind::snapshot;
-  request->id = ++last_request_;
-  request->state = std::make_unique<State>(make_state(commanded_->simulation.model()));
-  link_.requests.commit();
-  link_.to_simulation.signal();
-  due_snapshot_ = request->id;
-  last_snapshot_ = now;
+  due_snapshot_ = post(Request::Kind::snapshot, [this](Request& request) { request.state = room_for_state(); });
+  if (due_snapshot_) last_snapshot_ = now;
+}
+
+std::unique_ptr<State> Endpoint::room_for_state() const {
+  return std::make_unique<State>(make_state(commanded_->simulation.model()));
 }
 
 template <class Message>
@@ -470,21 +473,29 @@ void Endpoint::reject_for_want_of_room(const Sender& sender, const Message& mess
 
 template <class Message, class Prepare>
 bool Endpoint::ask(const Sender& sender, const Message& message, Request::Kind kind, Prepare&& prepare) {
-  Request* request = link_.requests.writable();
-  if (!request) {
+  const std::optional<std::uint64_t> id = post(kind, prepare);
+  if (!id) {
     reject_for_want_of_room(sender, message);
     return false;
   }
   if (changes_world(kind)) answers_.log(sender, fmt::format("asks for '{}'", Message::kType));
+  waiting_[*id] = {sender.identity, sender.delimited, message.seq, sender.connection};
+  return true;
+}
+
+// Slots are used again: what the request before left in one is cleared.
+template <class Prepare>
+std::optional<std::uint64_t> Endpoint::post(Request::Kind kind, Prepare&& prepare) {
+  Request* request = link_.requests.writable();
+  if (!request) return std::nullopt;
   request->kind = kind;
   request->id = ++last_request_;
   request->recorder = nullptr;
   request->box.reset();
   prepare(*request);
-  waiting_[request->id] = {sender.identity, sender.delimited, message.seq, sender.connection};
   link_.requests.commit();
   link_.to_simulation.signal();
-  return true;
+  return last_request_;
 }
 
 // What was commanded before ends with its epoch.
@@ -495,7 +506,6 @@ void Endpoint::begin_epoch(Request& request) {
 }
 
 void Endpoint::ask_to_record(Request& request) {
-  request.kind = Request::Kind::record;
   request.recorder = recordings_.recorder();
   request.box = make_box();
 }
@@ -570,15 +580,24 @@ void Endpoint::finish_request(Acknowledgement& acknowledgement) {
 
 // Nobody waits for an answer to what the command line asked for.
 void Endpoint::finish_recording_request(const Acknowledgement& acknowledgement) {
-  const bool failed = recordings_.state() == protocol::RecordingState::failed;
-  const std::string name = recordings_.name();
-  if (!acknowledgement.recording && recordings_.recorder()) recordings_.end();
   const auto sender = waiting_.extract(acknowledgement.id);
-  if (sender.empty()) return;
-  const protocol::Standing standing = standing_of(sender.mapped(), acknowledgement);
-  if (!failed) return answers_.send(sender.mapped(), protocol::Done{standing});
-  answers_.reject(sender.mapped(), protocol::Record{.seq = standing.seq, .file = {}}, ErrorCode::record_error,
-                  "'" + name + "' ended by itself, as the server's log says; what it holds up to there can be used");
+  if (!acknowledgement.recording && recordings_.recorder()) {
+    recordings_.end();
+    if (!sender.empty()) recording_ends_for_.emplace(sender.mapped(), standing_of(sender.mapped(), acknowledgement));
+  } else if (!sender.empty()) {
+    answers_.send(sender.mapped(), protocol::Done{standing_of(sender.mapped(), acknowledgement)});
+  }
+}
+
+// Who ended it may use the file as soon as that is answered.
+void Endpoint::finish_recording() {
+  const auto ended = recordings_.take_ended();
+  if (!ended || !recording_ends_for_) return;
+  const auto [sender, standing] = *std::exchange(recording_ends_for_, std::nullopt);
+  if (ended->whole) return answers_.send(sender, protocol::Done{standing});
+  answers_.reject(
+      sender, protocol::Record{.seq = standing.seq, .file = {}}, ErrorCode::record_error,
+      "'" + ended->name + "' ended by itself, as the server's log says; what it holds up to there can be used");
 }
 
 void Endpoint::send_snapshot(const Sender& sender, const protocol::Standing& standing, const Model& model, State& state) {

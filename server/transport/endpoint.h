@@ -19,6 +19,7 @@
 #include "server/runtime/link.h"
 #include "server/runtime/scene_loader.h"
 #include "server/transport/answers.h"
+#include "server/transport/connection_guard.h"
 #include "server/transport/connection_monitor.h"
 #include "server/transport/holders.h"
 #include "server/transport/inbox.h"
@@ -107,6 +108,10 @@ class Endpoint {
   // needs. False, and an error to the client, if too many wait already.
   template <class Message, class Prepare>
   bool ask(const Sender& sender, const Message& message, Request::Kind kind, Prepare&& prepare);
+  // The same without a client; its number, or nothing where too many wait.
+  template <class Prepare>
+  std::optional<std::uint64_t> post(Request::Kind kind, Prepare&& prepare);
+  std::unique_ptr<State> room_for_state() const;
   template <class Message>
   void ask_for_state(const Sender& sender, const Message& message, Request::Kind kind);
   // False, and an error to the client, if it may not change the world, because others hold needles and it does not.
@@ -116,7 +121,8 @@ class Endpoint {
   template <class Message>
   std::optional<std::vector<int>> find_bodies(const Sender& sender, const Message& message);
   void answer_holding(const Sender& sender, std::uint64_t seq);
-  void forget_lost_clients();
+  void notice_connections();
+  void forget_connection(int connection);
   void forget_client(int connection);
   void keep_one_client(const Sender& sender);
   void ask_for_due_snapshot();
@@ -139,6 +145,7 @@ class Endpoint {
   static protocol::Standing standing_of(const Sender& sender, const Acknowledgement& acknowledgement);
   void finish_request(Acknowledgement& acknowledgement);
   void finish_recording_request(const Acknowledgement& acknowledgement);
+  void finish_recording();
   void send_snapshot(const Sender& sender, const protocol::Standing& standing, const Model& model, State& state);
   void update_wanted();
   void publish_stats();
@@ -152,8 +159,10 @@ class Endpoint {
   Answers answers_;
   ConnectionMonitor connections_;
   Publisher publisher_;
+  std::optional<ConnectionGuard> guard_;
   SceneLoader loader_;
   Recordings recordings_;
+  std::optional<std::pair<Sender, protocol::Standing>> recording_ends_for_;  // who waits for the file's end
   SnapshotFile snapshot_file_;
 
   LoadedScene* published_;        // the world whose states come out

@@ -15,8 +15,10 @@ std::optional<Arrived> Inbox::receive() {
   for (int i = 0; i < kFramesAtATime; ++i) {
     [[maybe_unused]] const auto received = socket_.recv(frame, zmq::recv_flags::none);
     const bool last = !frame.more();
+    arriving_.size += static_cast<std::int64_t>(frame.size());
     if (++frames_ == 1 && !last) arriving_.sender.delimited = frame.size() == 0;
     if (!last) continue;
+    arriving_.frames = frames_;
     arriving_.framed = std::exchange(frames_, -1) == (arriving_.sender.delimited ? 2 : 1);
     arriving_.sender.connection = connection_of(frame);
     arriving_.payload = std::move(frame);

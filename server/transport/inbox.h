@@ -25,6 +25,7 @@ struct Arrived {
   Sender sender;
   bool framed = false;  // as the protocol wants it: one frame, or an empty one and one more
   zmq::message_t payload;
+  std::int64_t frames = 0, size = 0;  // of the whole message, and the bytes in them
 
   std::string_view bytes() const { return payload.to_string_view(); }
 };

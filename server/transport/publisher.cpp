@@ -29,6 +29,19 @@ std::string random_mark() {
   return mark;
 }
 
+// What all that is told of a needle at every tick begins with.
+template <class Message>
+void put_tick(const ForceRecord& record, const LoadedScene& world, Message& message) {
+  message.epoch = record.epoch;
+  message.tick = record.tick;
+  message.time = record.time;
+  message.needle = world.hello.needles[static_cast<std::size_t>(record.needle)].name;
+  message.age = record.watch.age();
+  message.echo = record.origin.time;
+  message.stale = record.watch.stale();
+  message.flags = record.flags;
+}
+
 }  // namespace
 
 Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, const Admission& admission, bool lockstep)
@@ -92,40 +105,28 @@ void Publisher::bound_queues(std::size_t bytes) {
 void Publisher::publish(const ForceRecord& record, const LoadedScene& world) {
   protocol::Force force;
   put(record.report, force);
-  force.epoch = record.epoch;
-  force.tick = record.tick;
-  force.time = record.time;
-  force.needle = world.hello.needles[static_cast<std::size_t>(record.needle)].name;
-  force.age = record.watch.age();
-  force.echo = record.origin.time;
+  put_tick(record, world, force);
   force.fresh = record.watch.fresh_share();
   force.lost = record.origin.lost;
   force.reordered = record.origin.reordered;
   force.limited = record.watch.limited();
-  force.stale = record.watch.stale();
   force.haptic_force = to_wire(record.watch.force_share() * record.report.base_force);
   force.haptic_torque = to_wire(record.watch.force_share() * record.report.base_torque);
   force.solver = record.solver;
-  force.flags = record.flags;
   encode_and_send(force);
 }
 
 void Publisher::publish(const HapticRecord& record, const LoadedScene& world) {
-  const double share = record.watch.force_share();
+  const NeedleReport& needle = record.force.report;
+  const double share = record.force.watch.force_share();
   protocol::Haptics haptics;
-  haptics.epoch = record.epoch;
-  haptics.tick = record.tick;
-  haptics.time = record.time;
-  haptics.needle = world.hello.needles[static_cast<std::size_t>(record.needle)].name;
-  haptics.seq = record.seq;
-  haptics.age = record.watch.age();
-  haptics.echo = record.origin.time;
-  haptics.stale = record.watch.stale();
-  haptics.position = to_wire(record.base.position);
-  haptics.orientation = to_wire(record.base.orientation * rotation_exp({-record.spin, 0, 0}));
-  haptics.spin = record.spin;
-  haptics.force = to_wire(share * record.force);
-  haptics.torque = to_wire(share * record.torque);
+  put_tick(record.force, world, haptics);
+  haptics.seq = needle.command_seq;
+  haptics.position = to_wire(needle.told.position);
+  haptics.orientation = to_wire(needle.told.orientation * rotation_exp({-needle.spin, 0, 0}));
+  haptics.spin = needle.spin;
+  haptics.force = to_wire(share * needle.base_force);
+  haptics.torque = to_wire(share * needle.base_torque);
   for (int row = 0; row < 6; ++row)
     for (int column = 0; column < 6; ++column)
       haptics.stiffness.push_back(share * record.stiffness.stiffness(row, column));
@@ -133,7 +134,10 @@ void Publisher::publish(const HapticRecord& record, const LoadedScene& world) {
   haptics.backward = record.stiffness.backward;
   haptics.forward_limit = record.stiffness.forward_limit;
   haptics.backward_limit = record.stiffness.backward_limit;
-  haptics.flags = record.flags;
+  haptics.lasting_force = to_wire(Vector3(share * record.stiffness.lasting.head<3>()));
+  haptics.lasting_torque = to_wire(Vector3(share * record.stiffness.lasting.tail<3>()));
+  haptics.forward_yield = record.stiffness.forward_yield;
+  haptics.backward_yield = record.stiffness.backward_yield;
   encode_and_send(haptics);
 }
 

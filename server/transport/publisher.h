@@ -22,7 +22,7 @@ class Publisher {
   // Binds; throws CannotListen.
   Publisher(zmq::context_t& context, const std::string& endpoint, const Admission& admission, bool lockstep);
 
-  zmq::socket_ref socket() { return socket_; }
+  zmq::socket_t& socket() { return socket_; }
 
   // Where it listens, with the port that a wildcard was resolved to.
   std::string endpoint() const { return socket_.get(zmq::sockopt::last_endpoint); }

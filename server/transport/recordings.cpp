@@ -22,12 +22,11 @@ bool is_plain(const std::string& name) {
 }  // namespace
 
 void Recordings::begin(const std::string& path) {
+  if (is_ending()) throw RecordingError("the recording before is still on its way to the disk; try again later");
   if (state() == protocol::RecordingState::on)
     throw RecordingError("'" + name() + "' is being recorded; end that with a 'record' without 'file' first");
   if (recorder_) throw RecordingError("'" + name() + "' ended by itself; say so with a 'record' without 'file' first");
-  if (ending_.valid() && ending_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
-    throw RecordingError("the recording before is still on its way to the disk; try again later");
-  recorder_ = std::make_unique<Recorder>(path, server_);
+  recorder_ = std::make_shared<Recorder>(path, server_);
 }
 
 void Recordings::begin_for_client(const std::string& name) {
@@ -40,16 +39,26 @@ void Recordings::begin_for_client(const std::string& name) {
 }
 
 void Recordings::ask_to_end() {
-  if (!recorder_ || asked_to_end_) throw RecordingError("nothing is being recorded");
+  if (!recorder() || asked_to_end_) throw RecordingError("nothing is being recorded");
   asked_to_end_ = true;
 }
 
 void Recordings::end() {
   asked_to_end_ = false;
+  const auto finish = [recorder = recorder_] { return recorder->finish(); };
   try {
-    ending_ = std::async(std::launch::async, [ending = std::move(recorder_)]() mutable { ending.reset(); });
-  } catch (const std::system_error&) {  // no thread to be had: it was done here
+    ending_ = std::async(std::launch::async, finish);
+  } catch (const std::system_error&) {  // no thread to be had
+    ending_ = std::async(std::launch::deferred, finish);
+    ending_.wait();
   }
+}
+
+std::optional<Recordings::Ended> Recordings::take_ended() {
+  if (!is_ending() || ending_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return std::nullopt;
+  Ended ended{name(), ending_.get()};
+  recorder_.reset();
+  return ended;
 }
 
 std::string Recordings::name() const {
@@ -59,6 +68,7 @@ std::string Recordings::name() const {
 protocol::RecordingState Recordings::state() const {
   using enum protocol::RecordingState;
   if (!recorder_) return off;
+  if (is_ending()) return on;
   return recorder_->recording() ? on : failed;
 }
 

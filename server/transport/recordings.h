@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <future>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "protocol/enums.h"
@@ -23,18 +24,27 @@ class Recordings {
 
   // Throws RecordingError if none goes on, or it was asked for already.
   void ask_to_end();
-  // Once the simulation thread does not use the recorder any more: what was recorded goes to its file on a thread of its own.
+  // Once the simulation thread does not use the recorder any more: what is left goes to the file on a thread of its
+  // own.
   void end();
+  bool is_ending() const { return ending_.valid(); }
 
-  Recorder* recorder() const { return recorder_.get(); }  // null: none goes on
-  std::string name() const;                               // of its file, without the folder; empty likewise
+  struct Ended {
+    std::string name;
+    bool whole;  // nothing is missing
+  };
+  // Once after each end(), when the file is closed.
+  std::optional<Ended> take_ended();
+
+  Recorder* recorder() const { return is_ending() ? nullptr : recorder_.get(); }  // that takes ticks; null: none does
+  std::string name() const;  // of the file that is being written, without the folder; empty: none is
   protocol::RecordingState state() const;
 
  private:
   const std::string folder_, server_;
-  std::unique_ptr<Recorder> recorder_;
+  std::shared_ptr<Recorder> recorder_;
   bool asked_to_end_ = false;
-  std::future<void> ending_;  // of the one before
+  std::future<bool> ending_;
 };
 
 }  // namespace acus

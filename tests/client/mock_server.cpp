@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/client/mock_server.h"
 
+#include <arpa/inet.h>
+#include <doctest/doctest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <functional>
 #include <map>
@@ -18,14 +24,6 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kStatsPeriod = 20ms;  // shorter than a real server's, to keep the tests short
-
-// A free loopback endpoint: one that the system gives to a socket, which is closed again.
-std::string free_endpoint() {
-  zmq::context_t context;
-  zmq::socket_t socket(context, zmq::socket_type::router);
-  socket.bind("tcp://127.0.0.1:*");
-  return socket.get(zmq::sockopt::last_endpoint);
-}
 
 struct NeedleState {
   std::uint64_t seq = 0;
@@ -242,8 +240,23 @@ class Session {
 
 }  // namespace
 
+ReservedPort::ReservedPort() : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  const int on = 1;
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(address);
+  auto* generic = reinterpret_cast<sockaddr*>(&address);
+  REQUIRE(::setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on)) == 0);
+  REQUIRE(::bind(socket_, generic, size) == 0);
+  REQUIRE(::getsockname(socket_, generic, &size) == 0);
+  endpoint_ = "tcp://127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+}
+
+ReservedPort::~ReservedPort() { ::close(socket_); }
+
 MockServer::MockServer(const MockScript& script, int delay_ms)
-    : script_(script), commands_(free_endpoint()), states_(free_endpoint()), thread_([=, this] { serve(delay_ms); }) {}
+    : script_(script), thread_([=, this] { serve(delay_ms); }) {}
 
 MockServer::~MockServer() {
   stop_ = true;
@@ -252,7 +265,7 @@ MockServer::~MockServer() {
 
 void MockServer::serve(int delay_ms) {
   std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
-  Session session(script_, commands_, states_, poses_, ticks_);
+  Session session(script_, commands(), states(), poses_, ticks_);
   while (!stop_ && !session.ended()) session.turn();
   was_shut_down_ = session.shut_down();
 }

@@ -33,16 +33,32 @@ struct MockScript {
   std::optional<std::uint64_t> last_tick;   // the server disappears after it
 };
 
+// A loopback port that the system gives to nobody else while this lives. It does not listen: who binds with
+// SO_REUSEADDR, as ZeroMQ does, may listen there, and until then connections are refused.
+class ReservedPort {
+ public:
+  ReservedPort();
+  ~ReservedPort();
+  ReservedPort(const ReservedPort&) = delete;
+  ReservedPort& operator=(const ReservedPort&) = delete;
+
+  const std::string& endpoint() const { return endpoint_; }
+
+ private:
+  int socket_;
+  std::string endpoint_;
+};
+
 class MockServer {
  public:
-  // Starts after `delay_ms`; the ports are taken before, so that their names are known.
+  // Starts after `delay_ms`; the ports are reserved before, so that their names are known.
   explicit MockServer(const MockScript& script = {}, int delay_ms = 0);
   ~MockServer();
   MockServer(const MockServer&) = delete;
   MockServer& operator=(const MockServer&) = delete;
 
-  const std::string& commands() const { return commands_; }
-  const std::string& states() const { return states_; }
+  const std::string& commands() const { return commands_.endpoint(); }
+  const std::string& states() const { return states_.endpoint(); }
   std::uint64_t poses() const { return poses_; }  // received
   std::uint64_t ticks() const { return ticks_; }  // run
   bool was_shut_down() const { return was_shut_down_; }
@@ -51,8 +67,8 @@ class MockServer {
   void serve(int delay_ms);
 
   MockScript script_;
-  std::string commands_;
-  std::string states_;
+  ReservedPort commands_;
+  ReservedPort states_;
   std::atomic<std::uint64_t> poses_ = 0;
   std::atomic<std::uint64_t> ticks_ = 0;
   std::atomic<bool> was_shut_down_ = false;

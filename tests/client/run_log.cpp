@@ -46,8 +46,8 @@ TEST_CASE("a row per force state with units in the header, events beside it") {
   for (const char* column :
        {"epoch,tick,time_s,needle,seq,age_s,echo_s,fresh,lost,reordered,limited,stale,phase,depth_m,",
         ",unheld_m,base_position_x_m,", ",haptic_force_z_N,haptic_torque_x_Nm,",
-        "base_orientation_w,base_orientation_x,", ",spin_rad,", ",base_force_x_N,base_force_y_N,",
-        ",base_torque_in_base_z_Nm,", ",guide_force_z_N,", ",flags,received_s"}) {
+        "base_orientation_w,base_orientation_x,", ",commanded_position_x_m,", ",spin_rad,",
+        ",base_force_x_N,base_force_y_N,", ",base_torque_in_base_z_Nm,", ",guide_force_z_N,", ",flags,received_s"}) {
     CHECK_MESSAGE(forces[0].find(column) != std::string::npos, column);
   }
   CHECK(forces[1].find("\"left, bent\"") != std::string::npos);

@@ -9,7 +9,7 @@ import unittest
 
 SOURCES = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 ROOT = os.environ.get("ACUS_DOCUMENTS", SOURCES)  # the documents as they are installed, for instance
-LEFT_OUT = ("build", "out", ".git")
+LEFT_OUT = ("build", "out", ".git", "node_modules")
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 # A file's path in backquotes, as seen from the project's folder, from that of the document or from server/.
 PATH = re.compile(r"`((?:[\w.-]+/)+[\w*-]+\.(?:h|cpp|py|md|yaml|csv|json|txt|cmake))`")
@@ -20,7 +20,7 @@ HEADING = re.compile(r"^#+ +(.*?)\s*$", re.MULTILINE)
 
 def documents():
     for folder, folders, files in os.walk(ROOT):
-        folders[:] = [name for name in folders if os.path.join(folder, name) not in
+        folders[:] = [name for name in folders if name != "node_modules" and os.path.join(folder, name) not in
                       [os.path.join(ROOT, left_out) for left_out in LEFT_OUT]]
         yield from (os.path.join(folder, name) for name in files if name.endswith(".md"))
 

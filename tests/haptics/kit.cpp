@@ -156,6 +156,61 @@ TEST_CASE("a needle stuck in friction does not swing, with or without delay") {
     }
 }
 
+// A viscous surface under a needle of mass m, whose base goes where it is told at every tick, and what a tick tells:
+// the tissue's force, and the stiffness of a motion within the tick, inertia and viscosity included.
+struct ViscousSurface {
+  static constexpr double h = 1e-3, stiffness = 3000, viscosity = 30, mass = 1e-3;  // s, N/m, N s/m, kg
+
+  LocalModel step(double x, std::uint64_t seq) {
+    const double moved = viscosity / h;
+    const double left = moved * depth / (stiffness + moved);  // m, where the surface comes to by itself
+    const double force = std::max((stiffness + moved) * (x - left), 0.0);
+    depth = force > 0 ? x : left;
+    LocalModel model;
+    model.tick = ++tick;
+    model.time = h * static_cast<double>(tick);
+    model.seq = seq;
+    model.base.position[0] = x;
+    model.felt.force[0] = -force;
+    model.stiffness(0, 0) = -mass / (h * h) - (force > 0 ? stiffness + moved : 0);
+    model.put_limits(force > 0 ? 1e6 : 0, 0, false);
+    return model;
+  }
+
+  double depth = 0;  // m, of the surface under the tip
+  std::uint64_t tick = 0;
+};
+
+TEST_CASE("a needle that a still device holds against a viscous surface comes to rest where the springs have it") {
+  for (const int delay : {0, 5, 20})  // ms
+    for (const double rate : {1000.0, 4000.0}) {
+      CAPTURE(delay);
+      CAPTURE(rate);
+      Kit kit(Loop::with_rate(rate));
+      kit.begin({}, {});
+      ViscousSurface surface;
+      DelayLine<LocalModel> link({1e-3 * delay, 0, 1});
+      constexpr double kAt = 0.5e-3, kSeconds = 2;  // m beyond the surface
+      const double spring = kCoupling * kit.coupling().translation;
+      const double rest = kAt * spring / (spring + ViscousSurface::stiffness);
+      Kit::Answer answer;
+      double least = 1, most = -1, next_tick = 0;
+      for (double now = 0; now < kSeconds; now += 1 / rate) {
+        if (now >= next_tick - 1e-9) {
+          link.send(now, surface.step(answer.base.position[0], answer.seq));
+          next_tick += ViscousSurface::h;
+        }
+        while (const auto model = link.receive(now)) kit.take(*model);
+        answer = kit.step({{{{std::min(now / 0.1, 1.0) * kAt, 0, 0}}, {}}, false});
+        if (now < kSeconds / 2) continue;
+        least = std::min(least, answer.base.position[0]);
+        most = std::max(most, answer.base.position[0]);
+      }
+      CHECK(most - least < 1e-6);
+      CHECK(most == doctest::Approx(rest).epsilon(0.01));
+    }
+}
+
 TEST_CASE("what is stale ends in a ramp, and nothing jumps when it comes back") {
   DeviceProperties device;
   Kit kit(device);

@@ -69,10 +69,18 @@ TEST_CASE("contact that ends pulls nothing, and comes back where it ended") {
 }
 
 TEST_CASE("a needle that slides resists on, and lets go when it turns back") {
-  LocalResponse response(pressed(0, 0.4), kCouplingSpring, kTwistSpring, kSticking);
+  LocalModel model = pressed(0, 0.4);
+  model.forward_limit = model.backward_limit = Limit::slip;
+  LocalResponse response(model, kCouplingSpring, kTwistSpring, kSticking);
   CHECK(felt(response, 5e-3) == doctest::Approx(-0.4));
   CHECK(felt(response, 4.5e-3) == doctest::Approx(-0.4 + 0.5e-3 / (1 / kSticking + 1 / kCouplingSpring)));
   CHECK(std::abs(felt(response, 0)) < 1e-12);
+}
+
+TEST_CASE("a needle that nothing touches is felt with its weight alone") {
+  LocalResponse response(pressed(0, 0.4), kCouplingSpring, kTwistSpring, kSticking);
+  CHECK(felt(response, 5e-3) == doctest::Approx(-0.4));
+  CHECK(felt(response, -5e-3) == doctest::Approx(-0.4));
 }
 
 TEST_CASE("a place that the needle was sent to meanwhile has yielded there") {

@@ -73,6 +73,7 @@ TEST_CASE("inertia in free air is moving stiffness, a wall is not") {
   model.backward_limit = Limit::contact;
   moving.add(model, 50000, 1e-3);
   CHECK(moving.value() == doctest::Approx(900));
+  CHECK_FALSE(moving.slides(50000));
 }
 
 TEST_CASE("a viscous tissue's ticks are stiffer than what lasts") {
@@ -85,4 +86,10 @@ TEST_CASE("a viscous tissue's ticks are stiffer than what lasts") {
     moving.add(model, 1100, 0.5e-3);
   }
   CHECK(moving.value() == doctest::Approx(1000));
+  model.backward_limit = Limit::none;
+  for (int i = 0; i <= MovingStiffness::kTicks; ++i) {  // the tip leaves it
+    CHECK(moving.value() == doctest::Approx(1000));
+    moving.add(model, 300, 0);
+  }
+  CHECK(moving.value() == doctest::Approx(300));
 }

@@ -59,6 +59,7 @@ TEST_CASE("a session in lockstep inserts, feels, and is the same again") {
   run({"--lockstep"}, "2.5", &second);
   CHECK(first == second);
   CHECK(summary["lockstep"] == true);
+  CHECK(summary["topic"] == "haptics");
   CHECK(summary["samples"] == 2501);
   CHECK(summary["states"] > 1000);
   CHECK(summary["largest_force_N"] > 0.2);
@@ -80,6 +81,12 @@ TEST_CASE("no server, no such needle, no such device: each its own exit status")
   CHECK(nobody.wait(kPatience) == 3);
   Process unknown({program, "--device", "broom"});
   CHECK(unknown.wait(kPatience) == 1);
+  for (const char* server :
+       {"localhost:abc", "tcp://localhost:abc", "localhost:99999", "localhost:", "udp://localhost"}) {
+    CAPTURE(server);
+    Process misnamed({program, server, "--timeout", "0.2"});
+    CHECK(misnamed.wait(kPatience) == 1);
+  }
   ServerProcess server({"--lockstep"}, scene());
   Process needle(
       {program, "--commands", server.commands(), "--states", server.states(), "--needle", "none", "--duration", "0.1"});

@@ -8,8 +8,8 @@
 #include <memory>
 #include <thread>
 
-#include "tests/integration/printed.h"
 #include "tests/integration/server_process.h"
+#include "tests/integration/tcp_server.h"
 #include "tests/support/places.h"
 
 namespace acus::testing {
@@ -73,29 +73,21 @@ TEST_CASE(
   observer.wait_for([&](const auto& f) { return f.base_position[2] < resting.base_position[2] - 1e-3; });
 }
 
-// Over TCP. Over ipc libzmq ends the process (protocol/README.md, Limits).
+// Over TCP.
 TEST_CASE("a server without descriptors left goes on for those it serves, and serves others once there are") {
-  const TemporaryFolder folder;
-  folder.write("scene.yaml", small_scene("small"));
-  Printed server({"/usr/bin/prlimit", "--nofile=48:48", program_path("acus-server"), folder / "scene.yaml",
-                  "--commands", "tcp://127.0.0.1:*", "--states", "ipc://" + (folder / "states")});
-  std::string line;
-  do line = server.read_line();
-  while (!line.empty() && line.find("commands on ") == std::string::npos);
-  REQUIRE(!line.empty());
-  const std::string endpoint = line.substr(line.find("tcp://"));
-  client::CommandLink commands(endpoint);
+  const TcpServer server({"/usr/bin/prlimit", "--nofile=64:64"});
+  client::CommandLink commands(server.commands());
   commands.acquire({"needle"}, kPatience);
   {
     std::vector<std::unique_ptr<client::CommandLink>> crowd;
-    for (int i = 0; i < 60; ++i) crowd.push_back(std::make_unique<client::CommandLink>(endpoint));
+    for (int i = 0; i < 60; ++i) crowd.push_back(std::make_unique<client::CommandLink>(server.commands()));
     for (std::uint64_t i = 1; i <= 50; ++i) {
       REQUIRE(commands.send(pose_at(0.49, i)));
       CHECK(commands.hello(kPatience).held == std::vector<std::string>{"needle"});
       std::this_thread::sleep_for(10ms);
     }
   }
-  client::CommandLink newcomer(endpoint);
+  client::CommandLink newcomer(server.commands());
   CHECK(newcomer.hello(kPatience).held == std::vector<std::string>{"needle"});
 }
 

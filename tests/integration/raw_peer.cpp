@@ -59,8 +59,8 @@ RawPeer::RawPeer(const std::string& endpoint) {
 
 RawPeer::~RawPeer() { close(file_); }
 
-void RawPeer::send(const std::string& bytes) {
-  [[maybe_unused]] const auto sent = ::send(file_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+bool RawPeer::send(const std::string& bytes) {
+  return ::send(file_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
 }
 
 std::string RawPeer::receive(std::size_t size) {

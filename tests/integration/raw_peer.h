@@ -17,8 +17,8 @@ class RawPeer {
   RawPeer(const RawPeer&) = delete;
   RawPeer& operator=(const RawPeer&) = delete;
 
-  // Writes as much as the other side takes.
-  void send(const std::string& bytes);
+  // False if the other side has closed the connection.
+  bool send(const std::string& bytes);
 
   // Greeting with mechanism NULL and READY, and the other side's; fails the test if it does not answer so.
   void shake_hands(const std::string& socket_type);

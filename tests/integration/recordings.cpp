@@ -134,20 +134,15 @@ TEST_CASE("clients begin and end recordings in the server's folder, under plain 
   CHECK(commands.send(pose_at(0.45, 1)));
   commands.step(300, kPatience);
   commands.end_recording(kPatience);
+  const std::uintmax_t whole = std::filesystem::file_size(runs + "/first.acus");
   CHECK(!commands.hello(kPatience).recording);
   commands.step(5, kPatience);
-  const auto again = [&](const std::string& name) {
-    for (;;) {  // while the one before is on its way to the disk
-      const std::string answer = refusal(commands, name);
-      if (answer.find("still on its way") == std::string::npos) return answer;
-      std::this_thread::sleep_for(10ms);
-    }
-  };
-  CHECK(again("first.acus").find("there is a file of this name already") != std::string::npos);
-  CHECK(again("second.acus") == "accepted");
+  CHECK(refusal(commands, "first.acus").find("there is a file of this name already") != std::string::npos);
+  CHECK(refusal(commands, "second.acus") == "accepted");
   commands.step(3, kPatience);
   commands.shutdown(kPatience);
   CHECK(server.process().wait(kPatience) == 0);
+  CHECK(std::filesystem::file_size(runs + "/first.acus") == whole);  // it was closed when its end was answered
   const Rerun first = rerun(server.folder(), runs + "/first.acus");
   CHECK(first.status == 0);
   CHECK(first.says("run again   300 ticks"));

@@ -172,5 +172,45 @@ TEST_CASE("the holder carries the weight") {
   CHECK(found.state.x(2, model.beams) < -0.01);
 }
 
+// Turned at its base by `turn` and pressed by u² EI/L² at a tip that nothing but two rows keeps on the x axis: how many
+// linearisations it takes until the base resists by EI/L u² sin u/(sin u - u cos u) for each radian, the beam-column
+// with its far end pinned. A free tip gives way at u = pi/2, a pinned one at 4.49.
+int steps_until_right(double u, int held) {
+  constexpr double kTurn = 1e-3;
+  const NeedleModel model = make_needle_model(bench_body(), Vector3::Zero());
+  const double L = model.length, EI = model.stiffness.bending, press = u * u * EI / (L * L);
+  const double expected = EI / L * u * u * std::sin(u) / (std::sin(u) - u * std::cos(u)) * kTurn;
+  NeedleState state = make_needle_state(model, Pose());
+  NeedleMotion motion(model, 1e4, 3);
+  motion.begin(state, {Vector3::Zero(), rotation_exp({0, 0, kTurn})});
+  for (int step = 1; step < 100; ++step) {
+    const bool exact = motion.linearize(state, held);
+    CHECK(exact == (step == 1 || u < kPi / 2));  // in the first one nothing presses yet
+    motion.clear_rows();
+    for (int axis = 0; axis < 3; ++axis)
+      motion.add_row(model.beams - 1, tip_load(model, Vector3::Unit(axis), Vector3::Zero()).force);
+    MatrixX W = MatrixX::Zero(3, 3);
+    const int places[] = {0, 1, 2};
+    motion.add_compliances(places, W);
+    W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
+    Vector3 aside = motion.shape().x.rightCols<1>(), lambda(-press, 0, 0);
+    for (int axis = 1; axis < 3; ++axis) aside[axis] += motion.free_displacement(axis) - W(axis, 0) * press;
+    lambda.tail<2>() = -W.bottomRightCorner<2, 2>().inverse() * aside.tail<2>();
+    motion.correct({lambda.data(), 3});
+    if (std::abs(motion.base_reaction()[5] / expected - 1) < 0.01) return step;
+  }
+  return 100;
+}
+
+TEST_CASE("a needle that is pressed by more than a free tip bears is found at once where its tip is held") {
+  CHECK(steps_until_right(1, 1) <= 3);
+  for (const double u : {1.8, 2.5, 3.0, 3.5, 4.0}) {
+    CAPTURE(u);
+    CHECK(steps_until_right(u, 1) <= 4);
+    CHECK(steps_until_right(u, 0) >= steps_until_right(u, 1));
+  }
+  CHECK(steps_until_right(4, 0) > 15);  // by the material part alone
+}
+
 }  // namespace
 }  // namespace acus

@@ -42,13 +42,21 @@ class InTemporaryFolder(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
 
-    def path(self, name):
-        return os.path.join(self.folder, name)
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
 
     def write(self, name, text):
+        os.makedirs(os.path.dirname(self.path(name)), exist_ok=True)
         with open(self.path(name), "w", encoding="utf-8") as file:
             file.write(text)
         return self.path(name)
 
     def write_scene(self, name="small"):
         return self.write(name + ".yaml", SCENE.format(name=name))
+
+
+def set_up_for_class(test_class, made):
+    """An InTemporaryFolder whose folder is there for all tests of a class."""
+    made.setUp()
+    test_class.addClassCleanup(made.doCleanups)
+    return made

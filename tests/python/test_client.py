@@ -14,9 +14,10 @@ import msgpack
 import numpy as np
 import zmq
 
-from small_scene import PATIENCE, ROOT, InTemporaryFolder
+from small_scene import PATIENCE, ROOT, InTemporaryFolder, set_up_for_class
 
 import acus  # noqa: E402
+from acus.link import Link  # noqa: E402
 from acus.programs import find_program, find_server  # noqa: E402
 
 DOWN = np.array([0, 0, -1.0])
@@ -28,9 +29,7 @@ class WithWorld(InTemporaryFolder):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        made = InTemporaryFolder()
-        made.setUp()
-        cls.addClassCleanup(made.doCleanups)
+        made = set_up_for_class(cls, InTemporaryFolder())
         cls.server = cls.enterClassContext(acus.Server(made.write_scene(), lockstep=True))
         cls.client = cls.enterClassContext(cls.server.client(timeout=PATIENCE))
 
@@ -69,6 +68,7 @@ class Lockstep(WithWorld):
         for name in ("base_force", "tip_position", "haptic_torque", "guide_force"):
             self.assertEqual(getattr(force, name).shape, (3,))
         self.assertEqual(force.base_orientation.shape, (4,))
+        self.assertEqual(force.commanded_orientation.shape, (4,))
         self.assertGreater(force.base_force[2], 0.1)
         self.assertEqual(states["right"].phase, "free")
 
@@ -239,6 +239,22 @@ class RealTime(InTemporaryFolder):
                 self.assertRaises(acus.ProtocolMismatch, acus.Client, "ipc://" + self.path("commands"),
                                   "ipc://" + self.path("states"), timeout=PATIENCE)
                 thread.join()
+
+
+class WaitingForAPeer(InTemporaryFolder):
+    def test_a_question_between_two_looks_loses_no_event(self):
+        """Else a client that asks whether it is refused right as it is admitted would wait for its peer for ever."""
+        context = zmq.Context()
+        self.addCleanup(context.destroy, linger=0)
+        peer = context.socket(zmq.ROUTER)
+        endpoint = f"ipc://{self.folder}/peer"
+        peer.bind(endpoint)
+        link = Link(context, zmq.DEALER, endpoint)
+        self.addCleanup(link.close)
+        self.assertTrue(link.monitor.poll(1000 * PATIENCE))
+        self.assertFalse(link.refused())
+        self.assertTrue(link.monitor.poll(0))
+        self.assertTrue(link.connected())
 
 
 class WithKeys(InTemporaryFolder):

@@ -8,7 +8,7 @@ import unittest
 
 import numpy as np
 
-from small_scene import PATIENCE, ROOT, InTemporaryFolder
+from small_scene import PATIENCE, ROOT, InTemporaryFolder, set_up_for_class
 
 import acus  # noqa: E402
 from acus.programs import find_program  # noqa: E402
@@ -22,9 +22,7 @@ class OneRunInThreeForms(InTemporaryFolder):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        made = cls.made = InTemporaryFolder()
-        made.setUp()
-        cls.addClassCleanup(made.doCleanups)
+        made = cls.made = set_up_for_class(cls, InTemporaryFolder())
         with acus.Server(made.write_scene(), lockstep=True, options=["--recordings", made.folder]) as server:
             with server.client(timeout=PATIENCE) as client:
                 start = client.needles[0].base_position

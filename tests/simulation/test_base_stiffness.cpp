@@ -143,6 +143,15 @@ TEST_CASE("a rigid needle's stiffness at the base is that of ticks made anew") {
   CHECK(compare_along(scene, kInAndOut, 29).inside > 20);
 }
 
+TEST_CASE("with a base on springs the stiffness is that against moves of what holds it") {
+  for (const NeedleRung rung : {NeedleRung::flexible, NeedleRung::rigid}) {
+    Scene scene = direct_scene();
+    scene.needles[0].rung = rung;
+    scene.needles[0].hold = BaseHold{.stiffness = 300, .damping = 1, .angular_stiffness = 3, .angular_damping = 0.01};
+    CHECK(compare_along(scene, kInAndOut, 29).inside > 20);
+  }
+}
+
 TEST_CASE("with torsional and viscous friction, and a bevel that is turned") {
   Scene scene = direct_scene();
   scene.needles[0].torsional_friction = 1;
@@ -185,6 +194,72 @@ TEST_CASE("up to its limits the linear model gives the force that a tick with th
   }
   CHECK(compared > 20);
   CHECK(punctures > 10);
+}
+
+Vector3 weight(const Scene& scene) {
+  const Simulation simulation(scene);
+  return simulation.model().needles[0].mass.sum() * scene.gravity;
+}
+
+TEST_CASE("what lasts of a needle that is swung through the air is its weight") {
+  Scene scene = direct_scene();
+  scene.gravity = {0, 0, -9.81};
+  scene.needles[0].base = {{0.2, 0, 0.3}, Quaternion::Identity()};  // lies, beside the block
+  for (const NeedleRung rung : {NeedleRung::rigid, NeedleRung::flexible}) {
+    scene.needles[0].rung = rung;
+    Simulation simulation(scene);
+    Pose pose = scene.needles[0].base;
+    double most = 0;
+    for (int tick = 0; tick < 100; ++tick) {
+      pose.position.y() += 1e-4 * std::sin(0.3 * tick);
+      step_to(simulation, pose, 0);
+      const Vector6 lasting = simulation.base_stiffnesses()[0].lasting;
+      const Vector3 torque = (0.5 * scene.needles[0].length * Vector3::UnitX()).cross(weight(scene));
+      CHECK((lasting.head<3>() - weight(scene)).norm() < 1e-12);
+      CHECK(lasting[4] == doctest::Approx(torque.y()).epsilon(0.01));  // but for what it sags and bends
+      most = std::max(most, (wrench(simulation) - lasting).head<3>().norm());
+    }
+    CHECK(most > 0.002);  // 0.0046
+  }
+}
+
+TEST_CASE("what lasts is the sum of the laws' forces, and all there is of a needle that was held for long") {
+  const Scene scene = direct_scene();
+  Simulation simulation(scene);
+  Pose pose = scene.needles[0].base;
+  const auto lasting = [&] { return simulation.base_stiffnesses()[0].lasting; };
+  for (int tick = 0; tick < 500; ++tick) {
+    pose.position += pose.orientation * Vector3(4e-5, 0, 0);
+    step_to(simulation, pose, 0);
+    const NeedleReport& n = simulation.report().needles[0];
+    const Vector3 laws = n.cutting_force + n.friction_force + n.lateral_force + n.guide_force + weight(scene);
+    REQUIRE((lasting().head<3>() - laws).norm() < 1e-9);
+  }
+  REQUIRE(simulation.report().needles[0].phase == protocol::Phase::inside);
+  for (int tick = 0; tick < 1500; ++tick) step_to(simulation, pose, 0);
+  CHECK(wrench(simulation).head<3>().norm() > 0.1);
+  CHECK((wrench(simulation) - lasting()).head<3>().norm() < 1e-5);
+  CHECK((wrench(simulation) - lasting()).tail<3>().norm() < 1e-6);
+}
+
+TEST_CASE("the yields are what a needle bears that is pushed and pulled on") {
+  Scene scene = direct_scene();
+  Interaction& laws = scene.tissue.regions[0].interaction;
+  laws.friction_static = laws.friction_dynamic;
+  Simulation simulation(scene);
+  Pose pose = scene.needles[0].base;
+  const auto go = [&](double speed, double seconds) {
+    for (double t = 0; t < seconds; t += 1 / scene.rate) {
+      pose.position += pose.orientation * Vector3(speed / scene.rate, 0, 0);
+      step_to(simulation, pose, 0);
+    }
+    return -simulation.base_stiffnesses()[0].lasting.head<3>().dot(pose.orientation * Vector3::UnitX());
+  };
+  CHECK(simulation.base_stiffnesses()[0].forward_yield == 0);
+  const double inward = go(0.02, 2);
+  CHECK(inward == doctest::Approx(simulation.base_stiffnesses()[0].forward_yield).epsilon(0.02));
+  const double outward = go(-0.02, 0.5);
+  CHECK(-outward == doctest::Approx(simulation.base_stiffnesses()[0].backward_yield).epsilon(0.02));
 }
 
 TEST_CASE("before the first tick there is no stiffness, and none of it stays after a reset") {

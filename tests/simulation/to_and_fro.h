@@ -22,6 +22,7 @@ struct WatchedScene {
   bool second_needle = false;  // 15 mm beside the first
   TissueElement element = TissueElement::linear;
   LocalCompliance give = LocalCompliance::all;
+  bool held = false;  // all bases, by springs
 };
 
 inline constexpr std::array kWatchedScenes{
@@ -31,6 +32,8 @@ inline constexpr std::array kWatchedScenes{
     WatchedScene{"through", 0.06},                // out on the other side and back
     WatchedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true},
     WatchedScene{.name = "insertion_pullback", .depth = 0.02, .second_needle = true},
+    WatchedScene{.name = "insertion_pullback", .depth = 0.02, .held = true},
+    WatchedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true, .held = true},
     WatchedScene{.name = "inclusion_soft_needle", .depth = 0.012, .element = TissueElement::nodal_pressure},
     WatchedScene{.name = "inclusion_soft_needle", .depth = 0.06, .give = LocalCompliance::none},
 };
@@ -66,6 +69,7 @@ inline Scene load_watched(const WatchedScene& watched, const WatchedWay& way) {
   scene.tissue.element = watched.element;
   scene.laws.solver = way.solver;
   if (watched.rigid) scene.needles[0].rung = NeedleRung::rigid;
+  if (watched.held) scene.needles[0].hold = BaseHold{};
   if (watched.second_needle) add_second_needle(scene);
   return scene;
 }

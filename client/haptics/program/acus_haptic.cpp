@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 // acus-haptic: a haptic device, or a simulated one, on a needle of an acus-server.
 #include <CLI/CLI.hpp>
-#include <atomic>
+#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <optional>
 #include <string>
 
+#include "client/command_line.h"
 #include "client/haptics/program/haptic_summary.h"
 #include "client/haptics/program/session.h"
 #include "client/log_file.h"
-#include "protocol/endpoint_address.h"
 
 namespace {
 
@@ -31,21 +31,12 @@ constexpr const char* kFooter =
     "not\n"
     "there or vanished, 4 the device is not there or failed, 5 the server speaks another protocol.";
 
-std::atomic<bool> interrupted = false;
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
-
-extern "C" void on_signal(int) { interrupted = true; }
-
 struct Arguments {
   SessionOptions session;
-  std::string server, grip = "relaxed", summary, record, server_key, client_key;
+  std::string server, grip = "relaxed", summary, record;
+  client::KeyFiles keys;
   double timeout_s = 10;
 };
-
-std::string check_endpoint(const std::string& endpoint) {
-  const std::string problem = acus::protocol::problem_with_endpoint(endpoint, acus::protocol::EndpointUse::connect);
-  return problem.empty() ? problem : "endpoint '" + endpoint + "': " + problem;
-}
 
 std::vector<std::string> grip_names() {
   std::vector<std::string> names;
@@ -91,22 +82,17 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
   SessionOptions& session = arguments.session;
-  app.add_option(
-      "server", arguments.server,
-      "HOST or HOST:PORT, with the port for commands, the next one being that for states; or ipc://FOLDER with "
-      "the sockets commands and states. Without it, the default ports of this machine");
+  app.add_option("server", arguments.server,
+                 "HOST or HOST:PORT, tcp:// before it or not, with the port for commands, the next one being that for "
+                 "states; or ipc://FOLDER with the sockets commands and states. Without it, the default ports of this "
+                 "machine");
   app.add_option("--commands", session.commands, "the server's endpoint for commands")
-      ->check(check_endpoint)
+      ->check(client::check_endpoint)
       ->capture_default_str();
   app.add_option("--states", session.states, "the server's endpoint for states")
-      ->check(check_endpoint)
+      ->check(client::check_endpoint)
       ->capture_default_str();
-  CLI::Option* server_key = app.add_option("--curve-server-key", arguments.server_key,
-                                           "file with the server's public key, for a server that asks for keys");
-  CLI::Option* client_key = app.add_option("--curve-client-key", arguments.client_key,
-                                           "file with the key pair of this client, as acus-keygen writes it");
-  server_key->needs(client_key);
-  client_key->needs(server_key);
+  client::declare_keys(app, arguments.keys);
   app.add_option("--needle", session.needle, "by its name; default: the scene's first");
   declare_device(app, arguments);
   app.add_option("--duration", session.duration, "s; 0: until Ctrl+C")
@@ -119,6 +105,16 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--record", arguments.record, "CSV to write, a row per sample");
 }
 
+// The port for commands, that with the next one fits into 16 bits. Throws std::runtime_error.
+int port_of(const std::string& text, const std::string& server) {
+  int port = 0;
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, port);
+  if (error == std::errc() && rest == end && port >= 1 && port <= 65534) return port;
+  throw std::runtime_error("server '" + server + "': expected a port of 1 to 65534 after the last colon, found '" +
+                           text + "'");
+}
+
 // The endpoints that SERVER names. Throws std::runtime_error.
 void take_server(Arguments& arguments) {
   const std::string& server = arguments.server;
@@ -128,14 +124,18 @@ void take_server(Arguments& arguments) {
     session.commands = server + "/commands";
     session.states = server + "/states";
   } else {
-    const auto colon = server.rfind(':');
-    const std::string host = server.substr(0, colon);
-    const int port = colon == std::string::npos ? 5750 : std::stoi(server.substr(colon + 1));
+    const std::string address = server.rfind("tcp://", 0) == 0 ? server.substr(6) : server;
+    if (address.find("://") != std::string::npos)
+      throw std::runtime_error("server '" + server + "': expected HOST, HOST:PORT, tcp://HOST:PORT or ipc://FOLDER");
+    const auto colon = address.rfind(':');
+    const std::string host = address.substr(0, colon);
+    const int port = colon == std::string::npos ? 5750 : port_of(address.substr(colon + 1), server);
     session.commands = "tcp://" + host + ":" + std::to_string(port);
     session.states = "tcp://" + host + ":" + std::to_string(port + 1);
   }
   for (const std::string& endpoint : {session.commands, session.states})
-    if (const std::string problem = check_endpoint(endpoint); !problem.empty()) throw std::runtime_error(problem);
+    if (const std::string problem = client::check_endpoint(endpoint); !problem.empty())
+      throw std::runtime_error(problem);
 }
 
 constexpr const char* kHeader =
@@ -176,17 +176,13 @@ int drive(Arguments& arguments) {
   take_server(arguments);
   SessionOptions& options = arguments.session;
   options.timeout = std::chrono::round<client::Timeout>(std::chrono::duration<double>(arguments.timeout_s));
-  options.interrupt = &interrupted;
   for (const Grip& grip : kGrips)
     if (arguments.grip == grip.name) options.device.simulated.hand = grip.hand;
-  if (!arguments.server_key.empty())
-    options.keys = client::CurveKeys{acus::protocol::read_public_key(arguments.server_key).key,
-                                     acus::protocol::read_key_pair(arguments.client_key)};
+  options.keys = client::read_keys(arguments.keys);
   std::optional<client::LogFile> summary, record;
   if (!arguments.summary.empty()) summary.emplace(arguments.summary);
   if (!arguments.record.empty()) record.emplace(arguments.record, kHeader);
-  std::signal(SIGINT, on_signal);  // from here on a signal ends the session, not the program
-  std::signal(SIGTERM, on_signal);
+  options.interrupt = &client::catch_signals();  // from here on a signal ends the session, not the program
 
   Session session(options);
   if (record) session.on_sample = [&](const SampleRecord& sample) { write(record->out(), sample); };

@@ -6,10 +6,6 @@
 
 namespace acus::haptics {
 
-Pose pose_of(const protocol::Vector3& position, const protocol::Quaternion& orientation) {
-  return {{position}, normalized({orientation.w, orientation.x, orientation.y, orientation.z})};
-}
-
 double ForceModel::secant(const LocalModel& model) {
   const Vector3 axis = model.base.orientation * Vector3{{1, 0, 0}};
   if (count_ == kTicks) {
@@ -26,29 +22,22 @@ double ForceModel::secant(const LocalModel& model) {
 }
 
 LocalModel ForceModel::of(const protocol::Force& force) {
-  LocalModel model;
-  model.epoch = force.epoch;
-  model.tick = force.tick;
-  model.time = force.time;
-  model.seq = force.seq;
-  model.echo = force.echo;
-  model.age = force.age;
-  model.stale = force.stale;
-  model.base = pose_of(force.base_position, force.base_orientation);
-  model.base.orientation = normalized(model.base.orientation * rotation({{-force.spin, 0, 0}}));
-  model.spin = force.spin;
+  LocalModel model = tick_of(force);
+  model.base = pose_of(force.commanded_position, force.commanded_orientation);
   model.felt = {{force.haptic_force}, {force.haptic_torque}};
   if (force.phase == protocol::Phase::free) {
     count_ = 0;
     stiffness_ = 0;
     return model;
   }
+  model.forward_limit = model.backward_limit = Limit::slip;  // somewhere
   const double stiffness = secant(model);
   if (!(stiffness > 0)) return model;
   const Vector3 axis = model.base.orientation * Vector3{{1, 0, 0}};
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) model.stiffness(i, j) = -stiffness * axis[i] * axis[j];
   if (force.phase == protocol::Phase::contact) {
+    model.forward_limit = Limit::puncture;
     model.backward = std::clamp(-dot(axis, model.felt.force) / stiffness, 0.0, 1.0);
     model.backward_limit = Limit::contact;
   }

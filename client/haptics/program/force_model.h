@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The local model of a needle from what the server publishes: the one place that depends on its messages.
+// The local model of a needle from the topic `force`, for servers that do not publish `haptics` (message.h).
 //
-// The topic `force` has no stiffness. It is found as a secant: how much the axial force has changed over the last way
+// `force` has no stiffness. It is found as a secant: how much the axial force has changed over the last way
 // of the base, kept while the base rests or the needle slides.
 #pragma once
 
 #include <array>
 
-#include "client/haptics/local_model.h"
+#include "client/haptics/program/message.h"
 #include "protocol/messages.h"
 
 namespace acus::haptics {
-
-Pose pose_of(const protocol::Vector3& position, const protocol::Quaternion& orientation);
 
 class ForceModel {
  public:

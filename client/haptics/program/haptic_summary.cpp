@@ -33,7 +33,7 @@ std::string readable(const SessionResults& results, const std::string& device) {
                 "device      %s on %s of %s\n"
                 "rate        %.1f Hz, %llu samples in %.2f s%s, %llu late\n"
                 "delay       p50 %.2f ms, p99 %.2f ms, max %.2f ms, from a command to the first state that used it\n"
-                "states      %llu; %llu samples without a fresh one\n"
+                "states      %llu of the topic %s; %llu samples without a fresh one\n"
                 "force       %.3f N at most\n"
                 "stiffness   felt: %s; the coupling allows %.0f N/m\n"
                 "energy      %.6f J taken out by the controller, %.6f J given to the hand, net\n",
@@ -41,7 +41,7 @@ std::string readable(const SessionResults& results, const std::string& device) {
                 static_cast<unsigned long long>(results.samples), results.duration,
                 results.lockstep ? " of simulation" : "", static_cast<unsigned long long>(results.late),
                 1e3 * delay.p50, 1e3 * delay.p99, 1e3 * delay.max, static_cast<unsigned long long>(results.models),
-                static_cast<unsigned long long>(results.stale), results.largest_force, felt,
+                results.topic.c_str(), static_cast<unsigned long long>(results.stale), results.largest_force, felt,
                 results.coupling.translation, results.withheld, results.given);
   return text;
 }
@@ -52,6 +52,7 @@ std::string as_json(const SessionResults& results, const std::string& device) {
       {"device", device},
       {"scene", results.scene},
       {"needle", results.needle},
+      {"topic", results.topic},
       {"lockstep", results.lockstep},
       {"duration_s", results.duration},
       {"samples", results.samples},

@@ -27,6 +27,11 @@ protocol::Pose message_of(const std::string& needle, const Kit::Answer& answer, 
   return pose;
 }
 
+bool publishes(const protocol::HelloReply& server, const std::string& topic) {
+  return std::any_of(server.topics.begin(), server.topics.end(),
+                     [&](const protocol::TopicInfo& info) { return info.name == topic; });
+}
+
 // Closes a device, however the session ends.
 class Opened {
  public:
@@ -58,15 +63,16 @@ void Session::greet() {
   results_.scene = server_.scene;
   results_.needle = needle.name;
   results_.lockstep = server_.lockstep;
+  results_.topic = publishes(server_, protocol::Haptics::kType) ? protocol::Haptics::kType : protocol::Force::kType;
   commands_->acquire({needle.name}, options_.timeout);
   subscribe();
   if (!server_.lockstep) base_ = where_the_needle_rests();
 }
 
-// A subscription takes a moment to arrive. Statistics that come tell that the one before theirs has arrived: in lockstep
-// no state may be missed.
+// A subscription takes a moment to arrive. Statistics that come tell that the one before theirs has arrived: in
+// lockstep no state may be missed.
 void Session::subscribe() {
-  states_->subscribe("force");
+  states_->subscribe(results_.topic);
   states_->subscribe("stats");
   const auto deadline = Clock::now() + options_.timeout;
   while (Clock::now() < deadline) {
@@ -83,8 +89,8 @@ Pose Session::where_the_needle_rests() {
   const auto deadline = Clock::now() + options_.timeout;
   while (Clock::now() < deadline) {
     const auto state = states_->receive(client::Timeout(10));
-    const auto* force = state ? std::get_if<protocol::Force>(&*state) : nullptr;
-    if (force && force->needle == results_.needle) return model_.of(*force).base;
+    if (!state) continue;
+    if (const auto model = model_of_needle(*state)) return model->base;
   }
   throw client::Vanished("the server at " + options_.states + " published no state in time");
 }
@@ -94,20 +100,28 @@ bool Session::goes_on(double now) const {
   return !interrupted && (options_.duration == 0 || now < options_.duration);
 }
 
+// What a state says of this needle, if it does.
+std::optional<LocalModel> Session::model_of_needle(const protocol::State& state) {
+  const auto* haptics = std::get_if<protocol::Haptics>(&state);
+  if (haptics && haptics->needle == results_.needle) return model_of(*haptics);
+  const auto* force = std::get_if<protocol::Force>(&state);
+  if (force && force->needle == results_.needle) return from_force_.of(*force);
+  return std::nullopt;
+}
+
 // How long a command took to be felt, in real time, and what is felt now.
-void Session::take(Kit& kit, const protocol::Force& force, double now) {
-  if (force.needle != results_.needle) return;
+void Session::take(Kit& kit, const LocalModel& model, double now) {
   ++results_.models;
-  if (force.seq > newest_seq_ && force.echo > 0) {
-    newest_seq_ = force.seq;
-    results_.delays.push_back(now - force.echo);
+  if (model.seq > newest_seq_ && model.echo > 0) {
+    newest_seq_ = model.seq;
+    results_.delays.push_back(now - model.echo);
   }
-  kit.take(model_.of(force));
+  kit.take(model);
 }
 
 void Session::take_what_came(Kit& kit, double now) {
   while (const auto state = states_->receive(client::Timeout(0)))
-    if (const auto* force = std::get_if<protocol::Force>(&*state)) take(kit, *force, now);
+    if (const auto model = model_of_needle(*state)) take(kit, *model, now);
 }
 
 // In lockstep: the ticks until now, and the state of each needle after the last.
@@ -117,10 +131,10 @@ void Session::make_ticks(Kit& kit, double now) {
   const protocol::Done done = commands_->step(static_cast<std::uint32_t>(due - ticks_), options_.timeout);
   ticks_ = due;
   while (const auto state = states_->receive(options_.timeout)) {
-    const auto* force = std::get_if<protocol::Force>(&*state);
-    if (!force || force->needle != results_.needle) continue;
-    take(kit, *force, now);
-    if (force->tick >= done.tick) return;
+    const auto model = model_of_needle(*state);
+    if (!model) continue;
+    take(kit, *model, now);
+    if (model->tick >= done.tick) return;
   }
   throw client::Vanished("the server at " + options_.states + " published no state in time");
 }

@@ -42,7 +42,7 @@ struct SampleRecord {
 };
 
 struct SessionResults {
-  std::string scene, needle;
+  std::string scene, needle, topic;
   bool lockstep = false;
   double duration = 0;  // s
   std::uint64_t samples = 0;
@@ -74,7 +74,8 @@ class Session {
   Pose where_the_needle_rests();
   void loop(Device& device);
   void sample(Device& device, Kit& kit, double now);
-  void take(Kit& kit, const protocol::Force& force, double now);
+  std::optional<LocalModel> model_of_needle(const protocol::State& state);
+  void take(Kit& kit, const LocalModel& model, double now);
   void take_what_came(Kit& kit, double now);
   void make_ticks(Kit& kit, double now);
   void learn_felt(const Vector3& place, const Vector3& force);
@@ -86,7 +87,7 @@ class Session {
   std::optional<client::StateLink> states_;
   protocol::HelloReply server_;
   Pose base_;
-  ForceModel model_;
+  ForceModel from_force_;
   double simulated_ = 0;          // s, the clock of a run in lockstep
   std::uint64_t ticks_ = 0;       // asked for in lockstep
   std::uint64_t newest_seq_ = 0;  // that a model used

@@ -50,8 +50,9 @@ class Link:
         return self._connected
 
     def refused(self):
-        """Whether somebody is there who does not admit this client."""
-        return not self.connected() and self._failure in (OTHER_MECHANISM, REFUSED)
+        """Whether somebody is there who does not admit this client, as far as `connected` knew. Takes nothing in, so that
+        who asks both and then waits for the monitor has missed no event."""
+        return not self._connected and self._failure in (OTHER_MECHANISM, REFUSED)
 
     def why_no_peer(self):
         if self._failure == REFUSED:

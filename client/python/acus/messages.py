@@ -214,6 +214,8 @@ class Force(Message):
     unheld: float  # m
     base_position: Vector  # m
     base_orientation: Quaternion  # world from base
+    commanded_position: Vector  # m
+    commanded_orientation: Quaternion  # world from base, spin left out
     spin: float  # rad
     tip_position: Vector  # m
     tip_force: Vector  # N
@@ -273,6 +275,10 @@ class Haptics(Message):
     backward: float  # m
     forward_limit: str
     backward_limit: str
+    lasting_force: Vector  # N
+    lasting_torque: Vector  # N m
+    forward_yield: float  # N
+    backward_yield: float  # N
     flags: int
 
 

@@ -40,7 +40,8 @@ ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& c
   Vector3 normal_now = Vector3::Zero(), normal_at_rest = Vector3::Zero();
   for (std::size_t i = 0; i < kDisc.size(); ++i) {
     const Vector3 on_disc = at + radius * (kDisc[i].x() * across[0] + kDisc[i].y() * across[1]);
-    const SurfacePoint point = i == 0 ? in_the_middle : tissue.surface.closest(rest, on_disc);
+    const SurfacePoint point =
+        i == 0 ? in_the_middle : tissue.surface.closest_facing(rest, on_disc, in_the_middle.normal);
     const double way = 4 * (point.position - on_disc).norm() / radius;
     const double share = 1 / ((1 + way * way) * (1 + way * way));
     patch.points[i] = i == 0 ? centre : tissue.surface.material(point);

@@ -97,6 +97,44 @@ void add_part(const Transition& now, Path& path, const MaterialPoint& mouth) {
   memory.end_s = now.at.needle.model.length;
 }
 
+// Where the shaft comes in through the surface last before the tip, and how far along the needle that piece of it ends.
+struct WayIn {
+  SurfacePoint crossing;
+  double s;  // m
+};
+
+std::optional<WayIn> way_in(const InsertionView& at, double from_s) {
+  const auto position = [&](double s) { return curve_point(at.needle.model, at.needle.shape, s).position; };
+  const double step = at.parameters.constraint_spacing;
+  for (double s = at.needle.model.length; s > from_s; s -= step) {
+    const auto crossing = at.tissue.surface.entry(at.tissue.x, position(std::max(from_s, s - step)), position(s));
+    if (crossing) return WayIn{*crossing, s};
+  }
+  return std::nullopt;
+}
+
+// From the mouth to the needle's place s, and from there along the shaft to the tip: a path along the shaft bears
+// nothing yet, however the needle is bent.
+std::uint32_t lay_along_shaft(const Transition& now, Path& path, const MaterialPoint& mouth, double s) {
+  const TissueView& tissue = now.at.tissue;
+  const NeedleView& needle = now.at.needle;
+  std::uint32_t flags = 0;
+  Vector3 from = tissue.position(mouth);
+  int start = mouth.tetrahedron;
+  std::size_t placed =
+      path.vertices.size() - 1;  // vertices that know where on the needle they are; the mouth does not yet
+  while (true) {
+    const Vector3 to = curve_point(needle.model, needle.shape, s).position;
+    flags |= lay_vertices(now, path, start, from, to);
+    for (; placed < path.vertices.size(); ++placed)
+      now.memory.vertices[placed].s = s - (to - tissue.position(path.vertices[placed])).norm();
+    if (s >= needle.model.length) return flags;
+    start = trace_segment(tissue.mesh, tissue.x, start, from, to).end.tetrahedron;
+    from = to;
+    s = std::min(s + path.spacing, needle.model.length);
+  }
+}
+
 }  // namespace
 
 void leave_contact_or_puncture(const Transition& now) {
@@ -151,17 +189,15 @@ std::uint32_t open_where_found(const Transition& now) {
   if (!path || (through && !path->has_room_for_part())) return kTipFoundInside;
 
   now.report(EventKind::intrusion, tissue.region(*end), 0);
-  const Vector3 behind = through ? tissue.position(path->end) : tip.position - now.at.needle.model.length * tip.tangent;
-  const auto crossing = tissue.surface.entry(tissue.x, behind, tip.position);
+  const auto way = way_in(now.at, through ? memory.end_s : 0);
   const MaterialPoint mouth =
-      tissue.surface.material(crossing ? *crossing : tissue.surface.closest(tissue.x, tip.position));
+      tissue.surface.material(way ? way->crossing : tissue.surface.closest(tissue.x, tip.position));
   if (through) {
     add_part(now, *path, mouth);
   } else {
     open_path(now, *path, mouth);
   }
-  const std::uint32_t flags =
-      lay_vertices(now, *path, mouth.tetrahedron, tissue.position(mouth), tip.position);
+  const std::uint32_t flags = lay_along_shaft(now, *path, mouth, way ? way->s : now.at.needle.model.length);
   path->end = *end;
   return flags | kTipFoundInside;
 }

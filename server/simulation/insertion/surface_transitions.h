@@ -16,9 +16,9 @@ std::uint32_t go_through(const Transition& now, Path& path, bool beyond);
 // Where a tip stands that is deep enough in the tissue to be noticed.
 std::optional<MaterialPoint> noticed_inside(const TissueView& tissue, const Vector3& tip);
 
-// A tip that lost its contact, as elements turned inside out under it, or was torn or thrown into the tissue stands there
-// without a path: one is opened, or goes on, from where the needle crosses the surface straight to the tip. Returns
-// flags.
+// A tip that lost its contact, as elements turned inside out under it, or was torn or thrown into the tissue stands
+// there without a path: one is opened, or goes on, from where the shaft crosses the surface last, along it to the tip.
+// Where it does not cross, from the nearest point of the surface straight to the tip. Returns flags.
 std::uint32_t open_where_found(const Transition& now);
 
 }  // namespace acus

@@ -30,7 +30,9 @@ Bite bite(const Needle& needle, const Vector3& along, const Vector3& normal, dou
 
 Bite bite(const InsertionView& at, const Obstacle& obstacle, double puncture_force, double friction) {
   if (std::isinf(puncture_force)) return {friction, 1};
-  return bite(at.parameters, at.needle.tip().tangent, obstacle.at.normal, friction);
+  const NeedleView& needle = at.needle;
+  const Vector3 along = curve_point(needle.model, needle.start, needle.model.length).tangent;
+  return bite(at.parameters, along, obstacle.at.normal, friction);
 }
 
 }  // namespace acus

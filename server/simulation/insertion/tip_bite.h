@@ -35,7 +35,8 @@ struct Bite {
 // Of a tip whose unit tangent is `along`, pushed against a surface with the unit normal `normal` towards it.
 Bite bite(const Needle& needle, const Vector3& along, const Vector3& normal, double friction);
 
-// On an obstacle with these f_p (N) and mu; nothing bites into bone, whose f_p is infinite.
+// On an obstacle with these f_p (N) and mu, of the tip as it stands at the start of the tick; nothing bites into bone,
+// whose f_p is infinite.
 Bite bite(const InsertionView& at, const Obstacle& obstacle, double puncture_force, double friction);
 
 }  // namespace acus

@@ -26,7 +26,7 @@ void take_commands(const Model& model, const State& state, const Commands& comma
   for (int i = 0; i < model.needle_count(); ++i) {
     scratch.bases[i] = follow(model.needle_limits[i], model.h, state.bases[i], commands[i], tick);
     put_shape(state.needles[i], scratch.start_shapes[i]);
-    scratch.motions[i].begin(state.needles[i], scratch.bases[i].spun_pose());
+    scratch.motions[i].begin(state.needles[i], scratch.bases[i].spun_pose(), state.bases[i].spun_pose());
   }
   scratch.tissue.begin(state.tissue);
 }

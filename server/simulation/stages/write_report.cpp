@@ -78,6 +78,7 @@ void report_state(const Model& model, const State& state, TickReport& report) {
     of_needle.inserted_depth = state.insertions[i].depth;
     of_needle.unheld = state.watches[i].unheld;
     of_needle.base = {needle.x.col(0), needle.q[0]};
+    of_needle.told = model.needles[i].hold ? base.spun_pose() : of_needle.base;
     of_needle.spin = base.spin;
     of_needle.tip_position = needle.x.rightCols<1>();
   }

@@ -238,6 +238,7 @@ std::string bench_json(const BenchRun& run, const Simulation& simulation, const 
       {"trajectory", run.trajectory_file},
       {"rung", rung_name(simulation)},
       {"solver", solver_name(simulation)},
+      {"rate", simulation.scene().rate},
       {"nodes", simulation.mesh().node_count()},
       {"tetrahedra", simulation.mesh().tetrahedron_count()},
       {"unknowns", 3 * costs.free_nodes},

@@ -41,7 +41,6 @@ tissue:
 needles:
   - length: 0.15
     beams: 15
-    smoothing: 5e-3
     base: {position: [0.003, 0.002, 0.202], orientation: [0.7071067811865476, 0, 0.7071067811865476, 0]}
 )",
                             "haptics");
@@ -200,10 +199,11 @@ class ChatterMeter {
   int count_ = 0;
 };
 
+haptics::Vector3 plain(const Vector3& v) { return {{v.x(), v.y(), v.z()}}; }
+
 haptics::Pose plain(const Pose& pose) {
-  const Vector3& p = pose.position;
   const Quaternion& q = pose.orientation;
-  return {{{p.x(), p.y(), p.z()}}, {q.w(), q.x(), q.y(), q.z()}};
+  return {plain(pose.position), {q.w(), q.x(), q.y(), q.z()}};
 }
 
 Pose of_server(const haptics::Pose& pose) {
@@ -216,9 +216,10 @@ struct CommandSent {
   std::uint64_t seq = 0;
 };
 
-// What comes from the server: the local model, and whether the needle is inside.
+// What comes from the server: the local model, the force with the needle's inertia, and whether the needle is inside.
 struct ModelSent {
   haptics::LocalModel model;
+  haptics::Wrench force;
   bool inserted = false;
 };
 
@@ -238,7 +239,8 @@ class ServerSide {
   void tick(double now) {
     while (const auto command = up_.receive(now)) in_use_ = *command;
     const haptics::LocalModel model = step_with_local_model(simulation_, of_server(in_use_.base), in_use_.seq);
-    down_.send(now, {model, simulation_.report().needles[0].phase == Phase::inside});
+    const NeedleReport& needle = simulation_.report().needles[0];
+    down_.send(now, {model, {plain(needle.base_force), plain(needle.base_torque)}, needle.phase == Phase::inside});
   }
 
  private:
@@ -273,12 +275,12 @@ class DeviceSide {
     const double before = force_, before_from_server = from_server();
     while (const auto sent = server.receive(now)) {
       kit_.take(sent->model);
-      newest_ = sent->model;
+      newest_ = with_kit_ ? sent->model.felt : sent->force;
       if (sent->inserted && !outcome_.punctured) outcome_.punctured = true, punctured_at_ = now;
     }
     const haptics::Pose device{handle_.measured(), {}};
     const haptics::Kit::Answer answer = kit_.step({device, false});
-    const haptics::Wrench wrench = with_kit_ ? answer.on_hand : registration_.at_device(newest_.felt);
+    const haptics::Wrench wrench = with_kit_ ? answer.on_hand : registration_.at_device(newest_);
     handle_.write(wrench.force);
     force_ = wrench.force[0];
     server.send(now, {with_kit_ ? answer.base : registration_.base_of(device), answer.seq});
@@ -299,7 +301,7 @@ class DeviceSide {
   }
 
  private:
-  double from_server() const { return registration_.at_device(newest_.felt).force[0]; }
+  double from_server() const { return registration_.at_device(newest_).force[0]; }
 
   void measure(double now, const Plan& plan) {
     outcome_.largest_force = std::max(outcome_.largest_force, std::abs(force_));
@@ -314,7 +316,7 @@ class DeviceSide {
   haptics::SimulatedHandle handle_;
   haptics::Kit kit_;
   haptics::Registration registration_;
-  haptics::LocalModel newest_;
+  haptics::Wrench newest_;  // of the server, as this loop uses it
   double force_ = 0, punctured_at_ = 0;
   Mean pressed_, pressed_on_;
   ChatterMeter chatter_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the topic `haptics` would say of a tick, found without it: the stiffness along the needle's axis as a difference
-// of two ticks from the same state, the limits from the laws of the tip.
+// What the topic `haptics` says of a tick, as the haptic kit takes it (client/haptics/program/message.h), without the
+// wire.
 #pragma once
 
 #include "client/haptics/local_model.h"
@@ -8,8 +8,8 @@
 
 namespace acus {
 
-// One tick in which needle 0 goes on to `target`, and its local model. Makes the tick twice: the first time with the
-// target a little further back. Other axes than the needle's have no stiffness. `seq` is that of the command.
+// One tick in which needle 0, that does not spin, goes on to `target`, and its local model. `seq` is that of the
+// command.
 haptics::LocalModel step_with_local_model(Simulation& simulation, const Pose& target, std::uint64_t seq);
 
 }  // namespace acus

@@ -36,11 +36,18 @@ bool all_finite(const TickReport& report) {
          std::all_of(report.needles.begin(), report.needles.end(), finite);
 }
 
+Vector3 turn_between(const Pose& from, const Pose& to) {
+  return rotation_log(to.orientation * from.orientation.conjugate());
+}
+
 class Recorder {
  public:
   explicit Recorder(const Experiment& experiment)
       : simulation_(experiment.scene), h_(1 / experiment.scene.rate), free_(experiment.scene.tissue.fixed.empty()) {
-    for (const NeedleReport& needle : simulation_.report().needles) bases_.push_back(needle.base);
+    for (const NeedleReport& needle : simulation_.report().needles) {
+      bases_.push_back(needle.base);
+      told_.push_back(needle.told);
+    }
     series_.forces.resize(2 * bases_.size());
     before_ = simulation_.tissue_positions();
   }
@@ -90,10 +97,11 @@ class Recorder {
     for (std::size_t i = 0; i < bases_.size(); ++i) {
       const NeedleReport& needle = report.needles[i];
       const Vector3 moved = needle.base.position - bases_[i].position;
-      const Vector3 turned = rotation_log(needle.base.orientation * bases_[i].orientation.conjugate());
-      work -= needle.base_force.dot(moved) + needle.base_torque.dot(turned);
-      if (std::max(moved.norm(), turned.norm()) > kStill * h_) series_.rest = series_.ticks();
+      work -= needle.base_force.dot(moved) + needle.base_torque.dot(turn_between(bases_[i], needle.base));
+      const double told = (needle.told.position - told_[i].position).norm();
+      if (std::max(told, turn_between(told_[i], needle.told).norm()) > kStill * h_) series_.rest = series_.ticks();
       bases_[i] = needle.base;
+      told_[i] = needle.told;
     }
     series_.work.push_back(work);
   }
@@ -120,6 +128,7 @@ class Recorder {
   std::size_t touching_for_ = 0;  // ticks since none touched the tissue
   Matrix3X before_;
   std::vector<Pose> bases_;
+  std::vector<Pose> told_;
   StabilitySeries series_;
 };
 

@@ -2,6 +2,7 @@
 // Stage 9 of one needle: puncture, growth, exit, withdrawal, re-entry.
 #include <doctest/doctest.h>
 
+#include "server/math/rotation.h"
 #include "server/simulation/insertion/transitions.h"
 #include "tests/simulation/insertion/bench_insertion.h"
 
@@ -22,6 +23,22 @@ void press_through(InsertionBench& bench) {
   bench.memory = bench.work.next;
   bench.memory.tip.contact = 0.4;
   bench.work.puncturing = true;
+}
+
+// The needle goes straight down for 40 mm from its base and then turns back up, on a half circle of 20 mm.
+void put_hooked_needle(InsertionBench& bench, const Vector3& base) {
+  constexpr double kStraight = 0.04, kRadius = 0.02;
+  NeedleState needle = make_needle_state(bench.model, Pose{});
+  for (Eigen::Index i = 0; i < needle.x.cols(); ++i) {
+    const double s = needle.x(0, i);
+    const double angle = std::max(0.0, s - kStraight) / kRadius;
+    const double down = std::min(s, kStraight) + kRadius * std::sin(angle);
+    needle.x.col(i) = base + Vector3(kRadius * (1 - std::cos(angle)), 0, -down);
+    needle.q[static_cast<std::size_t>(i)] =
+        rotation_between(Vector3::UnitX(), Vector3(std::sin(angle), 0, -std::cos(angle)));
+  }
+  put_shape(needle, bench.start);
+  bench.shape = bench.start;
 }
 
 }  // namespace
@@ -83,6 +100,22 @@ TEST_CASE("a tip that is found in the tissue without path or contact gets a path
   REQUIRE(bench.memory.path == 0);
   CHECK((bench.position(bench.paths[0].vertices[0]) - on_line(kTop)).norm() < kRounding);
   CHECK((bench.position(bench.paths[0].end) - on_line(kTop - depth)).norm() < kRounding);
+}
+
+TEST_CASE("the path of a bent needle that is found in the tissue lies along its shaft, and bears nothing") {
+  InsertionBench bench;
+  put_hooked_needle(bench, {-0.0191, 0.0021, kTop + 0.02});
+  bench.locate();
+  CHECK(transitions_of(bench) == kTipFoundInside);
+  const Path& path = bench.paths[0];
+  CHECK((bench.position(path.vertices[0]) - Vector3(-0.0191, 0.0021, kTop)).norm() < 1e-6);
+  CHECK(bench.memory.depth == doctest::Approx(kLength - 0.02).epsilon(0.01));
+  const auto& needle = bench.view().needle;
+  for (std::size_t k = 0; k < path.vertices.size(); ++k) {
+    const Vector3 on_shaft = curve_point(needle.model, needle.shape, bench.memory.vertices[k].s).position;
+    const double sagitta = path.spacing * path.spacing / (8 * 0.02);
+    CHECK((bench.position(path.vertices[k]) - on_shaft).norm() < 2 * sagitta);
+  }
 }
 
 TEST_CASE("a tip that has just punctured may stand before the mouth; one that goes back is withdrawn") {
