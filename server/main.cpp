@@ -13,18 +13,19 @@
 
 #include "protocol/endpoint_address.h"
 #include "protocol/key_file.h"
-#include "server/transport/endpoint.h"
-#include "server/transport/listening.h"
+#include "server/math/kernel_set.h"
 #include "server/runtime/log.h"
 #include "server/runtime/privileges.h"
 #include "server/runtime/realtime_loop.h"
 #include "server/runtime/rehearsal.h"
 #include "server/runtime/service_manager.h"
+#include "server/runtime/termination.h"
 #include "server/scene/installed_scenes.h"
 #include "server/scene/scene_fields.h"
 #include "server/simulation/scene_summary.h"
 #include "server/simulation/snapshot.h"
-#include "server/runtime/termination.h"
+#include "server/transport/endpoint.h"
+#include "server/transport/listening.h"
 
 namespace {
 
@@ -189,7 +190,7 @@ void report(const Punctuality& punctuality) {
 void serve_and_tell(Endpoint& endpoint, const Link& link, const Termination& termination) {
   ServiceManager manager(ServiceManager::address_from_environment());
   manager.ready(endpoint.standing());
-  endpoint.run(termination.file(), [&] {
+  endpoint.run(termination.file(), manager.period(), [&] {
     const auto now = ServiceManager::Clock::now();
     if (manager.due(now)) manager.keep_informed(now, link.turns.load(std::memory_order_relaxed), endpoint.standing());
   });
@@ -240,6 +241,12 @@ void read_keys(Arguments& arguments) {
 
 int run(const Arguments& arguments) {
   const Termination termination;
+  try {
+    spdlog::info("kernels for {}", name_of(kernel_set()));
+  } catch (const std::runtime_error& error) {
+    spdlog::error("{}", error.what());
+    return kBadCommandLine;
+  }
   std::unique_ptr<LoadedScene> world;
   try {
     world = load_scene(read_scene(arguments.scene), arguments.endpoint.rate);

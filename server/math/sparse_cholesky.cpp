@@ -170,7 +170,7 @@ void SparseCholesky::forward(Eigen::Ref<VectorX> x) const {
       double* columns = x.data() + panel.first;
       double* below = std::copy_n(columns, panel.columns, w);
       std::fill_n(below, panel.below + kTileRows, 0.0);
-      values.template forward<1>(tree_, s, w, 0);
+      values.forward(tree_, s, w);
       std::copy_n(w, panel.columns, columns);
       for (int i = 0; i < panel.below; ++i) x[rows[i]] += below[i];
     }
@@ -205,7 +205,7 @@ void SparseCholesky::unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> col
       auto own = columns.middleRows(length - panel.to_root, panel.columns);
       panel_.topRows(panel.columns) = own;
       panel_.middleRows(panel.columns, panel.below + kTileRows).setZero();
-      values.template forward<3>(tree_, s, panel_.data(), panel_.rows());
+      values.forward_three(tree_, s, panel_.data(), panel_.rows());
       own = panel_.topRows(panel.columns);
       for (int i = 0; i < panel.below; ++i)
         columns.row(length - tree_.from_root[tree_.rows[panel.first_row + i]]) += panel_.row(panel.columns + i);

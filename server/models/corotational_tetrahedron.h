@@ -14,21 +14,20 @@
 // matrix is not positive (an element close to inversion) a bounded first-order step is taken instead
 // [Müller et al. 2016, "A robust method to extract the rotational part of deformations"].
 //
-// Everything is templated over the number type: double is one element, Lanes eight of them at once in the vector
-// registers.
+// Everything is templated over the number type: Real = double is one element, Lanes eight of them at once in the vector
+// registers, with constants from memory (Stored = Octet).
 #pragma once
 
 #include "server/math/lanes.h"
-#include "server/math/types.h"
 
 namespace acus {
 
 // Constant per element.
-template <class Real>
+template <class Stored>
 struct TetrahedronShape {
-  Real gradient[3][3];  // rows: grad N_1, grad N_2, grad N_3 (1/m); grad N_0 = minus their sum
-  Real volume;          // m³
-  Real mu, lambda;      // Lamé constants (Pa)
+  Stored gradient[3][3];  // rows: grad N_1, grad N_2, grad N_3 (1/m); grad N_0 = minus their sum
+  Stored volume;          // m³
+  Stored mu, lambda;      // Lamé constants (Pa)
 };
 
 // 1/sqrt(n) for n near 1, where a few terms of its series are exact to rounding and sooner there.
@@ -84,16 +83,16 @@ inline void polar_rotation(const Real (&f)[3][3], Real (&q)[4], Real (&r)[3][3],
     const Real determinant = g00 * c00 + g01 * c01 + g02 * c02;
 
     const auto regular = (g00 > 1e-3 * size) & (c22 > 1e-4 * size2) & (determinant > 1e-5 * size2 * size);
-    const Real newton = 1.0 / (regular ? determinant : size2 * size);
+    const Real newton = 1.0 / select(regular, determinant, size2 * size);
     Real w0 = (c00 * a0 + c01 * a1 + c02 * a2) * newton;
     Real w1 = (c01 * a0 + c11 * a1 + c12 * a2) * newton;
     Real w2 = (c02 * a0 + c12 * a1 + c22 * a2) * newton;
     if (!all(regular)) {
       const Real trace = s[0][0] + s[1][1] + s[2][2];
-      const Real first_order = 1.0 / ((trace > 0.0 ? trace : -trace) + 0.3 * size);
-      w0 = regular ? w0 : a0 * first_order;
-      w1 = regular ? w1 : a1 * first_order;
-      w2 = regular ? w2 : a2 * first_order;
+      const Real first_order = 1.0 / (select(trace > 0.0, trace, -trace) + 0.3 * size);
+      w0 = select(regular, w0, a0 * first_order);
+      w1 = select(regular, w1, a1 * first_order);
+      w2 = select(regular, w2, a2 * first_order);
     }
 
     // q <- q (1, omega/2), normalised: a rotation by 2 atan(|omega|/2).
@@ -111,8 +110,8 @@ inline void polar_rotation(const Real (&f)[3][3], Real (&q)[4], Real (&r)[3][3],
 }
 
 // Deformation gradient from the node positions x[node][axis].
-template <class Real>
-inline void deformation_gradient(const TetrahedronShape<Real>& t, const Real (&x)[4][3], Real (&f)[3][3]) {
+template <class Real, class Stored>
+inline void deformation_gradient(const TetrahedronShape<Stored>& t, const Real (&x)[4][3], Real (&f)[3][3]) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       f[i][j] = (x[1][i] - x[0][i]) * t.gradient[0][j] + (x[2][i] - x[0][i]) * t.gradient[1][j] +
@@ -121,10 +120,10 @@ inline void deformation_gradient(const TetrahedronShape<Real>& t, const Real (&x
 }
 
 // force[node][axis] = V R (2 mu E + lambda tr(E) I) grad N, for a rotation r and a strain e + shift I, both 3 x 3.
-template <class Real>
-inline void nodal_forces(const TetrahedronShape<Real>& t, const Real (&r)[3][3], const Real (&e)[3][3], double shift,
+template <class Real, class Stored>
+inline void nodal_forces(const TetrahedronShape<Stored>& t, const Real (&r)[3][3], const Real (&e)[3][3], double shift,
                          Real (&force)[4][3]) {
-  const Real shear = 2.0 * t.mu;
+  const Real shear = 2.0 * Real(t.mu);
   const Real pressure = t.lambda * (e[0][0] + e[1][1] + e[2][2] + 3.0 * shift) + shear * shift;
   Real stress[3][3];
   for (int i = 0; i < 3; ++i)
@@ -141,8 +140,8 @@ inline void nodal_forces(const TetrahedronShape<Real>& t, const Real (&r)[3][3],
 }
 
 // force[node][axis] = dPsi/dx (N); q is the element's rotation, updated. Returns theta = tr(E).
-template <class Real>
-inline Real corotational_forces(const TetrahedronShape<Real>& t, const Real (&x)[4][3], Real (&q)[4],
+template <class Real, class Stored>
+inline Real corotational_forces(const TetrahedronShape<Stored>& t, const Real (&x)[4][3], Real (&q)[4],
                                 Real (&force)[4][3]) {
   Real f[3][3], r[3][3], s[3][3];
   deformation_gradient(t, x, f);
@@ -152,8 +151,8 @@ inline Real corotational_forces(const TetrahedronShape<Real>& t, const Real (&x)
 }
 
 // force = V p dtheta/dx = V p R grad N: what a pressure p (Pa, tension positive) adds, for a rotation q that stays.
-template <class Real>
-inline void pressure_forces(const TetrahedronShape<Real>& t, const Real& p, const Real (&q)[4], Real (&force)[4][3]) {
+template <class Real, class Stored>
+inline void pressure_forces(const TetrahedronShape<Stored>& t, const Real& p, const Real (&q)[4], Real (&force)[4][3]) {
   Real r[3][3];
   quaternion_matrix(q, r);
   const Real scale = t.volume * p;
@@ -166,8 +165,8 @@ inline void pressure_forces(const TetrahedronShape<Real>& t, const Real& p, cons
 }
 
 // force = R K0 Rᵀ u for small displacements u[node][axis] (m) and a rotation q that stays. Returns dtheta/dx u.
-template <class Real>
-inline Real turned_stiffness_forces(const TetrahedronShape<Real>& t, const Real (&u)[4][3], const Real (&q)[4],
+template <class Real, class Stored>
+inline Real turned_stiffness_forces(const TetrahedronShape<Stored>& t, const Real (&u)[4][3], const Real (&q)[4],
                                     Real (&force)[4][3]) {
   Real f[3][3], r[3][3], a[3][3], e[3][3];
   deformation_gradient(t, u, f);
@@ -178,21 +177,5 @@ inline Real turned_stiffness_forces(const TetrahedronShape<Real>& t, const Real 
   nodal_forces(t, r, e, 0, force);
   return e[0][0] + e[1][1] + e[2][2];
 }
-
-// The energy Psi (J) at node positions x, with the rotation found from the warm start q.
-double corotational_energy(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]);
-
-// theta = tr(E) with the rotation found from the warm start q, and V dtheta/dx = V R grad N (m²), one column per node.
-struct VolumeStrain {
-  double value;
-  Eigen::Matrix<double, 3, 4> gradient;
-};
-VolumeStrain volume_strain(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]);
-
-// Second derivative of Psi + V p theta for a pressure p that stays (Pa), in N/m; unknowns in the order node * 3 + axis.
-// `exact` gives the Hessian, which can be indefinite under compression; otherwise R K Rᵀ, the rest stiffness turned with
-// the element, always semidefinite, whatever p is.
-Eigen::Matrix<double, 12, 12> corotational_tangent(const TetrahedronShape<double>& t, const double (&x)[4][3],
-                                                   const double (&q)[4], bool exact, double p = 0);
 
 }  // namespace acus

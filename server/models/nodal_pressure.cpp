@@ -67,21 +67,6 @@ NodalPressure make_nodal_pressure(const TetrahedralMesh& mesh, std::span<const i
   return model;
 }
 
-void add_volume_change(const NodalPressure& model, std::size_t batch, const Lanes& volume_change, VectorX& sums) {
-  const Lanes quarter = 0.25 * volume_change;
-  for (const auto& patches : model.batches[batch].patches)
-    for (int lane = 0; lane < kLanes; ++lane) sums[patches[lane]] += quarter[lane];
-}
-
-Lanes mean_pressure(const NodalPressure& model, std::size_t batch, const VectorX& pressures) {
-  const auto& patches = model.batches[batch].patches;
-  Lanes sum;
-  for (int lane = 0; lane < kLanes; ++lane)
-    sum[lane] = pressures[patches[0][lane]] + pressures[patches[1][lane]] + pressures[patches[2][lane]] +
-                pressures[patches[3][lane]];
-  return 0.25 * sum;
-}
-
 double mean_pressure(const NodalPressure& model, int tetrahedron, const VectorX& pressures) {
   double sum = 0;
   for (const int patch : model.of_element[tetrahedron]) sum += pressures[patch];

@@ -38,8 +38,8 @@
 #include <span>
 #include <vector>
 
-#include "server/math/lanes.h"
 #include "server/math/types.h"
+#include "server/models/element_kernel.h"
 #include "server/models/tetrahedral_mesh.h"
 
 namespace acus {
@@ -48,16 +48,11 @@ namespace acus {
 struct NodalPressure {
   static constexpr double kElementShare = 1;  // lambda_s / mu, of larger lambda
 
-  // The patches of the nodes of a batch of elements.
-  struct Batch {
-    int patches[4][kLanes];
-  };
-
   VectorX volume;                              // per patch: V_a (m³)
   VectorX modulus;                             // per patch: lambda - lambda_s (Pa)
   VectorX damping;                             // per patch: beta (s)
   std::vector<std::array<int, 4>> of_element;  // per tetrahedron: the patches of its nodes
-  std::vector<Batch> batches;
+  std::vector<PatchBatch> batches;
   std::vector<int> first_node;                 // per patch, of its nodes in `nodes`; the end behind the last
   std::vector<int> nodes;                      // of each patch's elements, ascending
 
@@ -74,11 +69,7 @@ NodalPressure make_nodal_pressure(const TetrahedralMesh& mesh, std::span<const i
                                   const std::vector<double>& volumes, const std::vector<double>& modulus,
                                   const std::vector<double>& damping);
 
-// sums[a] += V_e/4 theta_e for the elements of a batch, volume_change = V_e theta_e (m³).
-void add_volume_change(const NodalPressure& model, std::size_t batch, const Lanes& volume_change, VectorX& sums);
-
-// The mean pressure p_e (Pa) of the elements of a batch from those of the patches.
-Lanes mean_pressure(const NodalPressure& model, std::size_t batch, const VectorX& pressures);
+// The mean pressure p_e (Pa) of an element from those of the patches.
 double mean_pressure(const NodalPressure& model, int tetrahedron, const VectorX& pressures);
 
 // The vectors g_a of a configuration.

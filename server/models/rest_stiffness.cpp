@@ -3,6 +3,8 @@
 
 #include <map>
 
+#include "server/models/corotational_energy.h"
+
 namespace acus {
 
 RestStiffness::RestStiffness(const TissueModel& model) : mesh_(*model.mesh) {

@@ -4,11 +4,27 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 
+#include "server/math/kernel_set.h"
 #include "server/math/rotation.h"
+#include "server/models/corotational_energy.h"
 
 namespace acus {
+
+namespace baseline {
+extern const ElementKernel kernel_of_elements;
+}
+#if ACUS_KERNELS_V4
+namespace v4 {
+extern const ElementKernel kernel_of_elements;
+}
+#else
+namespace v4 = baseline;
+#endif
+
+const ElementKernel& element_kernel() {
+  return kernel_set() == KernelSet::v4 ? v4::kernel_of_elements : baseline::kernel_of_elements;
+}
 
 namespace {
 
@@ -85,9 +101,10 @@ TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> 
   if (element == TissueElement::nodal_pressure) average_pressure(model, region_of, materials.size());
   model.batches = make_batches(model);
   for (std::size_t b = 0; b < model.batches.size(); ++b) {
-    Lanes& damping = model.batch_damping.emplace_back();
-    for (std::size_t lane = 0; lane < kLanes; ++lane)
-      damping[lane] = model.rayleigh_stiffness[std::min(b * kLanes + lane, model.rayleigh_stiffness.size() - 1)];
+    Octet& damping = model.batch_damping.emplace_back();
+    for (int lane = 0; lane < kLanes; ++lane)
+      damping[lane] = model.rayleigh_stiffness[std::min(b * kLanes + static_cast<std::size_t>(lane),
+                                                        model.rayleigh_stiffness.size() - 1)];
   }
   model.free_index.assign(static_cast<std::size_t>(mesh.node_count()), -1);
   for (int i = 0; i < mesh.node_count(); ++i) {
@@ -106,10 +123,8 @@ TissueState make_tissue_state(const TissueModel& model) {
 }
 
 ElementRotations::ElementRotations(const TissueModel& model) : batches(model.batches.size()) {
-  for (Batch& b : batches) {
-    b.q[0] = Lanes{} + 1.0;
-    b.q[1] = b.q[2] = b.q[3] = Lanes{};
-  }
+  for (RotationBatch& b : batches)
+    for (int i = 0; i < kLanes; ++i) b.q[0][i] = 1;
 }
 
 ElementScratch::ElementScratch(const TissueModel& model)
@@ -119,63 +134,29 @@ ElementScratch::ElementScratch(const TissueModel& model)
 
 namespace {
 
-void add_to_nodes(const ElementBatch& batch, const Lanes (&force)[4][3], double* total) {
-  Quad quads[kLanes];
-  for (int k = 0; k < 4; ++k) {
-    transpose(force[k][0], force[k][1], force[k][2], Lanes{}, quads);
-    for (int lane = 0; lane < kLanes; ++lane) add_quad(total + 4 * batch.nodes[k][lane], quads[lane]);
-  }
+ElementArrays arrays_of(const TissueModel& model) {
+  const bool patches = model.pressure.patches() > 0;
+  return {model.batches.size(), model.batches.data(), model.batch_damping.data(),
+          patches ? model.pressure.batches.data() : nullptr};
 }
 
-// Nodal forces of all elements from nodal vectors, into scratch.forces: element(batch number, nodal vectors, forces)
-// does eight at a time.
-template <class Element>
-void sum_over_elements(const TissueModel& model, const Matrix3X& x, ElementScratch& scratch, Element element) {
-  scratch.x.topRows<3>() = x;
-  scratch.forces.setZero();
-  const double* position = scratch.x.data();
-  for (std::size_t b = 0; b < model.batches.size(); ++b) {
-    const ElementBatch& batch = model.batches[b];
-    Lanes local[4][3], force[4][3];
-    Quad quads[kLanes];
-    for (int k = 0; k < 4; ++k) {
-      for (int lane = 0; lane < kLanes; ++lane) quads[lane] = load_quad(position + 4 * batch.nodes[k][lane]);
-      Lanes axes[4];
-      transpose(quads, axes);
-      for (int i = 0; i < 3; ++i) local[k][i] = axes[i];
-    }
-    element(b, local, force);
-    add_to_nodes(batch, force, scratch.forces.data());
-  }
-}
-
-// Six times the volume of a tetrahedron with these nodes (m³), negative where it is inside out.
-template <class Real>
-Real edge_determinant(const Real (&x)[4][3]) {
-  Real e[3][3];
-  for (int k = 0; k < 3; ++k)
-    for (int i = 0; i < 3; ++i) e[k][i] = x[k + 1][i] - x[0][i];
-  return e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) + e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
-         e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
-}
-
-// The same for elements that return their volume strain, to which the patches then answer.
-template <class Element>
-void sum_with_patches(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations,
-                      ElementScratch& scratch, bool damping, Element element) {
+// Nodal forces of all elements from nodal vectors: `add` has those of the elements alone, then their patches answer to
+// the changes of volume.
+template <class Add>
+void sum_over_elements(const TissueModel& model, const Matrix3X& nodal, const ElementRotations& rotations,
+                       ElementScratch& scratch, bool damping, Matrix3X& forces, Add add) {
   const NodalPressure& pressure = model.pressure;
   VectorX& patches = scratch.patches;
+  scratch.x.topRows<3>() = nodal;
+  scratch.forces.setZero();
   patches.setZero();
-  sum_over_elements(model, x, scratch, [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
-    add_volume_change(pressure, b, model.batches[b].shape.volume * element(b, local, force), patches);
-  });
-  patches.array() *= pressure.modulus.array() / pressure.volume.array();
-  if (damping) patches.array() *= pressure.damping.array();
-  for (std::size_t b = 0; b < model.batches.size(); ++b) {
-    Lanes force[4][3];
-    pressure_forces(model.batches[b].shape, mean_pressure(pressure, b, patches), rotations.batches[b].q, force);
-    add_to_nodes(model.batches[b], force, scratch.forces.data());
+  add(arrays_of(model));
+  if (pressure.patches() > 0) {
+    patches.array() *= pressure.modulus.array() / pressure.volume.array();
+    if (damping) patches.array() *= pressure.damping.array();
+    element_kernel().pressure_forces(arrays_of(model), patches.data(), rotations.batches.data(), scratch.forces.data());
   }
+  forces = scratch.forces.topRows<3>();
 }
 
 }  // namespace
@@ -183,19 +164,12 @@ void sum_with_patches(const TissueModel& model, const Matrix3X& x, const Element
 bool elastic_forces(const TissueModel& model, const Matrix3X& x, const ElementRotations& start,
                     ElementRotations& rotations, ElementScratch& scratch, Matrix3X& forces) {
   assert(start.batches.size() == model.batches.size() && rotations.batches.size() == model.batches.size());
-  LaneMask upright = Lanes{} == Lanes{};
-  const auto element = [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
-    upright &= edge_determinant(local) > 0.0;
-    rotations.batches[b] = start.batches[b];
-    return corotational_forces(model.batches[b].shape, local, rotations.batches[b].q, force);
-  };
-  if (model.pressure.patches() == 0) {
-    sum_over_elements(model, x, scratch, element);
-  } else {
-    sum_with_patches(model, x, rotations, scratch, false, element);
-  }
-  forces = scratch.forces.topRows<3>();
-  return !all(upright);
+  bool upright = true;
+  sum_over_elements(model, x, rotations, scratch, false, forces, [&](const ElementArrays& elements) {
+    upright = element_kernel().elastic_forces(elements, scratch.x.data(), start.batches.data(),
+                                              rotations.batches.data(), scratch.forces.data(), scratch.patches.data());
+  });
+  return !upright;
 }
 
 bool elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces) {
@@ -205,18 +179,10 @@ bool elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotation
 
 void damping_forces(const TissueModel& model, const Matrix3X& v, const ElementRotations& rotations,
                     ElementScratch& scratch, Matrix3X& forces) {
-  const auto element = [&](std::size_t b, const Lanes(&local)[4][3], Lanes(&force)[4][3]) {
-    const Lanes rate = turned_stiffness_forces(model.batches[b].shape, local, rotations.batches[b].q, force);
-    for (auto& node : force)
-      for (Lanes& component : node) component *= model.batch_damping[b];
-    return rate;
-  };
-  if (model.pressure.patches() == 0) {
-    sum_over_elements(model, v, scratch, element);
-  } else {
-    sum_with_patches(model, v, rotations, scratch, true, element);
-  }
-  forces = scratch.forces.topRows<3>();
+  sum_over_elements(model, v, rotations, scratch, true, forces, [&](const ElementArrays& elements) {
+    element_kernel().damping_forces(elements, scratch.x.data(), rotations.batches.data(), scratch.forces.data(),
+                                    scratch.patches.data());
+  });
 }
 
 double elastic_energy(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations) {
@@ -259,44 +225,12 @@ void normalize(Matrix4X& q) {
 
 }  // namespace
 
-namespace {
-
-bool all_turned_less(const ElementRotations& rotations) {
-  LaneMask less = Lanes{} == Lanes{};
-  for (const ElementRotations::Batch& batch : rotations.batches) less &= batch.q[0] > kOneSign;
-  return all(less);
-}
-
-// q and -q are the same rotation: each is added with the sign that it has beside what is there already.
-void add_aligned(double* total, const double* q) {
-  const double dot = total[0] * q[0] + total[1] * q[1] + total[2] * q[2] + total[3] * q[3];
-  for (int i = 0; i < 4; ++i) total[i] += dot < 0 ? -q[i] : q[i];
-}
-
-}  // namespace
-
 void node_rotations(const TissueModel& model, const ElementRotations& rotations, Matrix4X& q) {
+  const ElementKernel& kernel = element_kernel();
+  const ElementArrays elements = arrays_of(model);
   q.setZero();
-  double* total = q.data();
-  const bool aligned = all_turned_less(rotations);
-  for (std::size_t b = 0; b < model.batches.size(); ++b) {
-    const ElementBatch& batch = model.batches[b];
-    const Lanes(&turn)[4] = rotations.batches[b].q;
-    const Lanes& weight = batch.shape.volume;
-    Quad weighted[kLanes];
-    transpose(weight * turn[0], weight * turn[1], weight * turn[2], weight * turn[3], weighted);
-    for (int k = 0; k < 4; ++k)
-      for (int lane = 0; lane < kLanes; ++lane) {
-        double* node = total + 4 * batch.nodes[k][lane];
-        if (aligned) {
-          add_quad(node, weighted[lane]);
-        } else {
-          double one[4];
-          std::memcpy(one, &weighted[lane], sizeof one);
-          add_aligned(node, one);
-        }
-      }
-  }
+  kernel.add_rotations(elements, rotations.batches.data(),
+                       kernel.all_turned_less(elements, rotations.batches.data(), kOneSign), q.data());
   normalize(q);
 }
 

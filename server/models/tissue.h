@@ -9,19 +9,13 @@
 #include <vector>
 
 #include "server/math/types.h"
-#include "server/models/corotational_tetrahedron.h"
+#include "server/models/element_kernel.h"
 #include "server/models/material.h"
 #include "server/models/nodal_pressure.h"
 #include "server/models/tetrahedral_mesh.h"
 #include "server/models/tissue_element.h"
 
 namespace acus {
-
-// kLanes elements side by side; unfilled lanes repeat the last element with zero volume.
-struct ElementBatch {
-  TetrahedronShape<Lanes> shape;
-  int nodes[4][kLanes];
-};
 
 // Constant after load.
 struct TissueModel {
@@ -30,7 +24,7 @@ struct TissueModel {
   std::vector<ElementBatch> batches;
   NodalPressure pressure;
   std::vector<double> rayleigh_stiffness;            // beta per tetrahedron (s)
-  std::vector<Lanes> batch_damping;                  // the same per batch
+  std::vector<Octet> batch_damping;                  // the same per batch
   VectorX mass;                                      // per node (kg)
   VectorX mass_damping;                              // per node: alpha m (kg/s)
   std::vector<int> free_index;                       // per node, -1 if fixed
@@ -54,16 +48,13 @@ inline void gather_nodes(const Matrix3X& x, const std::array<int, 4>& nodes, dou
 
 // Rotation of every element as quaternions (w, x, y, z), in batches; the warm start of the next evaluation.
 struct ElementRotations {
-  struct Batch {
-    Lanes q[4];
-  };
-  std::vector<Batch> batches;
+  std::vector<RotationBatch> batches;
 
   ElementRotations() = default;
   explicit ElementRotations(const TissueModel& model);  // none is turned
 
   void element(int tetrahedron, double (&q)[4]) const {
-    const Batch& b = batches[static_cast<std::size_t>(tetrahedron / kLanes)];
+    const RotationBatch& b = batches[static_cast<std::size_t>(tetrahedron / kLanes)];
     for (int k = 0; k < 4; ++k) q[k] = b.q[k][tetrahedron % kLanes];
   }
 };

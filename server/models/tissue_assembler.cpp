@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <span>
 
+#include "server/models/corotational_energy.h"
+
 namespace acus {
 
 namespace {

@@ -89,9 +89,16 @@ void ServiceManager::ready(std::string_view status) {
   spdlog::warn("cannot tell the service manager that the server is ready: {}", std::strerror(errno));
 }
 
+std::chrono::milliseconds ServiceManager::period() const {
+  const bool watched = watchdog_ > microseconds(0);
+  const microseconds longest = kPeriod;
+  return std::chrono::ceil<std::chrono::milliseconds>(watched ? std::min(longest, watchdog_ / kSignsPerWatchdog)
+                                                              : longest);
+}
+
 void ServiceManager::keep_informed(Clock::time_point now, std::uint64_t turns, std::string_view status) {
   const bool watched = watchdog_ > microseconds(0);
-  due_ = now + (watched ? std::min(kPeriod, watchdog_ / kSignsPerWatchdog) : kPeriod);
+  due_ = now + period();
   const std::string line = in_one_line(status);
   std::string lines;
   if (watched && turns != turns_) lines += "WATCHDOG=1\n";

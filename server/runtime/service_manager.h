@@ -36,6 +36,8 @@ class ServiceManager {
   // Clients can connect from now on. `status` is a line for people.
   void ready(std::string_view status);
 
+  // From one call of keep_informed() to the next.
+  std::chrono::milliseconds period() const;
   // Whether it is time to call keep_informed() again, which costs a system call.
   bool due(Clock::time_point now) const { return file_ >= 0 && now >= due_; }
   // Sends a changed status, and a sign of life if `turns`, which the simulation thread counts up, has changed since the

@@ -54,10 +54,8 @@ struct Walk {
     visit(value.tetrahedron);
     visit(value.weights);
   }
-  void visit(auto& value)
-    requires std::is_same_v<std::remove_cvref_t<decltype(value)>, ElementRotations::Batch>
-  {
-    static_assert(sizeof(ElementRotations::Batch) == 4 * kLanes * sizeof(double));
+  void visit(auto& value) requires std::is_same_v<std::remove_cvref_t<decltype(value)>, RotationBatch> {
+    static_assert(sizeof(RotationBatch) == 4 * kLanes * sizeof(double));
     using Number = std::conditional_t<std::is_const_v<std::remove_reference_t<decltype(value)>>, const double, double>;
     archive.doubles(reinterpret_cast<Number*>(&value), 4 * kLanes);
   }

@@ -119,10 +119,10 @@ std::string Endpoint::standing() const {
                      options_.lockstep ? ", lockstep" : "", paused_ ? ", paused" : "");
 }
 
-void Endpoint::run(int signals, const std::function<void()>& each_turn) {
+void Endpoint::run(int signals, milliseconds longest_turn, const std::function<void()>& each_turn) {
   bool finished = false;
   while (!finished || !all_sent_) {
-    if (wait_for_work(signals)) return;
+    if (wait_for_work(signals, longest_turn)) return;
     link_.to_sockets.clear();
     if (zap_) zap_->answer();
     finished = link_.finished.load(std::memory_order_acquire);
@@ -149,10 +149,11 @@ void Endpoint::update_wanted() {
 bool Endpoint::listening() const { return !options_.lockstep || (waiting_.empty() && !loader_.busy()); }
 
 // Sleeps until something happens or stats are due; true if it is a signal to end.
-bool Endpoint::wait_for_work(int signals) {
+bool Endpoint::wait_for_work(int signals, milliseconds longest_turn) {
   const auto until_stats = std::chrono::ceil<milliseconds>(stats_begun_ + stats_period_ - Clock::now());
   const bool at_work = !all_sent_ || (listening() && inbox_.has_waiting());
-  const auto longest = recordings_.is_ending() ? std::min(kEndingPoll, until_stats) : until_stats;
+  const auto unless_ending = std::min(until_stats, longest_turn);
+  const auto longest = recordings_.is_ending() ? std::min(kEndingPoll, unless_ending) : unless_ending;
   const auto idle = at_work ? milliseconds(0) : std::max(milliseconds(0), longest);
   void* zap = zap_ ? zap_->socket().handle() : nullptr;  // without it the item is a file of number -1, which never is
   std::array<zmq::pollitem_t, 6> items{{{nullptr, signals, ZMQ_POLLIN, 0},

@@ -54,8 +54,8 @@ class Endpoint {
   std::string states_endpoint() const { return publisher_.endpoint(); }
 
   // Serves until the simulation thread has finished and everything it said is sent, or until `signals` (a file
-  // descriptor) becomes readable. Calls each_turn() once a second or more often.
-  void run(int signals, const std::function<void()>& each_turn);
+  // descriptor) becomes readable. Calls each_turn() after `longest_turn` or a second at the latest.
+  void run(int signals, std::chrono::milliseconds longest_turn, const std::function<void()>& each_turn);
 
   // What is simulated and how, in a line for people.
   std::string standing() const;
@@ -75,7 +75,7 @@ class Endpoint {
     Sender by;
   };
 
-  bool wait_for_work(int signals);
+  bool wait_for_work(int signals, std::chrono::milliseconds longest_turn);
   bool listening() const;
 
   void receive_messages();

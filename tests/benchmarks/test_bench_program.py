@@ -17,8 +17,9 @@ STAGES = ["take_commands", "needle_free_motion", "tissue_free_motion", "locate",
 STAGES += ["compute_compliance", "solve_laws", "correct", "transitions", "report"]
 
 
-def bench(*arguments):
-    return subprocess.run([BENCH, *arguments], capture_output=True, text=True, timeout=300, check=False)
+def bench(*arguments, **environment):
+    return subprocess.run([BENCH, *arguments], capture_output=True, text=True, timeout=300, check=False,
+                          env=dict(os.environ, **environment))
 
 
 def scene(name):
@@ -92,6 +93,40 @@ class Program(unittest.TestCase):
         done = bench("--help")
         self.assertEqual(done.returncode, 0)
         self.assertIn("acus-bench scenes/benchmark/cube_1000.yaml", done.stdout)
+
+    def test_kernels_are_chosen_by_name_and_compute_the_same(self):
+        options = [scene("cube_1000"), TRAJECTORY, "--ticks", "50", "--no-calibration", "--json", "-"]
+        widest = json.loads(bench(*options).stdout)
+        narrow = json.loads(bench(*options, ACUS_INSTRUCTION_SET="v3").stdout)
+        self.assertEqual(narrow["kernels"], "v3")
+        self.assertIn(widest["kernels"], ["v3", "v4"])
+        self.assertEqual(widest["state_hash"], narrow["state_hash"])
+        done = bench(*options, ACUS_INSTRUCTION_SET="sse2")
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"ACUS_INSTRUCTION_SET: expected (v4 or )?v3 here, found 'sse2'")
+
+    def test_a_ratio_that_is_worse_than_before_decides_over_the_exit_status(self):
+        options = [scene("cube_1000"), TRAJECTORY, "--ticks", "400", "--json", "-"]
+        run = json.loads(bench(*options).stdout)
+        head = "date,commit,processor,kernels,scene,tick_p50_to_calibration,tick_p99_to_p50,state_hash,change\n"
+        row = f"2026-01-01,abc,{run['processor']},{run['kernels']},cube_1000,%s,%s,0,a change\n"
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "history.csv")
+            for text, status, words in [
+                (head + row % (1e-3, 1e-3) + row % (1e3, 1e3), 0, "at abc (2026-01-01)"),
+                (head + row % (1e-3, 1e3), 5, "tick p50 / calibration"),
+                (head + row % (1e3, 1e-3), 5, "tick p99 / p50"),
+                (head, 0, "has no measurement of cube_1000 on "),
+                ("date\n", 3, file + ": expected a file that begins with the line date,commit"),
+                (head + row % ("fast", 1), 3, file + ":2: expected a ratio above zero, found 'fast'"),
+                (head + "a,b\n", 3, file + ":2: expected 9 cells, found 2"),
+            ]:
+                with self.subTest(words):
+                    with open(file, "w", encoding="utf-8") as table:
+                        table.write(text)
+                    done = bench(*options, "--against", file)
+                    self.assertEqual(done.returncode, status, done.stderr)
+                    self.assertIn(words, done.stderr)
 
     def test_what_cannot_be_used_is_named(self):
         for arguments, status, words in [

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The corotational tetrahedron: polar rotation against Eigen's singular value decomposition, forces and tangents
 // against differences, balance, lanes against the single element, and what happens when it collapses.
-#include "server/models/corotational_tetrahedron.h"
+#include "server/models/corotational_energy.h"
 
 #include <doctest/doctest.h>
 
@@ -178,8 +178,8 @@ TEST_CASE("the forces on a tetrahedron balance") {
   }
 }
 
-void set_lane(int lane, const Tetrahedron& t, const Nodes& x, TetrahedronShape<Lanes>& shape, Lanes (&local)[4][3],
-              Lanes (&q)[4]) {
+void set_lane(int lane, const Tetrahedron& t, const Nodes& x, TetrahedronShape<Octet>& shape, Octet (&local)[4][3],
+              Octet (&q)[4]) {
   for (int k = 0; k < 9; ++k) shape.gradient[k / 3][k % 3][lane] = t.shape.gradient[k / 3][k % 3];
   shape.volume[lane] = t.shape.volume;
   shape.mu[lane] = t.shape.mu;
@@ -194,8 +194,8 @@ TEST_CASE("lanes of one element or of eight give what each gives alone") {
     for (int repeat = 0; repeat < 20; ++repeat) {
       std::vector<Tetrahedron> elements;
       std::vector<Nodes> positions;
-      TetrahedronShape<Lanes> shape;
-      Lanes local[4][3], q[4], force[4][3];
+      TetrahedronShape<Octet> shape;
+      Octet position[4][3], turn[4];
       for (int lane = 0; lane < kLanes; ++lane) {
         if (same && lane > 0) {
           elements.push_back(elements[0]);
@@ -204,9 +204,14 @@ TEST_CASE("lanes of one element or of eight give what each gives alone") {
           elements.emplace_back(random);
           positions.push_back(elements.back().deform(random, 0.1 * lane));
         }
-        set_lane(lane, elements.back(), positions.back(), shape, local, q);
+        set_lane(lane, elements.back(), positions.back(), shape, position, turn);
       }
-      corotational_forces(shape, local, q, force);
+      Lanes local[4][3], q[4], lanes[4][3];
+      for (int k = 0; k < 12; ++k) local[k / 3][k % 3] = position[k / 3][k % 3];
+      for (int k = 0; k < 4; ++k) q[k] = turn[k];
+      corotational_forces(shape, local, q, lanes);
+      Octet force[4][3];
+      for (int k = 0; k < 12; ++k) lanes[k / 3][k % 3].store(force[k / 3][k % 3].at);
       for (int lane = 0; lane < kLanes; ++lane) {
         const auto i = static_cast<std::size_t>(lane);
         const Vector12x alone = elements[i].forces(positions[i]);

@@ -142,7 +142,7 @@ TEST_CASE("a state whose indices lead nowhere is refused") {
   CHECK(refused([](State& s) { s.bases[0].target.orientation.coeffs().setZero(); }));
   CHECK(refused([](State& s) { s.bases[0].command_tick = s.tick + 1; }));
   CHECK(refused([](State& s) {
-    for (auto& q : s.tissue.rotations.batches[0].q) q = Lanes{};
+    for (auto& q : s.tissue.rotations.batches[0].q) q = Octet{};
   }));
 }
 

@@ -16,8 +16,9 @@
 #include <system_error>
 
 #include "client/timing_limits.h"
-#include "server/tools/bench/bench_report.h"
+#include "server/math/kernel_set.h"
 #include "server/scene/scene_fields.h"
+#include "server/tools/bench/bench_report.h"
 
 namespace {
 
@@ -46,15 +47,20 @@ constexpr const char* kFooter =
     "                                            five times through, each without its first half second\n"
     "  acus-bench SCENE TRAJECTORY --rung exact --ticks 200 --json - | jq .tick\n"
     "  acus-bench SCENE TRAJECTORY --quiet --max-p99-ms 0.8       exit status 5 if 1 tick of 100 takes longer\n"
+    "  acus-bench scenes/benchmark/cube_1000.yaml scenes/benchmark/insertion_60mm.csv --against "
+    "tests/benchmarks/history.csv\n"
+    "                                            exit status 5 if a ratio is 10 % worse than it was\n"
+    "  ACUS_INSTRUCTION_SET=v3 acus-bench SCENE TRAJECTORY        as on a processor without AVX-512\n"
     "\nExit status: 0 measured; 1 bad command line; 2 the scene or the trajectory cannot be used, or no "
-    "tick counted; 3 anything else; 4 not built for this processor; 5 a limit on\nthe timing was exceeded.";
+    "tick counted; 3 anything else; 4 not built for this processor; 5 a limit on\nthe timing was exceeded, or a ratio "
+    "is worse than in --against.";
 
 constexpr const char* kNothingCounted =
     "no tick counted, so there are no times: the first 5 ticks of each 200 never do; ask for more --ticks, a shorter "
     "--skip or fewer --min-rows";
 
 struct Arguments {
-  std::string scene, trajectory, json;
+  std::string scene, trajectory, json, against;
   std::optional<TissueRung> rung;
   std::optional<LawMethod> solver;
   std::optional<NeedleRung> needle;
@@ -86,6 +92,9 @@ void declare(CLI::App& app, Arguments& arguments) {
   add_choice(app, "--solver", arguments.solver, "How the laws are solved, instead of the scene's own laws.solver");
   add_choice(app, "--needle", arguments.needle, "How all needles bend, instead of their own needles[].rung");
   app.add_option("--json", arguments.json, "Write the results to this file, too; - prints them instead of the table");
+  app.add_option("--against", arguments.against,
+                 "Compare with the last measurement of this scene on such a processor in this file (CSV, like "
+                 "tests/benchmarks/history.csv); where there is none, say so");
   app.add_option("--core", arguments.core, "Processor to run on")->default_str("the last one allowed");
   app.add_option("--ticks", arguments.plan.max_ticks, "End each time through after so many ticks")
       ->check(CLI::PositiveNumber)
@@ -199,6 +208,26 @@ client::MeasuredTiming timing_of(const std::vector<double>& ticks, const Simulat
   return {1e3 * static_cast<double>(late) / static_cast<double>(ticks.size()), client::distribution_of(ticks)};
 }
 
+// Whether no ratio is much worse than it was; true where nothing was measured on such a processor.
+bool held_against(const Arguments& arguments, const std::vector<HistoryRow>& history, const HistoryRow& now) {
+  if (arguments.no_calibration) throw std::runtime_error("--against needs the calibration: leave out --no-calibration");
+  const std::optional<HistoryRow> before = last_comparable(history, now);
+  if (!before) {
+    std::fprintf(stderr, "acus-bench: %s has no measurement of %s on %s with kernels %s\n", arguments.against.c_str(),
+                 now.scene.c_str(), now.processor.c_str(), now.kernels.c_str());
+    return true;
+  }
+  bool held = true;
+  for (const RatioComparison& ratio : compare(*before, now)) {
+    held = held && ratio.held();
+    if (ratio.held() && arguments.quiet) continue;
+    std::fprintf(stderr, "acus-bench: %s %.3f, %.3f at %s (%s): %+.1f %%%s\n", ratio.name, ratio.now, ratio.before,
+                 before->commit.c_str(), before->date.c_str(), 100 * ratio.worse(),
+                 ratio.held() ? "" : ", worse than the 10 % that are allowed");
+  }
+  return held;
+}
+
 int run(const Arguments& arguments) {
   const Say say = [&](const std::string& text) {
     if (!arguments.quiet) std::fprintf(stderr, "acus-bench: %s\n", text.c_str());
@@ -208,6 +237,8 @@ int run(const Arguments& arguments) {
   run.trajectory_file = arguments.trajectory;
   run.core = pin_to_core(arguments.core);
   check_json_path(arguments.json);
+  const std::vector<HistoryRow> history =
+      arguments.against.empty() ? std::vector<HistoryRow>() : read_history(arguments.against);
 
   std::optional<Experiment> experiment;
   try {
@@ -227,7 +258,9 @@ int run(const Arguments& arguments) {
     return kBadInput;
   }
   const auto limits = compare(arguments.limits, timing_of(run.measured.times.whole.wall, experiment->simulation));
-  return all_held("acus-bench", limits) ? kDone : kLimitExceeded;
+  const bool as_fast =
+      arguments.against.empty() || held_against(arguments, history, history_row(run, experiment->simulation));
+  return all_held("acus-bench", limits) && as_fast ? kDone : kLimitExceeded;
 }
 
 }  // namespace
@@ -240,6 +273,12 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kBadCommandLine;
+  }
+  try {
+    kernel_set();  // complains
+  } catch (const std::runtime_error& error) {
+    std::fprintf(stderr, "acus-bench: %s\n", error.what());
+    return kBadCommandLine;
   }
   try {
     return run(arguments);

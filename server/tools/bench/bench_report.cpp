@@ -5,11 +5,13 @@
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "client/latency.h"
 #include "protocol/messages.h"
+#include "server/math/kernel_set.h"
 #include "server/scene/scene_fields.h"
 #include "server/scene/text_table.h"
 #include "server/simulation/state_bytes.h"
@@ -60,7 +62,6 @@ struct TickRatios {
   }
 };
 
-// Stages are measured by the wall clock alone.
 // Of the state that the run ends with: two builds with the same compute the same, and their times can be compared.
 std::string state_hash(const Simulation& simulation) {
   std::array<char, 17> buffer{};
@@ -68,6 +69,7 @@ std::string state_hash(const Simulation& simulation) {
   return buffer.data();
 }
 
+// Stages are measured by the wall clock alone.
 double laws_to_dense(const Measurement& m) { return median(m.times.laws) / median(m.dense_factorisations.wall); }
 
 // --------------------------------------------------------------------------------------------------------- table
@@ -87,7 +89,8 @@ std::string opening(const BenchRun& run, const Simulation& simulation) {
                          " tetrahedra, factor of " + std::to_string(costs.factor_entries) + " entries"});
   table.add({"load",
              formatted("%.2f s, ", run.load_seconds) + formatted("%.0f MiB at its peak", run.peak_memory / (1 << 20))});
-  table.add({"core", std::to_string(run.core)});
+  table.add({"core", std::to_string(run.core) + ", " + processor_name()});
+  table.add({"kernels", std::string(name_of(kernel_set())) + ", of those that the processor has"});
   table.add({"ticks", std::to_string(m.ticks) + ", of which " + std::to_string(m.times.whole.wall.size()) +
                           " count for times, rows and sweeps"});
   table.add({"state hash", state_hash(simulation) + " at the end"});
@@ -223,6 +226,18 @@ Json flags_json(const FlagCounts& counts) {
 
 }  // namespace
 
+HistoryRow history_row(const BenchRun& run, const Simulation& simulation) {
+  const TickRatios ratios(run.measured, &Spans::processor);
+  HistoryRow row;
+  row.processor = processor_name();
+  row.kernels = name_of(kernel_set());
+  row.scene = std::filesystem::path(run.scene_file).stem().string();
+  row.to_calibration = ratios.to_calibration;
+  row.p99_to_p50 = ratios.p99_to_p50;
+  row.state_hash = state_hash(simulation);
+  return row;
+}
+
 std::string bench_table(const BenchRun& run, const Simulation& simulation, const Calibration& calibration) {
   const Measurement& m = run.measured;
   return opening(run, simulation) + "\n" + times(m.times) + "\n" + calibrations(m, calibration) + "\n" + ratios(m) +
@@ -264,6 +279,8 @@ std::string bench_json(const BenchRun& run, const Simulation& simulation, const 
       {"imbalance_share", m.imbalance_share},
       {"flags", flags_json(m.flags)},
       {"core", run.core},
+      {"processor", processor_name()},
+      {"kernels", name_of(kernel_set())},
       {"load_s", run.load_seconds},
       {"peak_memory_mib", run.peak_memory / (1 << 20)},
   };

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "server/tools/bench/history.h"
 #include "server/tools/bench/measurement.h"
 
 namespace acus {
@@ -17,6 +18,9 @@ struct BenchRun {
 };
 
 std::string bench_table(const BenchRun& run, const Simulation& simulation, const Calibration& calibration);
+// What stays to be compared with; without date, commit and change.
+HistoryRow history_row(const BenchRun& run, const Simulation& simulation);
+
 std::string bench_json(const BenchRun& run, const Simulation& simulation, const Calibration& calibration);
 
 }  // namespace acus

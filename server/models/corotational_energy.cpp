@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/models/corotational_tetrahedron.h"
+#include "server/models/corotational_energy.h"
 
 namespace acus {
 
@@ -50,8 +50,8 @@ VolumeStrain volume_strain(const TetrahedronShape<double>& t, const double (&x)[
   VolumeStrain strain{d.s[0][0] + d.s[1][1] + d.s[2][2] - 3, {}};
   for (int i = 0; i < 3; ++i) {
     for (int a = 0; a < 3; ++a)
-      strain.gradient(i, a + 1) = t.volume * (d.r[i][0] * t.gradient[a][0] + d.r[i][1] * t.gradient[a][1] +
-                                              d.r[i][2] * t.gradient[a][2]);
+      strain.gradient(i, a + 1) =
+          t.volume * (d.r[i][0] * t.gradient[a][0] + d.r[i][1] * t.gradient[a][1] + d.r[i][2] * t.gradient[a][2]);
     strain.gradient(i, 0) = -(strain.gradient(i, 1) + strain.gradient(i, 2) + strain.gradient(i, 3));
   }
   return strain;
