@@ -12,7 +12,7 @@ install(TARGETS acus_protocol acus_client acus_haptics EXPORT acus_targets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 install(DIRECTORY protocol client DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/acus COMPONENT dev
         FILES_MATCHING PATTERN "*.h" PATTERN "socket.h" EXCLUDE PATTERN "command_line.h" EXCLUDE PATTERN "packer.h" EXCLUDE
-        PATTERN "client/haptics/devices" EXCLUDE PATTERN "client/haptics/program" EXCLUDE)
+        PATTERN "client/haptics/devices" EXCLUDE PATTERN "client/haptics/program" EXCLUDE PATTERN "client/view" EXCLUDE)
 install(EXPORT acus_targets NAMESPACE acus:: FILE acusTargets.cmake DESTINATION ${acus_package_dir} COMPONENT dev)
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/acusConfig.cmake.in ${PROJECT_BINARY_DIR}/acusConfig.cmake
@@ -23,6 +23,12 @@ install(FILES ${PROJECT_BINARY_DIR}/acusConfig.cmake ${PROJECT_BINARY_DIR}/acusC
         DESTINATION ${acus_package_dir} COMPONENT dev)
 
 install(TARGETS acus-replay acus-haptic acus-keygen RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT client)
+if(TARGET acus-view)
+  install(TARGETS acus-view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT client)
+  foreach(file index.html view.css view.js NOTICE)
+    install(FILES ${PROJECT_BINARY_DIR}/view/${file} DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/view COMPONENT client)
+  endforeach()
+endif()
 # The Python programs stand beside the modules they share; Python looks for those where a link leads.
 set(acus_scripts_dir ${CMAKE_INSTALL_DATADIR}/acus/client)
 set(acus_scripts plot plot-timing picture top)

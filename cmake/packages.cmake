@@ -42,9 +42,9 @@ set(CPACK_DEBIAN_CLIENT_DESCRIPTION "replay, plots and a monitor for Acus server
 Acus simulates needles in soft tissue in real time. This package has programs
 that talk to its server: acus-replay drives recorded motions into it and writes
 what comes back, acus-plot, acus-plot-timing and acus-picture draw that,
-acus-top shows how a running server does, acus-keygen makes keys for server and
-clients, and acus-haptic puts a haptic device, a gamepad or a simulated hand on
-a needle.")
+acus-top shows how a running server does, acus-view shows it in a browser,
+acus-keygen makes keys for server and clients, and acus-haptic puts a haptic
+device, a gamepad or a simulated hand on a needle.")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Python package for Acus servers
 Acus simulates needles in soft tissue in real time. This package has the
 Python module acus: a client of its server, servers of one's own, scenes,

@@ -31,7 +31,7 @@ constexpr int kMaxUnread = 16;                     // messages of one client tha
 // Of a client whose host is gone without a word, about 5 s: in ms, and in s and tries, one a second.
 constexpr int kHeartbeat = 1000, kHeartbeatTimeout = 5000, kKeepaliveIdle = 2, kKeepaliveCount = 3;
 constexpr auto kStatsPeriod = milliseconds(1000);
-constexpr auto kFirstStatsPeriod = milliseconds(20);  // where nobody listened to stats before
+constexpr auto kFirstStatsPeriod = milliseconds(20);  // from when somebody listens to them
 constexpr auto kEndingPoll = milliseconds(5);         // between two looks whether a recording's file is closed
 constexpr auto kBlockedPoll = milliseconds(1);  // between two tries to send a state that is held back
 
@@ -138,11 +138,13 @@ void Endpoint::run(int signals, milliseconds longest_turn, const std::function<v
   }
 }
 
-// The first to listen to stats gets them at once: they are how a client sees that its subscriptions have arrived.
+// The first to listen to stats gets them soon: they are how a client sees that its subscriptions have arrived, and how
+// long ticks take, so there have to be some.
 void Endpoint::update_wanted() {
   const bool had_listener = wanted_ & bit(Topic::stats);
   wanted_ = publisher_.update_subscriptions();
-  if (!had_listener && (wanted_ & bit(Topic::stats))) stats_period_ = kFirstStatsPeriod;
+  if (had_listener || !(wanted_ & bit(Topic::stats))) return;
+  stats_period_ = std::chrono::ceil<milliseconds>(Clock::now() - stats_begun_) + kFirstStatsPeriod;
 }
 
 // In lockstep a message is not dealt with before the request ahead of it.
@@ -713,6 +715,11 @@ void Endpoint::publish_stats() {
   const Clock::time_point now = Clock::now();
   const std::chrono::duration<double> period = now - stats_begun_;
   if (period < stats_period_ || blocked_) return;
+  const bool running = !paused_ && !options_.lockstep;
+  if (running && statistics_.ticks() == 0 && period < kStatsPeriod) {  // the loop is about to begin
+    stats_period_ += kFirstStatsPeriod;
+    return;
+  }
   stats_begun_ = now;
   stats_period_ = kStatsPeriod;
   protocol::Stats stats = statistics_.take();

@@ -30,6 +30,8 @@ class TickStatistics {
     worst_.largest_force = std::max(worst_.largest_force, tick.largest_force);
   }
 
+  std::uint64_t ticks() const { return worst_.ticks; }
+
   // What was gathered, and begins anew. Fields that are not about ticks keep their defaults.
   protocol::Stats take() {
     protocol::Stats stats = std::exchange(worst_, {});

@@ -24,12 +24,14 @@ RUNTIME = [*RECORDING, "server/runtime"]
 TRANSPORT = [*RUNTIME, "server/transport"]
 HAPTICS = ["client/haptics", "client/haptics/devices", "client/haptics/program"]
 TOOLS = [*TRANSPORT, "server/tools", "client", *HAPTICS]
+VIEW = [*PROTOCOL, "client", "client/view"]
 ROOMS = {
     "protocol": PROTOCOL,
     "client": [*PROTOCOL, "client"],
     "client/haptics": ["client/haptics"],
     "client/haptics/devices": ["client/haptics", "client/haptics/devices"],
     "client/haptics/program": [*PROTOCOL, "client", *HAPTICS],
+    "client/view": VIEW,
     "server/math": MATH,
     "server/models": MODELS,
     "server/constraints/compliance": [*MODELS, "server/constraints/compliance"],
@@ -42,7 +44,7 @@ ROOMS = {
     "server/main.cpp": TRANSPORT,
     "server/precompiled.cpp": [],
     "server/tools": TOOLS,
-    "tests": [*TOOLS, "tests"],
+    "tests": [*TOOLS, "client/view", "tests"],
 }
 
 # (file, what it includes): why.

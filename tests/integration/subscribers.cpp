@@ -60,6 +60,16 @@ bool comes_to(client::StateLink& states, const Topics& topics) {
 
 }  // namespace
 
+TEST_CASE("the first to listen to stats is told how long ticks take, right after the start too") {
+  const ServerProcess server;
+  client::StateLink states(server.states());
+  states.subscribe("stats");
+  const auto first = receive<protocol::Stats>(states);
+  CHECK(first.ticks > 0);
+  CHECK(first.end_p50 > 0);
+  CHECK(first.period < 1);
+}
+
 TEST_CASE("of two subscribers one stalls: the other misses nothing, and ticks come as fast as before" *
           doctest::test_suite("full")) {
   ServerProcess server({"--rate", "2000"});

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+// acus-view: shows a server in a browser, and lets a mouse hold its needle.
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/command_line.h"
+#include "client/view/gateway.h"
+#include "client/view/started_server.h"
+#include "protocol/messages.h"
+
+namespace {
+
+namespace asio = boost::asio;
+using namespace acus;
+
+enum ExitCode : int { kEnded = 0, kBadCommandLine = 1, kNoServer = 2, kCannotListen = 3, kFailed = 4 };
+
+constexpr const char* kDescription =
+    "Shows a running simulation in a browser: tissue, needles, forces; whoever opens the page may take a needle in "
+    "hand. "
+    "With SCENE it starts a server of its own, which ends with it; without, it shows one that runs already.";
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  acus-view insertion_pullback        an installed scene, or a file, with a server of its own\n"
+    "  acus-view                           the server at the default endpoints\n"
+    "  acus-view --commands ipc:///run/acus/liver/commands --states ipc:///run/acus/liver/states\n"
+    "\nThe page is for this machine alone, and for those who know its URL. From another machine: ssh -L "
+    "8080:127.0.0.1:PORT.\n"
+    "\nExit status: 0 ended by SIGINT or SIGTERM; 1 bad command line; 2 the server that it started has ended; 3 the "
+    "port "
+    "is not free, or the page's files are missing; 4 anything else.";
+
+struct Arguments {
+  std::string scene, page = view::page_folder();
+  std::string commands = protocol::kDefaultCommandsEndpoint, states = protocol::kDefaultStatesEndpoint;
+  client::KeyFiles keys;
+  unsigned short port = 0;
+  bool no_browser = false, lockstep = false;
+};
+
+void declare(CLI::App& app, Arguments& arguments) {
+  app.footer(kFooter);
+  app.set_version_flag("--version", ACUS_VERSION);
+  const auto scene = app.add_option("SCENE", arguments.scene, "Scene to start a server with, as for acus-server");
+  const auto endpoint = [](const std::string& text) { return client::check_endpoint(text); };
+  app.add_option("--commands", arguments.commands, "Commands endpoint of a server that runs already")
+      ->check(endpoint)
+      ->capture_default_str()
+      ->excludes(scene);
+  app.add_option("--states", arguments.states, "States endpoint of that server")
+      ->check(endpoint)
+      ->capture_default_str()
+      ->excludes(scene);
+  client::declare_keys(app, arguments.keys);
+  app.add_option("--port", arguments.port, "Port of this machine to serve the page on")
+      ->default_str("any that is free");
+  app.add_option("--page", arguments.page, "Folder with the files of the page")->capture_default_str();
+  app.add_flag("--lockstep", arguments.lockstep, "The server that is started makes ticks only when the page asks");
+  app.add_flag("--no-browser", arguments.no_browser, "Print the URL and open nothing");
+}
+
+// Where there is a desktop. The program that opens it is not waited for.
+void open_browser(const std::string& url) {
+  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
+  const std::string command = "xdg-open '" + url + "' >/dev/null 2>&1 &";
+  if (std::system(command.c_str()) != 0) std::fprintf(stderr, "acus-view: no program opened the page; open its URL\n");
+}
+
+// Looks every tenth of a second whether the server that was started has ended.
+void watch(asio::io_context& context, asio::steady_timer& timer, view::StartedServer& server, bool& gone) {
+  timer.expires_after(std::chrono::milliseconds(100));
+  timer.async_wait([&](const boost::system::error_code& error) {
+    if (error) return;
+    if (server.ended() < 0) return watch(context, timer, server, gone);
+    std::fprintf(stderr, "acus-view: the server has ended with status %d\n", server.ended());
+    gone = true;
+    context.stop();
+  });
+}
+
+int run(const Arguments& arguments) {
+  setpriority(PRIO_PROCESS, 0, 5);  // ticks come first
+  asio::io_context context(1);
+  asio::signal_set signals(context, SIGINT, SIGTERM, SIGHUP);
+  signals.async_wait([&](const boost::system::error_code&, int) { context.stop(); });
+
+  view::Gateway::Options options;
+  options.port = arguments.port;
+  try {
+    options.page = view::read_page(arguments.page);
+  } catch (const std::runtime_error& error) {
+    std::fprintf(stderr, "acus-view: %s\n", error.what());
+    return kCannotListen;
+  }
+  std::optional<view::StartedServer> server;
+  options.server = {arguments.commands, arguments.states, client::read_keys(arguments.keys)};
+  if (!arguments.scene.empty()) {
+    server.emplace(arguments.scene,
+                   arguments.lockstep ? std::vector<std::string>{"--lockstep"} : std::vector<std::string>{});
+    options.server = server->address();
+  }
+  std::optional<view::Gateway> gateway;
+  try {
+    gateway.emplace(context, std::move(options));
+  } catch (const boost::system::system_error& error) {
+    std::fprintf(stderr, "acus-view: port %d: %s\n", arguments.port, error.what());
+    return kCannotListen;
+  }
+  std::printf("%s\n", gateway->url().c_str());
+  std::fflush(stdout);
+  if (!arguments.no_browser) open_browser(gateway->url());
+
+  bool gone = false;
+  asio::steady_timer timer(context);
+  if (server) watch(context, timer, *server, gone);
+  context.run();
+  return gone ? kNoServer : kEnded;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app(kDescription, "acus-view");
+  declare(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kEnded : kBadCommandLine;
+  }
+  try {
+    return run(arguments);
+  } catch (const protocol::KeyError& error) {
+    std::fprintf(stderr, "acus-view: %s\n", error.what());
+    return kBadCommandLine;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "acus-view: %s\n", error.what());
+    return kFailed;
+  }
+}

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+#include "client/view/gateway.h"
+
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <chrono>
+#include <optional>
+#include <random>
+#include <string_view>
+
+#include "client/view/viewer.h"
+
+namespace acus::view {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+
+constexpr auto kPatience = std::chrono::seconds(10);  // for a request to come, and an answer to leave
+constexpr unsigned kLargestHeader = 16 << 10;         // bytes
+constexpr const char* kPolicy =
+    "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
+
+std::string draw_token() {
+  std::random_device device;
+  std::string token;
+  for (int i = 0; i < 32; ++i) token += "0123456789abcdef"[device() & 15];
+  return token;
+}
+
+std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
+
+// One connection of a browser: requests for files, and the one that makes it a WebSocket.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(tcp::socket socket, Gateway& gateway) : stream_(std::move(socket)), gateway_(gateway) {}
+
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(kLargestHeader);
+    stream_.expires_after(kPatience);
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](const beast::error_code& error, std::size_t) {
+                       if (!error) self->answer(self->parser_->get());
+                     });
+  }
+
+ private:
+  using Request = http::request<http::empty_body>;
+
+  void answer(const Request& request) {
+    if (!gateway_.is_own_host(view_of(request[http::field::host])))
+      return refuse(http::status::forbidden, "expected the gateway's own address in Host");
+    if (beast::websocket::is_upgrade(request)) {
+      if (request.target() != "/link") return refuse(http::status::not_found, "expected /link");
+      if (!gateway_.is_own_origin(view_of(request[http::field::origin])))
+        return refuse(http::status::forbidden, "expected the gateway's own page in Origin");
+      std::make_shared<Viewer>(std::move(stream_), gateway_)->begin(request);
+      return;
+    }
+    if (request.method() != http::verb::get && request.method() != http::verb::head)
+      return refuse(http::status::method_not_allowed, "expected GET");
+    const auto file = gateway_.options().page.find(std::string(view_of(request.target())));
+    if (file == gateway_.options().page.end()) return refuse(http::status::not_found, "no such file");
+    send(http::status::ok, file->second, request.method() == http::verb::head);
+  }
+
+  void refuse(http::status status, const char* why) {
+    send(status, {"text/plain; charset=utf-8", why + std::string("\n")}, false);
+  }
+
+  void send(http::status status, const PageFile& file, bool head) {
+    auto response = std::make_shared<http::response<http::string_body>>(status, 11, head ? "" : file.bytes);
+    response->set(http::field::content_type, file.type);
+    response->set(http::field::cache_control, "no-store");
+    response->set("Content-Security-Policy", kPolicy);
+    response->set("Cross-Origin-Opener-Policy", "same-origin");
+    response->set("Cross-Origin-Resource-Policy", "same-origin");
+    response->set("Referrer-Policy", "no-referrer");
+    response->set("X-Content-Type-Options", "nosniff");
+    response->content_length(file.bytes.size());
+    response->keep_alive(status == http::status::ok && !head);
+    http::async_write(stream_, *response,
+                      [self = shared_from_this(), response](const beast::error_code& error, std::size_t) {
+                        if (!error && response->keep_alive()) return self->read();
+                        beast::error_code ignored;
+                        self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+                      });
+  }
+
+  beast::tcp_stream stream_;
+  Gateway& gateway_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::empty_body>> parser_;
+};
+
+}  // namespace
+
+Gateway::Gateway(asio::io_context& context, Options options)
+    : options_(std::move(options)),
+      acceptor_(context, tcp::endpoint(asio::ip::address_v4::loopback(), options_.port)),
+      server_(context, options_.server,
+              {[this](const Frame& frame) {
+                 for (Viewer* viewer : viewers_) viewer->put(frame);
+               },
+               [this](const Frame& frame) {
+                 if (driver_ != nullptr) driver_->put(frame);
+               }}) {
+  if (options_.token.empty()) options_.token = draw_token();
+  accept();
+}
+
+Gateway::~Gateway() = default;
+
+void Gateway::accept() {
+  acceptor_.async_accept([this](const beast::error_code& error, tcp::socket socket) {
+    if (error == asio::error::operation_aborted) return;
+    if (!error) {
+      beast::error_code ignored;
+      socket.set_option(tcp::no_delay(true), ignored);
+      std::make_shared<Connection>(std::move(socket), *this)->read();
+    }
+    accept();
+  });
+}
+
+std::string Gateway::url() const {
+  return "http://127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()) + "/#" + options_.token;
+}
+
+bool Gateway::is_own_host(std::string_view host) const {
+  const std::string port = ":" + std::to_string(acceptor_.local_endpoint().port());
+  return host == "127.0.0.1" + port || host == "localhost" + port;
+}
+
+bool Gateway::is_own_origin(std::string_view origin) const {
+  constexpr std::string_view kScheme = "http://";
+  return origin.starts_with(kScheme) && is_own_host(origin.substr(kScheme.size()));
+}
+
+// In the same time wherever they differ.
+bool Gateway::is_token(std::string_view token) const {
+  unsigned differing = token.size() != options_.token.size();
+  for (std::size_t i = 0; i < options_.token.size(); ++i)
+    differing |= static_cast<unsigned>(options_.token[i] ^ (i < token.size() ? token[i] : '\0'));
+  return differing == 0;
+}
+
+bool Gateway::add(Viewer& viewer) {
+  if (viewers_.size() >= kMostViewers) return false;
+  viewers_.insert(&viewer);
+  server_.watch(true);
+  return true;
+}
+
+void Gateway::remove(Viewer& viewer) {
+  end_driving(viewer);
+  viewers_.erase(&viewer);
+  server_.watch(!viewers_.empty());
+}
+
+void Gateway::begin_driving(Viewer& viewer) {
+  if (driver_ != nullptr) return;
+  driver_ = &viewer;
+  server_.begin_driving();
+}
+
+void Gateway::end_driving(Viewer& viewer) {
+  if (driver_ != &viewer) return;
+  driver_ = nullptr;
+  server_.end_driving();
+}
+
+void Gateway::drive(Viewer& viewer, std::string_view message) {
+  if (driver_ == &viewer) server_.drive(message);
+}
+
+}  // namespace acus::view

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// Serves the page and its WebSockets on one port of this machine, and passes between them and the server.
+//
+// On a WebSocket (`/link`), binary messages are the server's own, unchanged (protocol/README.md): states and, to the
+// one that drives, answers; from the one that drives, requests and streams. Text messages are the gateway's, JSON:
+//
+//   page     {"token": "..."}     first of all: that of the URL
+//            {"drive": true}      asks to drive; {"drive": false} gives it back
+//   gateway  {"server": bool, "driving": bool, "driven": bool, "viewers": n, "lost": n}
+//            whether the server answers, whether this page drives, whether any does, how many look, how many events
+//            this page was not sent
+//
+// Any number may look, as far as kMostViewers; one drives. Whoever asks must name the gateway by its own address
+// (Host), and a page that opens a WebSocket must come from it (Origin), so that no other site reaches it through a
+// browser.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "client/view/page_files.h"
+#include "client/view/server_link.h"
+
+namespace acus::view {
+
+class Viewer;
+
+class Gateway {
+ public:
+  static constexpr std::size_t kMostViewers = 64;
+
+  struct Options {
+    unsigned short port = 0;  // 0: any that is free
+    std::string token;        // empty: one is drawn
+    ServerAddress server;
+    std::map<std::string, PageFile> page;
+  };
+
+  // Throws boost::system::system_error if the port is not free, client::ClientError for the server's address.
+  Gateway(boost::asio::io_context& context, Options options);
+  ~Gateway();
+
+  // With the token.
+  std::string url() const;
+
+  // For connections and viewers.
+  const Options& options() const { return options_; }
+  bool is_own_host(std::string_view host) const;
+  bool is_own_origin(std::string_view origin) const;
+  bool is_token(std::string_view token) const;
+  ServerLink& server() { return server_; }
+  bool driven() const { return driver_ != nullptr; }
+  std::size_t viewers() const { return viewers_.size(); }
+  bool add(Viewer& viewer);  // false: there are too many
+  void remove(Viewer& viewer);
+  bool is_driver(const Viewer& viewer) const { return driver_ == &viewer; }
+  void begin_driving(Viewer& viewer);  // nothing happens while another drives
+  void end_driving(Viewer& viewer);
+  void drive(Viewer& viewer, std::string_view message);
+
+ private:
+  void accept();
+
+  Options options_;
+  boost::asio::ip::tcp::acceptor acceptor_;
+  std::set<Viewer*> viewers_;
+  Viewer* driver_ = nullptr;
+  ServerLink server_;
+};
+
+}  // namespace acus::view

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// What a viewer is still to be sent. States come up to a thousand times a second and leave when the viewer's connection
+// has room, at most some sixty times a second:
+//
+//   force            of each needle, per departure, the states with the smallest and the largest base force and the
+//   last,
+//                    in the order of ticks, so that no peak is lost
+//   needle, tissue,  the newest of each needle, or the newest
+//   stats
+//   event            all; of those beyond kMostEvents the oldest are left out, and counted
+//   anything else    all, as far as kMostOthers
+//
+// The bytes are the server's own and shared by all viewers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace acus::view {
+
+// A message of the server, and what has to be known of it.
+struct Frame {
+  std::string topic;   // as its `type`; empty: an answer, or one that cannot be read
+  std::string needle;  // that it is about, if it is about one
+  double force = 0;    // N, of a `force`: of the base
+  std::shared_ptr<const std::string> bytes;
+};
+
+class Outbox {
+ public:
+  static constexpr std::size_t kMostEvents = 1000, kMostOthers = 1000;
+
+  void put(const Frame& frame);
+
+  // Takes out all that is to leave now.
+  std::vector<std::shared_ptr<const std::string>> take();
+
+  // Events and others that were left out so far.
+  std::uint64_t lost() const { return lost_; }
+
+ private:
+  struct Forces {
+    Frame least, most, last;
+    std::uint64_t least_at = 0, most_at = 0, last_at = 0;  // counts of frames
+  };
+
+  std::uint64_t count_ = 0, lost_ = 0;
+  std::map<std::string, Forces> forces_;                         // by needle
+  std::map<std::pair<std::string, std::string>, Frame> newest_;  // by topic and needle
+  std::deque<Frame> events_, others_;
+};
+
+}  // namespace acus::view

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// The connection to the gateway: it says the token first, hands on what the server says, and connects again by itself.
+import { decode, encode } from "./vendor/libraries.js";
+import type { Message, Standing } from "./messages.js";
+
+export interface Listener {
+  message(message: Message): void;
+  standing(standing: Standing): void;
+  lost(why: string): void; // no connection to the gateway
+  damaged(why: string): void; // a frame that cannot be read was left out
+}
+
+export class Link {
+  private socket: WebSocket | null = null;
+  private seq = 0;
+  private waiting = new Map<number, (answer: Message) => void>();
+
+  constructor(private token: string, private listener: Listener) {
+    this.connect();
+    // A browser may keep a page that was left, to show it again: it must not hold the needle meanwhile.
+    addEventListener("pagehide", () => this.socket?.close());
+    addEventListener("pageshow", (event) => event.persisted && this.connect());
+  }
+
+  private connect(): void {
+    const socket = new WebSocket(`ws://${location.host}/link`);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => socket.send(JSON.stringify({ token: this.token }));
+    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => this.take(event.data);
+    socket.onclose = (event: CloseEvent) => {
+      this.waiting.clear();
+      this.listener.lost(event.reason || "the gateway does not answer");
+      if (event.code !== 1008 && socket === this.socket) setTimeout(() => this.connect(), 1000); // 1008: it refuses
+    };
+    this.socket = socket;
+  }
+
+  private take(data: string | ArrayBuffer): void {
+    try {
+      if (typeof data === "string") return this.listener.standing(JSON.parse(data) as Standing);
+      const message = decode(new Uint8Array(data)) as Message & { seq?: number };
+      if (typeof message !== "object" || message === null || typeof message.type !== "string")
+        throw new Error("expected a map with a type");
+      const waiting = message.seq === undefined ? undefined : this.waiting.get(message.seq);
+      if (waiting && ["done", "error", "holding", "snapshot_reply"].includes(message.type)) {
+        this.waiting.delete(message.seq as number);
+        waiting(message);
+      }
+      this.listener.message(message);
+    } catch (error) {
+      this.listener.damaged(String(error));
+    }
+  }
+
+  private say(bytes: string | Uint8Array<ArrayBuffer>): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(bytes);
+  }
+
+  drive(wanted: boolean): void {
+    this.say(JSON.stringify({ drive: wanted }));
+  }
+
+  // A stream, which has no answer. Numbers that are to be floats must not be integers in msgpack: the server takes both.
+  send(type: string, fields: object): void {
+    this.say(encode({ v: 2, type, ...fields }) as Uint8Array<ArrayBuffer>);
+  }
+
+  // Only the page that drives gets answers.
+  request(type: string, fields: object = {}): Promise<Message> {
+    const seq = ++this.seq;
+    return new Promise((resolve) => {
+      this.waiting.set(seq, resolve);
+      this.send(type, { seq, ...fields });
+    });
+  }
+}

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: MIT
+// The page: takes what the gateway sends, keeps the newest, and draws it.
+import { Group, Vector3 } from "./vendor/libraries.js";
+import { Hands } from "./hands.js";
+import { Link } from "./link.js";
+import { Marks } from "./marks.js";
+import { float32, float64, type Force, type HelloReply, type Message, type Standing, type Stats } from "./messages.js";
+import { guideRing, NeedleTube } from "./needles.js";
+import { addEvent, clearEvents, element, notice, showFelt, showFigures, showLegend, showScene, showStatus } from "./panel.js";
+import { Plots } from "./plots.js";
+import { Stage } from "./stage.js";
+import { Tissue } from "./tissue.js";
+
+let hello: HelloReply | null = null;
+let standing: Standing = { server: false, driving: false, driven: false, viewers: 0, lost: 0 };
+let stats: Stats | null = null;
+let tissue: Tissue | null = null;
+let needles = new Map<string, NeedleTube>();
+let forces = new Map<string, Force>();
+let kept: Uint8Array | null = null;
+let drawn = -1; // tick
+const guides = new Group();
+const marks = new Marks();
+const plots = new Plots(element("plots"));
+const stage = new Stage(element("stage"), beforeDrawing);
+stage.scene.add(marks.group, guides);
+const link = new Link(location.hash.slice(1), { message, standing: stand, lost, damaged });
+const hands = new Hands(stage, link, () => needles.get(chosen()));
+
+function chosen(): string {
+  return element<HTMLSelectElement>("needle").value;
+}
+
+function beforeDrawing(): void {
+  const force = forces.get(chosen()), needle = needles.get(chosen());
+  if (tissue && needle) {
+    const along = needle.point(needle.nodes - 1).sub(needle.point(0)).normalize();
+    const view = stage.camera.getWorldDirection(new Vector3());
+    const normal = view.addScaledVector(along, -view.dot(along)).normalize();
+    tissue.slice(needle.point(needle.nodes - 1), normal);
+  }
+  const length = 0.12 * stage.size; // m of an arrow, of one newton
+  for (const each of forces.values()) {
+    const base = new Vector3(...each.base_position), tip = new Vector3(...each.tip_position);
+    marks.arrow(each.needle + " base", base, new Vector3(...each.base_force), length, 0xf08a24);
+    marks.arrow(each.needle + " tip", tip, new Vector3(...each.tip_force), length, 0xd7263d);
+  }
+  drawn = force?.tick ?? drawn;
+}
+
+function beginAnew(next: HelloReply): void {
+  const another = !hello || hello.instance !== next.instance || hello.scene !== next.scene || needles.size !== next.needles.length;
+  hello = next;
+  forces = new Map();
+  marks.clear();
+  plots.clear();
+  clearEvents();
+  if (!another) return;
+  showScene(next);
+  for (const needle of needles.values()) stage.scene.remove(needle.group), needle.dispose();
+  needles = new Map(next.needles.map((needle) => [needle.name, new NeedleTube(needle)]));
+  for (const needle of needles.values()) stage.scene.add(needle.group);
+  guides.clear();
+  for (const guide of next.guides)
+    guides.add(guideRing(guide, (next.needles.find((needle) => needle.name === guide.needle)?.diameter ?? 0.001) / 2));
+  setTissue(null);
+  lookAtAll();
+}
+
+function setTissue(next: Tissue | null): void {
+  if (tissue) stage.scene.remove(tissue.group), tissue.dispose();
+  tissue = next;
+  if (tissue) stage.scene.add(tissue.group);
+  choose();
+}
+
+function lookAtAll(): void {
+  const low = tissue?.low.clone() ?? new Vector3(Infinity, Infinity, Infinity);
+  const high = tissue?.high.clone() ?? new Vector3(-Infinity, -Infinity, -Infinity);
+  for (const needle of needles.values())
+    for (const node of [0, needle.nodes - 1]) low.min(needle.point(node)), high.max(needle.point(node));
+  if (low.x <= high.x) stage.frame(low, high);
+}
+
+// What to draw, as chosen beside the picture.
+function choose(): void {
+  if (tissue) {
+    tissue.byDisplacement = element<HTMLSelectElement>("colour").value === "displacement";
+    tissue.skinVisible = element<HTMLInputElement>("skin").checked;
+    tissue.cutVisible = element<HTMLInputElement>("cut").checked;
+  }
+  showLegend(tissue?.regions ?? [], tissue?.byDisplacement ? tissue.largest : null);
+  stage.draw();
+}
+
+function message(message: Message): void {
+  switch (message.type) {
+    case "hello_reply":
+      if (!hello || hello.instance !== message.instance || hello.epoch !== message.epoch) beginAnew(message);
+      hello = message;
+      show();
+      break;
+    case "describe_reply":
+      if (hello?.tissue.nodes) setTissue(new Tissue(message)), lookAtAll();
+      break;
+    case "force":
+      forces.set(message.needle, message);
+      if (message.needle === chosen()) plots.add(message), showFelt(message);
+      stage.draw();
+      break;
+    case "needle":
+      needles.get(message.needle)?.update(float64(message.positions), float64(message.orientations));
+      stage.draw();
+      break;
+    case "tissue":
+      tissue?.update(float32(message.positions));
+      marks.path(message);
+      if (tissue?.byDisplacement) showLegend(tissue.regions, tissue.largest);
+      stage.draw();
+      break;
+    case "event":
+      marks.event(message);
+      addEvent(message);
+      break;
+    case "stats":
+      stats = message;
+      show();
+      break;
+    case "error":
+      notice(message.message);
+      break;
+  }
+}
+
+function show(): void {
+  const driven = standing.driving ? "you drive" : standing.driven ? "another page drives" : "nobody drives";
+  const words = standing.server
+    ? `${hello?.paused ? "paused, " : hello?.lockstep ? "lockstep, " : ""}${standing.viewers} looking, ${driven}` +
+      (standing.lost > 0 ? `, ${standing.lost} events lost` : "")
+    : "the server does not answer";
+  showStatus(words, !standing.server);
+  showFigures(hello, forces.get(chosen()) ?? null, stats);
+  const own = standing.driving && standing.server;
+  const hold = element<HTMLButtonElement>("hold");
+  hold.textContent = hands.holding ? "Let it go" : "Take the needle";
+  hold.setAttribute("aria-pressed", String(hands.holding !== null));
+  hold.disabled = !standing.server || (standing.driven && !standing.driving) || needles.size === 0;
+  element("pause").textContent = hello?.paused ? "Go on" : "Pause";
+  for (const id of ["pause", "reset", "keep", "step"]) element<HTMLButtonElement>(id).disabled = !own;
+  element("step").hidden = !hello?.lockstep;
+  element("pause").hidden = hello?.lockstep ?? false;
+  element<HTMLButtonElement>("back").disabled = !own || kept === null;
+  for (const [name, needle] of needles) needle.held = hands.holding === name;
+}
+
+function stand(next: Standing): void {
+  standing = next;
+  if (!standing.driving || !standing.server) hands.release();
+  show();
+}
+
+function lost(why: string): void {
+  standing = { ...standing, server: false, driving: false };
+  hands.release();
+  show();
+  showStatus(why, true);
+}
+
+function damaged(why: string): void {
+  notice(`a damaged message was left out: ${why}`);
+}
+
+// Waits until this page drives, or does not.
+async function drive(): Promise<boolean> {
+  if (!standing.driving) link.drive(true);
+  for (let i = 0; i < 40 && !standing.driving; ++i) await new Promise((done) => setTimeout(done, 25));
+  if (!standing.driving) notice("another page drives");
+  return standing.driving;
+}
+
+// What the needle says of itself, if it does within a second.
+async function told(needle: string): Promise<Force | undefined> {
+  for (let i = 0; i < 40 && !forces.has(needle); ++i) await new Promise((done) => setTimeout(done, 25));
+  return forces.get(needle);
+}
+
+async function takeOrLet(): Promise<void> {
+  if (hands.holding) {
+    hands.release();
+    link.drive(false);
+    return show();
+  }
+  if (!(await drive())) return;
+  const answer = await link.request("acquire", { needles: [chosen()] });
+  if (hello?.lockstep) await link.request("step", { ticks: 1 });
+  const force = await told(chosen());
+  if (answer.type === "holding" && force) {
+    hands.hold(force);
+  } else {
+    if (!force) notice("the needle does not tell where it is: is the simulation paused?");
+    link.drive(false);
+  }
+  element("stage").focus();
+  show();
+}
+
+async function keep(): Promise<void> {
+  const answer = await link.request("snapshot");
+  if (answer.type === "snapshot_reply") kept = answer.snapshot;
+  show();
+}
+
+// `reset` and `restore` put the needle elsewhere: the hand goes on from there.
+async function jump(type: string, fields: object): Promise<void> {
+  const held = hands.holding;
+  hands.release();
+  const answer = await link.request(type, fields);
+  if (!held || answer.type === "error") return show();
+  const force = await told(held);
+  if (force && standing.driving) hands.hold(force);
+  show();
+}
+
+async function load(scene: string): Promise<void> {
+  if (scene && (await drive())) await jump("load", { scene });
+}
+
+const on = (id: string, what: () => unknown, event = "click"): void => element(id).addEventListener(event, () => void what());
+on("hold", takeOrLet);
+on("pause", () => link.request(hello?.paused ? "resume" : "pause"));
+on("step", () => link.request("step", { ticks: 10 }));
+on("reset", () => jump("reset", {}));
+on("keep", keep);
+on("back", () => kept && jump("restore", { snapshot: kept }));
+for (const id of ["colour", "cut", "skin"]) on(id, choose, "change");
+on("needle", () => (plots.clear(), show(), stage.draw()), "change");
+element("load").addEventListener("submit", (event) => {
+  event.preventDefault();
+  void load(element<HTMLInputElement>("file").value);
+});
+
+// For tests, and for whoever looks from the browser's console.
+Object.assign(window, {
+  acus: {
+    get tick() { return drawn; },
+    get frames() { return stage.frames; },
+    get standing() { return standing; },
+    get hello() { return hello; },
+    force: (needle: string) => forces.get(needle),
+    tip: (needle: string) => { const tube = needles.get(needle); return tube && stage.pixel(tube.point(tube.nodes - 1)); },
+    renderer: () => {
+      const gl = stage.renderer.getContext(), names = gl.getExtension("WEBGL_debug_renderer_info");
+      return String(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+    },
+    stage, link, hands,
+  },
+});
+show();

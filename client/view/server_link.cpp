@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "client/view/server_link.h"
+
+#include <chrono>
+#include <cmath>
+#include <variant>
+
+#include "client/view/watched_socket.h"
+#include "protocol/codec.h"
+
+namespace acus::view {
+
+namespace {
+
+constexpr auto kPeriod = std::chrono::milliseconds(500);  // between two `hello`
+constexpr int kPatience = 4;                              // `hello` without an answer until the server counts as gone
+constexpr int kWaiting = 20'000;                          // states that may wait; viewers get the newest
+constexpr const char* kTopics[] = {"force", "needle", "tissue", "event", "stats"};
+
+double length(const protocol::Vector3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+template <class... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+
+Frame frame_of(std::string_view bytes) {
+  Frame frame;
+  frame.bytes = std::make_shared<const std::string>(bytes);
+  try {
+    std::visit(Overloaded{[&](const protocol::Force& state) {
+                            frame.topic = "force";
+                            frame.needle = state.needle;
+                            frame.force = length(state.base_force);
+                          },
+                          [&](const protocol::NeedleShape& state) {
+                            frame.topic = "needle";
+                            frame.needle = state.needle;
+                          },
+                          [&](const protocol::TissueShape&) { frame.topic = "tissue"; },
+                          [&](const protocol::Event&) { frame.topic = "event"; },
+                          [&](const protocol::Stats&) { frame.topic = "stats"; }, [](const auto&) {}},
+               protocol::decode_state(bytes));
+  } catch (const protocol::DecodeError&) {  // the page tells of it
+  }
+  return frame;
+}
+
+}  // namespace
+
+ServerLink::ServerLink(boost::asio::io_context& context, ServerAddress address, Listener listener)
+    : context_(context), address_(std::move(address)), listener_(std::move(listener)), clock_(context) {
+  const auto take_state = [this](std::string_view bytes) { listener_.state(frame_of(bytes)); };
+  states_ = std::make_unique<WatchedSocket>(context_, zmq::socket_type::sub, address_.states, address_.keys, take_state,
+                                            [](zmq::socket_t& socket) { socket.set(zmq::sockopt::rcvhwm, kWaiting); });
+  const auto take_answer = [this](std::string_view bytes) { this->take_answer(bytes); };
+  questions_ = std::make_unique<WatchedSocket>(context_, zmq::socket_type::dealer, address_.commands, address_.keys,
+                                               take_answer, [](zmq::socket_t& socket) {
+                                                 socket.set(zmq::sockopt::linger, 0);
+                                                 socket.set(zmq::sockopt::sndhwm, 2 * kPatience);
+                                               });
+  ask_again();
+}
+
+ServerLink::~ServerLink() = default;
+
+void ServerLink::ask_again() {
+  questions_->send(protocol::encode(protocol::Hello{++seq_}));
+  if (++unanswered_ > kPatience) here_ = false;
+  clock_.expires_after(kPeriod);
+  clock_.async_wait([this](const boost::system::error_code& error) {
+    if (!error) ask_again();
+  });
+}
+
+void ServerLink::take_answer(std::string_view bytes) {
+  try {
+    const protocol::Reply reply = protocol::decode_reply(bytes);
+    if (const auto* hello = std::get_if<protocol::HelloReply>(&reply)) take_hello(*hello, bytes);
+    if (std::holds_alternative<protocol::DescribeReply>(reply)) describe_ = std::make_shared<const std::string>(bytes);
+  } catch (const protocol::DecodeError&) {  // no server of Acus, or of another version: it does not count as here
+  }
+}
+
+void ServerLink::take_hello(const protocol::HelloReply& hello, std::string_view bytes) {
+  unanswered_ = 0;
+  const auto begun = std::pair(hello.instance, hello.epoch);
+  if (described_ != begun) {
+    described_ = begun;
+    questions_->send(protocol::encode(protocol::Describe{++seq_}));
+  }
+  here_ = true;
+  hello_ = std::make_shared<const std::string>(bytes);
+}
+
+void ServerLink::watch(bool wanted) {
+  if (wanted == watching_) return;
+  watching_ = wanted;
+  for (const char* topic : kTopics) {
+    if (wanted) {
+      states_->raw().set(zmq::sockopt::subscribe, topic);
+    } else {
+      states_->raw().set(zmq::sockopt::unsubscribe, topic);
+    }
+  }
+}
+
+void ServerLink::begin_driving() {
+  const auto take = [this](std::string_view bytes) {
+    Frame frame;
+    frame.bytes = std::make_shared<const std::string>(bytes);
+    listener_.answer(frame);
+  };
+  driving_ = std::make_unique<WatchedSocket>(context_, zmq::socket_type::dealer, address_.commands, address_.keys, take,
+                                             [](zmq::socket_t& socket) { socket.set(zmq::sockopt::linger, 0); });
+}
+
+void ServerLink::end_driving() { driving_.reset(); }
+
+void ServerLink::drive(std::string_view message) {
+  if (driving_) driving_->send(message);
+}
+
+}  // namespace acus::view

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include "client/view/viewer.h"
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+namespace acus::view {
+
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using nlohmann::json;
+
+constexpr auto kBeat = std::chrono::microseconds(16'666);
+constexpr std::size_t kLargestToken = 1000, kLargestMessage = 32 << 20;  // bytes; a `restore` is as large
+
+}  // namespace
+
+Viewer::Viewer(beast::tcp_stream stream, Gateway& gateway)
+    : socket_(std::move(stream)), gateway_(gateway), clock_(socket_.get_executor()) {}
+
+void Viewer::begin(const beast::http::request<beast::http::empty_body>& upgrade) {
+  beast::get_lowest_layer(socket_).expires_never();  // WebSocket has its own
+  auto timeout = websocket::stream_base::timeout::suggested(beast::role_type::server);
+  timeout.idle_timeout = std::chrono::seconds(10);
+  timeout.keep_alive_pings = true;
+  socket_.set_option(timeout);
+  socket_.auto_fragment(false);
+  socket_.read_message_max(kLargestToken);
+  socket_.async_accept(upgrade, [self = shared_from_this()](const beast::error_code& error) {
+    if (!error) self->read();
+  });
+}
+
+void Viewer::read() {
+  socket_.async_read(received_, [self = shared_from_this()](const beast::error_code& error, std::size_t) {
+    if (error) {
+      self->closed_ = true;
+      self->clock_.cancel();
+      self->gateway_.remove(*self);
+      return;
+    }
+    const std::string message = beast::buffers_to_string(self->received_.data());
+    self->received_.consume(self->received_.size());
+    self->take(message);
+    if (!self->closed_) self->read();
+  });
+}
+
+void Viewer::take(const std::string& message) {
+  if (socket_.got_text()) return take_text(message);
+  if (!admitted_) return close("the token must come first");
+  gateway_.drive(*this, message);
+}
+
+void Viewer::take_text(const std::string& text) {
+  const json message = json::parse(text, nullptr, false);
+  if (!message.is_object()) return close("expected a JSON object");
+  if (!admitted_) {
+    const auto token = message.find("token");
+    if (token == message.end() || !token->is_string() || !gateway_.is_token(token->get<std::string>()))
+      return close("wrong token: open the URL that acus-view printed");
+    if (!gateway_.add(*this)) return close("too many pages look already");
+    admitted_ = true;
+    socket_.read_message_max(kLargestMessage);
+    return beat();
+  }
+  const auto drive = message.find("drive");
+  if (drive == message.end() || !drive->is_boolean()) return;
+  if (drive->get<bool>()) {
+    gateway_.begin_driving(*this);
+  } else {
+    gateway_.end_driving(*this);
+  }
+}
+
+void Viewer::tell() {
+  const std::string text = json{
+      {"server", gateway_.server().here()},
+      {"driving", gateway_.is_driver(*this)},
+      {"driven", gateway_.driven()},
+      {"viewers", gateway_.viewers()},
+      {"lost", outbox_.lost()}}.dump();
+  if (text == told_) return;
+  told_ = text;
+  send(true, std::make_shared<const std::string>(text));
+}
+
+void Viewer::tell_of_the_scene() {
+  const Bytes hello = gateway_.server().hello(), describe = gateway_.server().describe();
+  if (hello && hello != hello_) send(false, hello);
+  if (describe && describe != describe_) send(false, describe);
+  hello_ = hello;
+  describe_ = describe;
+}
+
+void Viewer::beat() {
+  if (closed_) return;
+  if (leaving_.empty()) {
+    tell();
+    tell_of_the_scene();
+    for (Bytes& bytes : outbox_.take()) send(false, std::move(bytes));
+  }
+  clock_.expires_after(kBeat);
+  clock_.async_wait([self = shared_from_this()](const beast::error_code& error) {
+    if (!error) self->beat();
+  });
+}
+
+void Viewer::send(bool text, Bytes bytes) {
+  leaving_.push_back({text, std::move(bytes)});
+  if (leaving_.size() == 1) write();
+}
+
+void Viewer::write() {
+  const Message& next = leaving_.front();
+  socket_.text(next.text);
+  socket_.async_write(boost::asio::buffer(*next.bytes),
+                      [self = shared_from_this()](const beast::error_code& error, std::size_t) {
+                        if (error) return;  // reading ends, too
+                        self->leaving_.pop_front();
+                        if (!self->leaving_.empty()) self->write();
+                      });
+}
+
+void Viewer::close(const char* why) {
+  if (closed_) return;
+  closed_ = true;
+  clock_.cancel();
+  gateway_.remove(*this);
+  socket_.async_close({websocket::close_code::policy_error, why},
+                      [self = shared_from_this()](const beast::error_code&) {});
+}
+
+}  // namespace acus::view

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// One page that looks, over its WebSocket.
+#pragma once
+
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <deque>
+#include <memory>
+#include <string>
+
+#include "client/view/gateway.h"
+#include "client/view/outbox.h"
+
+namespace acus::view {
+
+class Viewer : public std::enable_shared_from_this<Viewer> {
+ public:
+  Viewer(boost::beast::tcp_stream stream, Gateway& gateway);
+
+  void begin(const boost::beast::http::request<boost::beast::http::empty_body>& upgrade);
+
+  // What the server said, to leave when there is room.
+  void put(const Frame& frame) { outbox_.put(frame); }
+
+ private:
+  using Bytes = std::shared_ptr<const std::string>;
+  struct Message {
+    bool text;
+    Bytes bytes;
+  };
+
+  void read();
+  void take_text(const std::string& text);
+  void take(const std::string& message);
+  void beat();               // sends what there is, some sixty times a second, if the last has left
+  void tell();               // how things stand, if that has changed
+  void tell_of_the_scene();  // its `hello_reply` and `describe_reply`, if they have
+  void send(bool text, Bytes bytes);
+  void write();
+  void close(const char* why);
+
+  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  Gateway& gateway_;
+  boost::asio::steady_timer clock_;
+  boost::beast::flat_buffer received_;
+  Outbox outbox_;
+  std::deque<Message> leaving_;
+  std::string told_;
+  Bytes hello_, describe_;  // that were sent last
+  bool admitted_ = false, closed_ = false;
+};
+
+}  // namespace acus::view

@@ -1,0 +1,158 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Asks acus-view for what it serves and for what it must not, as other programs and other sites would."""
+
+import base64
+import http.client
+import os
+import signal
+import socket
+import time
+import unittest
+from urllib.parse import urlsplit
+
+from viewed import PATIENCE, WithGateway, scene
+
+
+class Gateway(WithGateway):
+    def ask(self, url, path, **headers):
+        connection = http.client.HTTPConnection("127.0.0.1", urlsplit(url).port, timeout=PATIENCE)
+        self.addCleanup(connection.close)
+        connection.request("GET", path, headers=headers)
+        answer = connection.getresponse()
+        return answer.status, answer.headers, answer.read()
+
+    def open_link(self, url, **headers):
+        """A WebSocket's handshake by hand; the status, and the socket."""
+        stream = socket.create_connection(("127.0.0.1", urlsplit(url).port), PATIENCE)
+        self.addCleanup(stream.close)
+        own = {"Host": urlsplit(url).netloc, "Origin": "http://" + urlsplit(url).netloc, "Upgrade": "websocket",
+               "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
+               "Sec-WebSocket-Key": base64.b64encode(os.urandom(16)).decode()}
+        own.update({name.replace("_", "-"): value for name, value in headers.items()})
+        lines = "".join(f"{name}: {value}\r\n" for name, value in own.items() if value)
+        stream.sendall(f"GET /link HTTP/1.1\r\n{lines}\r\n".encode())
+        head = b""
+        while b"\r\n\r\n" not in head:
+            more = stream.recv(4096)
+            if not more:
+                break
+            head += more
+        return int(head.split()[1]), stream
+
+    def say(self, stream, text):
+        """A masked text frame of up to 125 bytes."""
+        data, mask = text.encode(), os.urandom(4)
+        stream.sendall(bytes([0x81, 0x80 | len(data)]) + mask + bytes(b ^ mask[i % 4] for i, b in enumerate(data)))
+
+    def frame(self, stream):
+        """Opcode and payload of the next frame; nothing where the connection ends."""
+        def exactly(count):
+            data = b""
+            while len(data) < count:
+                more = stream.recv(count - len(data))
+                if not more:
+                    raise EOFError
+                data += more
+            return data
+        head = exactly(2)
+        size = head[1] & 127
+        if size > 125:
+            size = int.from_bytes(exactly(2 if size == 126 else 8), "big")
+        return head[0] & 15, exactly(size)
+
+    def test_the_page_is_served_and_nothing_else(self):
+        _, url = self.view("--commands", "ipc:///tmp/nobody", "--states", "ipc:///tmp/nobody-either")
+        for path, kind in (("/", "text/html"), ("/index.html", "text/html"), ("/view.js", "text/javascript"),
+                           ("/view.css", "text/css"), ("/NOTICE", "text/plain")):
+            status, headers, body = self.ask(url, path)
+            self.assertEqual(status, 200, path)
+            self.assertTrue(headers["Content-Type"].startswith(kind), path)
+            self.assertIn("default-src 'self'", headers["Content-Security-Policy"])
+            self.assertGreater(len(body), 100)
+        for path in ("/../../../etc/passwd", "/view.js/..", "/%2e%2e/NOTICE", "/favicon.ico", "//"):
+            self.assertEqual(self.ask(url, path)[0], 404, path)
+        self.assertIn(b"three.js", self.ask(url, "/NOTICE")[2])
+
+    def test_other_sites_and_other_names_are_refused(self):
+        _, url = self.view("--commands", "ipc:///tmp/nobody", "--states", "ipc:///tmp/nobody-either")
+        port = urlsplit(url).port
+        self.assertEqual(self.ask(url, "/", Host="evil.example")[0], 403)
+        self.assertEqual(self.ask(url, "/", Host=f"evil.example:{port}")[0], 403)
+        self.assertEqual(self.ask(url, "/", Host=f"localhost:{port}")[0], 200)
+        for origin in ("http://evil.example", f"https://127.0.0.1:{port}", f"http://127.0.0.1:{port + 1}", "null", ""):
+            self.assertEqual(self.open_link(url, Origin=origin)[0], 403, origin)
+        self.assertEqual(self.open_link(url, Host="evil.example")[0], 403)
+        self.assertEqual(self.open_link(url)[0], 101)
+
+    def test_nothing_is_told_without_the_token(self):
+        _, url = self.view(scene("insertion_pullback"))
+        token = urlsplit(url).fragment
+        self.assertEqual(len(token), 32)
+        for wrong in ("", token[:-1], token + "0", "0" * 32):
+            status, stream = self.open_link(url)
+            self.assertEqual(status, 101)
+            self.say(stream, '{"token": "%s"}' % wrong)
+            opcode, payload = self.frame(stream)
+            self.assertEqual((opcode, payload[:2]), (8, (1008).to_bytes(2, "big")))
+        _, stream = self.open_link(url)
+        self.say(stream, '{"drive": true}')
+        self.assertEqual(self.frame(stream)[0], 8)
+        _, stream = self.open_link(url)
+        self.say(stream, '{"token": "%s"}' % token)
+        opcode, payload = self.frame(stream)
+        self.assertEqual(opcode, 1)
+        self.assertIn(b'"driving":false', payload)
+
+    def test_there_is_room_for_so_many_and_no_more(self):
+        _, url = self.view("--commands", "ipc:///tmp/nobody", "--states", "ipc:///tmp/nobody-either")
+        token = urlsplit(url).fragment
+        streams = []
+        for _ in range(64):
+            streams.append(self.open_link(url)[1])
+            self.say(streams[-1], '{"token": "%s"}' % token)
+            self.assertEqual(self.frame(streams[-1])[0], 1)
+        _, stream = self.open_link(url)
+        self.say(stream, '{"token": "%s"}' % token)
+        self.assertEqual(self.frame(stream)[0], 8)
+
+    def test_it_ends_in_order_and_takes_its_server_along(self):
+        process, _ = self.view(scene("insertion_pullback"))
+        children = f"/proc/{process.pid}/task/{process.pid}/children"
+        with open(children, encoding="utf-8") as file:
+            server = int(file.read().split()[0])
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(PATIENCE), 0)
+        self.assertFalse(os.path.exists(f"/proc/{server}"))
+
+    def test_a_server_that_ends_with_its_gateway_killed(self):
+        process, _ = self.view(scene("insertion_pullback"))
+        with open(f"/proc/{process.pid}/task/{process.pid}/children", encoding="utf-8") as file:
+            server = int(file.read().split()[0])
+        process.kill()
+        deadline = time.monotonic() + PATIENCE
+        while os.path.exists(f"/proc/{server}") and time.monotonic() < deadline:
+            with open(f"/proc/{server}/stat", encoding="utf-8") as file:
+                if file.read().split()[2] == "Z":
+                    break
+            time.sleep(0.05)
+        self.assertLess(time.monotonic(), deadline)
+
+    def test_what_cannot_be_used_is_named(self):
+        for arguments, status, words in (
+            (["no_such_scene.yaml"], 2, "the server has ended with status 2"),
+            (["--page", "/nowhere", scene("insertion_pullback")], 3, "/nowhere/index.html: expected a file of the page"),
+            (["--commands", "nonsense"], 1, "--commands"),
+            ([scene("insertion_pullback"), "--commands", "tcp://127.0.0.1:5750"], 1, "excludes"),
+        ):
+            process = self.start("acus-view", "--no-browser", *arguments)
+            self.assertEqual(process.wait(PATIENCE), status, words)
+            self.assertIn(words, process.stderr.read())
+        _, url = self.view(scene("insertion_pullback"))
+        process = self.start("acus-view", "--no-browser", "--port", str(urlsplit(url).port))
+        self.assertEqual(process.wait(PATIENCE), 3)
+        self.assertIn("port", process.stderr.read())
+
+
+if __name__ == "__main__":
+    unittest.main()

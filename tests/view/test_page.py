@@ -1,0 +1,260 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The page of acus-view in a real browser, drawn in software. Servers run in lockstep where a test looks at a tick, so
+that what is drawn is known and nothing waits for time."""
+
+import io
+import os
+import shutil
+import signal
+import sys
+import time
+import unittest
+
+from viewed import PATIENCE, WithGateway, scene
+
+try:
+    from PIL import Image
+    from selenium import webdriver
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.chrome.service import Service
+    MISSING = next((f"no {name}" for name in ("chromium", "chromedriver") if not shutil.which(name)), None)
+except ImportError as error:
+    MISSING = str(error)
+
+SIZE = (1280, 720)
+FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+         "--disable-dev-shm-usage", "--disable-quic", "--no-first-run", "--disable-background-networking",
+         "--disable-component-update", "--disable-sync", f"--window-size={SIZE[0]},{SIZE[1]}"]
+
+
+class Page(WithGateway):
+    def setUp(self):
+        super().setUp()
+        self.browsers = []
+        self.browser = self.open_browser()
+
+    def open_browser(self):
+        options = webdriver.ChromeOptions()
+        for flag in FLAGS:
+            options.add_argument(flag)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        browser = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+        self.addCleanup(browser.quit)
+        browser.set_script_timeout(PATIENCE)
+        self.browsers.append(browser)
+        return browser
+
+    def look(self, url, browser=None):
+        (browser or self.browser).get(url)
+
+    def get(self, script, browser=None):
+        return (browser or self.browser).execute_script("return " + script)
+
+    def wait_for(self, script, browser=None):
+        """Until the expression is true; its value."""
+        deadline = time.monotonic() + PATIENCE
+        while not (value := self.get(script, browser)):
+            self.assertLess(time.monotonic(), deadline, script + "\n" + str(self.errors()))
+            time.sleep(0.02)
+        return value
+
+    def text(self, name, browser=None):
+        return (browser or self.browser).find_element(By.ID, name).text
+
+    def press(self, name, browser=None):
+        (browser or self.browser).find_element(By.ID, name).click()
+
+    def errors(self):
+        return [entry for browser in self.browsers for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+
+    def view_in_lockstep(self, name):
+        _, url = self.view(scene(name) if os.sep not in name else name, "--lockstep")
+        self.look(url)
+        self.wait_for("acus.hello && acus.standing.server && acus.hello.scene")
+
+    def take(self):
+        self.press("hold")
+        self.wait_for("acus.hands.holding")
+
+    def step(self, ticks):
+        """Makes ticks, and waits until the last is drawn."""
+        answer = self.browser.execute_async_script(
+            "const done = arguments[1]; acus.link.request('step', {ticks: arguments[0]}).then(done)", ticks)
+        self.assertEqual(answer["type"], "done", answer)
+        self.wait_for(f"acus.tick >= {answer['tick']}")
+        self.drawn()
+        return answer["tick"]
+
+    def drawn(self):
+        """Until a picture has been drawn from now on."""
+        frames = self.get("(acus.stage.draw(), acus.frames)")
+        self.wait_for(f"acus.frames > {frames}")
+
+    def picture(self):
+        image = Image.open(io.BytesIO(self.browser.get_screenshot_as_png())).convert("RGB")
+        where = os.environ.get("ACUS_PICTURES")
+        if where:
+            image.save(os.path.join(where, f"{self.id().split('.')[-1]}-{int(1e3 * time.monotonic())}.png"))
+        width = self.get("document.getElementById('stage').clientWidth")
+        return image.crop((0, 0, width, image.height))
+
+    def share(self, image, holds):
+        pixels = list(image.getdata())
+        return sum(1 for pixel in pixels if holds(*pixel)) / len(pixels)
+
+
+class Drawing(Page):
+    def test_regions_needle_and_forces_are_where_they_should_be(self):
+        self.view_in_lockstep("insertion_pullback_layers")
+        self.assertIn("SwiftShader", self.get("acus.renderer()"))
+        self.take()
+        self.step(20)
+        self.wait_for("document.getElementById('legend').childElementCount >= 2")
+        first = self.picture()
+        # The colours of the first regions: terracotta and ochre, whatever light falls on them.
+        self.assertGreater(self.share(first, lambda r, g, b: r > g + 25 and g > b), 0.05)
+        self.assertGreater(len(set(first.getdata())), 50)
+        # Where the camera has the tip there is something else than paper.
+        tip = self.get("acus.tip('needle')")
+        paper = first.getpixel((3, 3))
+        near = [first.getpixel((round(tip["x"]) + i, round(tip["y"]) + j)) for i in range(-3, 4) for j in range(-3, 4)]
+        self.assertTrue(any(sum(abs(a - b) for a, b in zip(pixel, paper)) > 60 for pixel in near), near)
+
+    def test_a_push_moves_needle_and_picture_as_the_states_say(self):
+        self.view_in_lockstep("insertion_pullback")
+        self.take()
+        self.step(5)
+        before = self.get("acus.force('needle')")
+        picture = self.picture()
+        pixel = self.get("acus.tip('needle')")
+        for _ in range(8):  # wheel upwards: 12 mm ahead
+            self.browser.execute_script(
+                "document.querySelector('canvas').dispatchEvent(new WheelEvent('wheel', {deltaY: -100, cancelable: true}))")
+        self.wait_for("acus.hands.goal.distanceTo(acus.hands.place) < 1e-6")
+        tick = self.step(600)
+        after = self.get("acus.force('needle')")
+        way = sum((a - b) ** 2 for a, b in zip(after["base_position"], before["base_position"])) ** 0.5
+        self.assertAlmostEqual(way, 0.012, delta=0.0005)
+        self.assertGreater(after["tick"], before["tick"])
+        self.assertGreaterEqual(tick, 600)
+        self.assertIn("mm", self.text("figures"))
+        moved = self.get("acus.tip('needle')")
+        self.assertGreater(abs(moved["y"] - pixel["y"]) + abs(moved["x"] - pixel["x"]), 5)
+        self.assertGreater(self.share_of_change(picture, self.picture()), 0.0005)
+
+    def share_of_change(self, a, b):
+        pairs = list(zip(a.getdata(), b.getdata()))
+        return sum(1 for x, y in pairs if sum(abs(i - j) for i, j in zip(x, y)) > 30) / len(pairs)
+
+    def test_a_drag_at_the_needle_moves_it_sideways_and_no_deeper(self):
+        self.view_in_lockstep("insertion_pullback")
+        self.take()
+        self.step(5)
+        before = self.get("acus.force('needle')")
+        at = self.get("acus.stage.pixel(acus.hands.needle().point(2))")
+        canvas = self.browser.find_element(By.TAG_NAME, "canvas")
+        x, y = at["x"] - canvas.size["width"] / 2, at["y"] - canvas.size["height"] / 2
+        ActionChains(self.browser, duration=20).move_to_element_with_offset(canvas, round(x), round(y)).click_and_hold() \
+            .move_by_offset(12, 0).move_by_offset(12, 0).release().perform()
+        self.wait_for("acus.hands.goal.distanceTo(acus.hands.place) < 1e-6")
+        self.step(300)
+        after = self.get("acus.force('needle')")
+        moved = [a - b for a, b in zip(after["base_position"], before["base_position"])]
+        self.assertGreater(max(abs(moved[0]), abs(moved[1])), 0.002)
+        self.assertLess(abs(moved[2]), 0.0005)  # the needle points down
+
+    def test_other_scenes_can_be_seen(self):
+        for name in ("brachytherapy", "through", "deep_brain"):
+            with self.subTest(name):
+                if name == "deep_brain" and not os.path.exists(os.path.join(os.environ["ACUS_PROGRAMS"], "acus-mesh")):
+                    continue
+                self.view_in_lockstep(name)
+                self.take()
+                self.step(10)
+                self.assertGreater(len(set(self.picture().getdata())), 50)
+                self.assertEqual(self.errors(), [])
+
+    def test_a_scene_without_tissue(self):
+        alone = os.path.join(self.folder, "alone.yaml")
+        with open(alone, "w", encoding="utf-8") as file:
+            file.write("acus_scene: 1\nname: alone\ntissue: {rung: none}\nneedles:\n  - {name: needle, length: 0.15, base: {position: [0, 0, 0.1]}}\n")
+        self.view_in_lockstep(alone)
+        self.take()
+        self.step(10)
+        self.assertGreater(self.share(self.picture(), lambda r, g, b: r > b + 80), 0.0001)  # the hub
+        self.assertEqual(self.errors(), [])
+
+
+class Together(Page):
+    def test_one_drives_and_others_watch(self):
+        _, url = self.view(scene("insertion_pullback"))
+        other = self.open_browser()
+        self.look(url)
+        self.look(url, other)
+        self.take()
+        self.wait_for("acus.standing.driven && !acus.standing.driving", other)
+        self.assertFalse(other.find_element(By.ID, "hold").is_enabled())
+        self.assertIn("another page drives", self.text("status", other))
+        # What it sends all the same goes nowhere.
+        other.execute_script("acus.link.send('reset', {seq: 1}); acus.link.send('shutdown', {seq: 2})")
+        self.wait_for("acus.hello.held.length === 1", other)
+        self.assertEqual(self.get("acus.hello.epoch", other), 0)
+        # Whoever drives lets go when the page is closed, and the needle is free.
+        self.browser.get("about:blank")
+        self.wait_for("!acus.standing.driven && acus.hello.held.length === 0", other)
+        self.assertTrue(other.find_element(By.ID, "hold").is_enabled())
+        self.press("hold", other)
+        self.wait_for("acus.hands.holding", other)
+
+    def test_a_server_that_dies_is_shown_and_found_again(self):
+        commands, states = self.endpoints()
+        server = self.serve(scene("insertion_pullback"))
+        _, url = self.view("--commands", commands, "--states", states)
+        self.look(url)
+        self.wait_for("acus.standing.server && acus.tick > 0")
+        first = self.get("acus.hello.instance")
+        server.send_signal(signal.SIGKILL)
+        server.wait(PATIENCE)
+        self.wait_for("!acus.standing.server")
+        self.assertIn("the server does not answer", self.text("status"))
+        self.serve(scene("insertion_pullback"))
+        self.wait_for(f"acus.standing.server && acus.hello.instance !== {first} && acus.tick > 0")
+
+    def test_a_wrong_token_is_told(self):
+        _, url = self.view(scene("insertion_pullback"))
+        self.look(url[:-1] + ("0" if url[-1] != "0" else "1"))
+        self.wait_for("document.getElementById('status').textContent.includes('wrong token')")
+        self.assertIsNone(self.get("acus.hello"))
+
+    def test_a_damaged_frame_is_told_and_ends_nothing(self):
+        self.view_in_lockstep("insertion_pullback")
+        for damage in ("[0xc1]", "[0x81]", "[0x2a]", "[]"):
+            self.browser.execute_script(f"acus.link.take(new Uint8Array({damage}).buffer)")
+        self.wait_for("!document.getElementById('notice').hidden")
+        self.assertIn("a damaged message was left out", self.text("notice"))
+        self.take()
+        self.step(3)
+        self.assertEqual(self.errors(), [])
+
+    def test_a_moment_is_kept_and_found_again(self):
+        self.view_in_lockstep("insertion_pullback")
+        self.take()
+        self.step(7)
+        self.press("keep")
+        self.wait_for("!document.getElementById('back').disabled")
+        self.step(20)
+        self.press("back")
+        self.wait_for("acus.hello.epoch === 1")
+        self.assertEqual(self.step(1), 9)  # 1 + 7 ticks were kept
+        self.press("reset")
+        self.wait_for("acus.hello.epoch === 2")
+        self.assertEqual(self.errors(), [])
+
+
+if __name__ == "__main__":
+    if MISSING:
+        print(f"SKIPPED: {MISSING}; scripts/install-packages browser has it")
+        sys.exit(0)
+    unittest.main()
