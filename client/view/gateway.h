@@ -6,9 +6,11 @@
 //
 //   page     {"token": "..."}     first of all: that of the URL
 //            {"drive": true}      asks to drive; {"drive": false} gives it back
+//            {"beat": k}          has taken in all that came before the gateway's own; a page that is slower gets less
 //   gateway  {"server": bool, "driving": bool, "driven": bool, "viewers": n, "lost": n}
 //            whether the server answers, whether this page drives, whether any does, how many look, how many events
 //            this page was not sent
+//            {"beat": k}          behind what left at one time
 //
 // Any number may look, as far as kMostViewers; one drives. Whoever asks must name the gateway by its own address
 // (Host), and a page that opens a WebSocket must come from it (Origin), so that no other site reaches it through a

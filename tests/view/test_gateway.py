@@ -104,6 +104,23 @@ class Gateway(WithGateway):
         self.assertEqual(opcode, 1)
         self.assertIn(b'"driving":false', payload)
 
+    def test_a_page_that_takes_nothing_in_is_not_flooded(self):
+        _, url = self.view(scene("insertion_pullback"))
+        _, stream = self.open_link(url)
+        self.say(stream, '{"token": "%s"}' % urlsplit(url).fragment)
+        beats = []
+        while len(beats) < 3:
+            opcode, payload = self.frame(stream)
+            if opcode == 1 and payload.startswith(b'{"beat"'):
+                beats.append(payload.decode())
+        self.assertEqual(beats, ['{"beat":1}', '{"beat":2}', '{"beat":3}'])
+        stream.settimeout(0.5)
+        self.assertRaises(TimeoutError, self.frame, stream)
+        stream.settimeout(PATIENCE)
+        self.say(stream, beats[1])
+        while not (opcode == 1 and payload == b'{"beat":5}'):
+            opcode, payload = self.frame(stream)
+
     def test_there_is_room_for_so_many_and_no_more(self):
         _, url = self.view("--commands", "ipc:///tmp/nobody", "--states", "ipc:///tmp/nobody-either")
         token = urlsplit(url).fragment

@@ -19,7 +19,7 @@ class WithGateway(unittest.TestCase):
 
     def start(self, program, *arguments):
         process = subprocess.Popen([os.path.join(PROGRAMS, program), *arguments], stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True)
+                                   stderr=subprocess.PIPE, text=True, env=dict(os.environ, TMPDIR=self.folder))
         self.addCleanup(self.end, process)
         return process
 

@@ -37,7 +37,11 @@ export class Link {
 
   private take(data: string | ArrayBuffer): void {
     try {
-      if (typeof data === "string") return this.listener.standing(JSON.parse(data) as Standing);
+      if (typeof data === "string") {
+        const words = JSON.parse(data) as Standing | { beat: number };
+        if ("beat" in words) return this.say(data); // all before it has been taken in
+        return this.listener.standing(words);
+      }
       const message = decode(new Uint8Array(data)) as Message & { seq?: number };
       if (typeof message !== "object" || message === null || typeof message.type !== "string")
         throw new Error("expected a map with a type");

@@ -45,6 +45,7 @@ function beforeDrawing(): void {
     marks.arrow(each.needle + " base", base, new Vector3(...each.base_force), length, 0xf08a24);
     marks.arrow(each.needle + " tip", tip, new Vector3(...each.tip_force), length, 0xd7263d);
   }
+  showFelt(force ?? null);
   drawn = force?.tick ?? drawn;
 }
 
@@ -105,7 +106,7 @@ function message(message: Message): void {
       break;
     case "force":
       forces.set(message.needle, message);
-      if (message.needle === chosen()) plots.add(message), showFelt(message);
+      if (message.needle === chosen()) plots.add(message);
       stage.draw();
       break;
     case "needle":

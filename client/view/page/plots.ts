@@ -5,7 +5,7 @@ import type { Force } from "./messages.js";
 import { spot } from "./panel.js";
 
 const kWindow = 20; // s
-const kPeriod = 50; // ms between two drawings
+const kPeriod = 100; // ms between two drawings
 const size = (v: readonly number[]): number => Math.hypot(v[0]!, v[1]!, v[2]!);
 
 interface Curve { label: string; stroke: string; of(force: Force): number }

@@ -4,10 +4,19 @@ import {
   AmbientLight, Color, DirectionalLight, OrbitControls, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from "./vendor/libraries.js";
 
+// Which takes most of its time for smooth edges.
+function inSoftware(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const names = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl && names ? String(gl.getParameter(names.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
+
 export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(35, 1, 1e-4, 100);
-  readonly renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+  readonly renderer = new WebGLRenderer({ antialias: !inSoftware() });
   readonly controls: OrbitControls;
   size = 0.2; // m, of what there is to see
   frames = 0;
