@@ -64,7 +64,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--port", arguments.port, "Port of this machine to serve the page on")
       ->default_str("any that is free");
   app.add_option("--page", arguments.page, "Folder with the files of the page")->capture_default_str();
-  app.add_flag("--lockstep", arguments.lockstep, "The server that is started makes ticks only when the page asks");
+  app.add_flag("--lockstep", arguments.lockstep, "The server that is started makes ticks only when the page asks")->needs(scene);
   app.add_flag("--no-browser", arguments.no_browser, "Print the URL and open nothing");
 }
 
@@ -81,14 +81,14 @@ void watch(asio::io_context& context, asio::steady_timer& timer, view::StartedSe
   timer.async_wait([&](const boost::system::error_code& error) {
     if (error) return;
     if (server.ended() < 0) return watch(context, timer, server, gone);
-    std::fprintf(stderr, "acus-view: the server has ended with status %d\n", server.ended());
+    std::fprintf(stderr, "acus-view: the server has ended with status %d%s\n", server.ended(),
+                 server.ended() == view::StartedServer::kNoProgram ? ": there is no acus-server beside this program" : "");
     gone = true;
     context.stop();
   });
 }
 
 int run(const Arguments& arguments) {
-  setpriority(PRIO_PROCESS, 0, 5);  // ticks come first
   asio::io_context context(1);
   asio::signal_set signals(context, SIGINT, SIGTERM, SIGHUP);
   signals.async_wait([&](const boost::system::error_code&, int) { context.stop(); });
@@ -108,6 +108,7 @@ int run(const Arguments& arguments) {
                    arguments.lockstep ? std::vector<std::string>{"--lockstep"} : std::vector<std::string>{});
     options.server = server->address();
   }
+  setpriority(PRIO_PROCESS, 0, 5);  // ticks come first
   std::optional<view::Gateway> gateway;
   try {
     gateway.emplace(context, std::move(options));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "client/view/gateway.h"
 
+#include <fcntl.h>
+
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -21,6 +23,8 @@ namespace http = beast::http;
 using asio::ip::tcp;
 
 constexpr auto kPatience = std::chrono::seconds(10);  // for a request to come, and an answer to leave
+constexpr int kMostConnections = 256;
+constexpr auto kPause = std::chrono::milliseconds(100);
 constexpr unsigned kLargestHeader = 16 << 10;         // bytes
 constexpr const char* kPolicy =
     "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -34,10 +38,17 @@ std::string draw_token() {
 
 std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
 
+// Whatever the port: ssh may carry another one here.
+bool is_this_machine(std::string_view host) {
+  const std::string_view name = host.substr(0, host.find(':'));
+  return name == "127.0.0.1" || name == "localhost";
+}
+
 // One connection of a browser: requests for files, and the one that makes it a WebSocket.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket socket, Gateway& gateway) : stream_(std::move(socket)), gateway_(gateway) {}
+  Connection(tcp::socket socket, Gateway& gateway, Count count)
+      : stream_(std::move(socket)), gateway_(gateway), count_(std::move(count)) {}
 
   void read() {
     parser_.emplace();
@@ -53,27 +64,27 @@ class Connection : public std::enable_shared_from_this<Connection> {
   using Request = http::request<http::empty_body>;
 
   void answer(const Request& request) {
-    if (!gateway_.is_own_host(view_of(request[http::field::host])))
-      return refuse(http::status::forbidden, "expected the gateway's own address in Host");
+    const std::string_view host = view_of(request[http::field::host]);
+    if (!is_this_machine(host)) return refuse(http::status::forbidden, "expected 127.0.0.1 or localhost in Host");
     if (beast::websocket::is_upgrade(request)) {
       if (request.target() != "/link") return refuse(http::status::not_found, "expected /link");
-      if (!gateway_.is_own_origin(view_of(request[http::field::origin])))
+      if (view_of(request[http::field::origin]) != "http://" + std::string(host))
         return refuse(http::status::forbidden, "expected the gateway's own page in Origin");
-      std::make_shared<Viewer>(std::move(stream_), gateway_)->begin(request);
+      std::make_shared<Viewer>(std::move(stream_), gateway_, std::move(count_))->begin(request);
       return;
     }
     if (request.method() != http::verb::get && request.method() != http::verb::head)
       return refuse(http::status::method_not_allowed, "expected GET");
     const auto file = gateway_.options().page.find(std::string(view_of(request.target())));
     if (file == gateway_.options().page.end()) return refuse(http::status::not_found, "no such file");
-    send(http::status::ok, file->second, request.method() == http::verb::head);
+    send(http::status::ok, file->second, request.method() == http::verb::head, request.keep_alive());
   }
 
   void refuse(http::status status, const char* why) {
     send(status, {"text/plain; charset=utf-8", why + std::string("\n")}, false);
   }
 
-  void send(http::status status, const PageFile& file, bool head) {
+  void send(http::status status, const PageFile& file, bool head, bool keep_alive = false) {
     auto response = std::make_shared<http::response<http::string_body>>(status, 11, head ? "" : file.bytes);
     response->set(http::field::content_type, file.type);
     response->set(http::field::cache_control, "no-store");
@@ -83,7 +94,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     response->set("Referrer-Policy", "no-referrer");
     response->set("X-Content-Type-Options", "nosniff");
     response->content_length(file.bytes.size());
-    response->keep_alive(status == http::status::ok && !head);
+    response->keep_alive(keep_alive && !head);
+    stream_.expires_after(kPatience);
     http::async_write(stream_, *response,
                       [self = shared_from_this(), response](const beast::error_code& error, std::size_t) {
                         if (!error && response->keep_alive()) return self->read();
@@ -94,6 +106,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   beast::tcp_stream stream_;
   Gateway& gateway_;
+  Count count_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
 };
@@ -103,6 +116,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 Gateway::Gateway(asio::io_context& context, Options options)
     : options_(std::move(options)),
       acceptor_(context, tcp::endpoint(asio::ip::address_v4::loopback(), options_.port)),
+      pause_(context),
       server_(context, options_.server,
               {[this](const Frame& frame) {
                  for (Viewer* viewer : viewers_) viewer->put(frame);
@@ -110,6 +124,7 @@ Gateway::Gateway(asio::io_context& context, Options options)
                [this](const Frame& frame) {
                  if (driver_ != nullptr) driver_->put(frame);
                }}) {
+  fcntl(acceptor_.native_handle(), F_SETFD, FD_CLOEXEC);  // the browser that is opened must not inherit it
   if (options_.token.empty()) options_.token = draw_token();
   accept();
 }
@@ -119,27 +134,25 @@ Gateway::~Gateway() = default;
 void Gateway::accept() {
   acceptor_.async_accept([this](const beast::error_code& error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
-    if (!error) {
-      beast::error_code ignored;
-      socket.set_option(tcp::no_delay(true), ignored);
-      std::make_shared<Connection>(std::move(socket), *this)->read();
-    }
+    if (error || *connections_ >= kMostConnections) return accept_later();
+    beast::error_code ignored;
+    fcntl(socket.native_handle(), F_SETFD, FD_CLOEXEC);
+    socket.set_option(tcp::no_delay(true), ignored);
+    std::make_shared<Connection>(std::move(socket), *this, Count(connections_))->read();
     accept();
+  });
+}
+
+// Out of descriptors, for instance: some connection has to end first.
+void Gateway::accept_later() {
+  pause_.expires_after(kPause);
+  pause_.async_wait([this](const beast::error_code& error) {
+    if (!error) accept();
   });
 }
 
 std::string Gateway::url() const {
   return "http://127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()) + "/#" + options_.token;
-}
-
-bool Gateway::is_own_host(std::string_view host) const {
-  const std::string port = ":" + std::to_string(acceptor_.local_endpoint().port());
-  return host == "127.0.0.1" + port || host == "localhost" + port;
-}
-
-bool Gateway::is_own_origin(std::string_view origin) const {
-  constexpr std::string_view kScheme = "http://";
-  return origin.starts_with(kScheme) && is_own_host(origin.substr(kScheme.size()));
 }
 
 // In the same time wherever they differ.
@@ -165,8 +178,11 @@ void Gateway::remove(Viewer& viewer) {
 
 void Gateway::begin_driving(Viewer& viewer) {
   if (driver_ != nullptr) return;
-  driver_ = &viewer;
-  server_.begin_driving();
+  try {
+    server_.begin_driving();
+    driver_ = &viewer;
+  } catch (const std::exception&) {  // out of descriptors: nobody drives
+  }
 }
 
 void Gateway::end_driving(Viewer& viewer) {

@@ -24,6 +24,8 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "client/view/page_files.h"
 #include "client/view/server_link.h"
@@ -31,6 +33,19 @@
 namespace acus::view {
 
 class Viewer;
+
+// A share in a number of connections, which may outlive the gateway.
+class Count {
+ public:
+  explicit Count(std::shared_ptr<int> number) : number_(std::move(number)) { ++*number_; }
+  Count(Count&&) noexcept = default;
+  ~Count() {
+    if (number_) --*number_;
+  }
+
+ private:
+  std::shared_ptr<int> number_;
+};
 
 class Gateway {
  public:
@@ -52,8 +67,6 @@ class Gateway {
 
   // For connections and viewers.
   const Options& options() const { return options_; }
-  bool is_own_host(std::string_view host) const;
-  bool is_own_origin(std::string_view origin) const;
   bool is_token(std::string_view token) const;
   ServerLink& server() { return server_; }
   bool driven() const { return driver_ != nullptr; }
@@ -67,9 +80,12 @@ class Gateway {
 
  private:
   void accept();
+  void accept_later();
 
   Options options_;
+  std::shared_ptr<int> connections_ = std::make_shared<int>(0);
   boost::asio::ip::tcp::acceptor acceptor_;
+  boost::asio::steady_timer pause_;
   std::set<Viewer*> viewers_;
   Viewer* driver_ = nullptr;
   ServerLink server_;

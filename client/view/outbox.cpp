@@ -8,6 +8,7 @@ namespace acus::view {
 
 void Outbox::put(const Frame& frame) {
   ++count_;
+  if (forces_.size() > kMostNeedles || newest_.size() > 2 * kMostNeedles) return;  // no scene has so many
   if (frame.topic == "force") {
     const auto [place, is_new] = forces_.try_emplace(frame.needle);
     Forces& forces = place->second;
@@ -16,13 +17,19 @@ void Outbox::put(const Frame& frame) {
     forces.last = frame, forces.last_at = count_;
   } else if (frame.topic == "needle" || frame.topic == "tissue" || frame.topic == "stats") {
     newest_[{frame.topic, frame.needle}] = frame;
-  } else {
-    const bool event = frame.topic == "event";
-    std::deque<Frame>& queue = event ? events_ : others_;
-    queue.push_back(frame);
-    if (queue.size() <= (event ? kMostEvents : kMostOthers)) return;
-    queue.pop_front();
+  } else if (frame.topic == "event") {
+    events_.push_back(frame);
+    if (events_.size() <= kMostEvents) return;
+    events_.pop_front();
     ++lost_;
+  } else {
+    others_.push_back(frame);
+    other_bytes_ += frame.bytes->size();
+    while (others_.size() > kMostOthers || (other_bytes_ > kMostBytes && others_.size() > 1)) {
+      other_bytes_ -= others_.front().bytes->size();
+      others_.pop_front();
+      ++lost_;
+    }
   }
 }
 
@@ -40,6 +47,7 @@ std::vector<std::shared_ptr<const std::string>> Outbox::take() {
   }
   for (const auto& [key, frame] : newest_) leave(frame);
   others_.clear();
+  other_bytes_ = 0;
   events_.clear();
   forces_.clear();
   newest_.clear();

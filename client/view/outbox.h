@@ -8,7 +8,7 @@
 //   needle, tissue,  the newest of each needle, or the newest
 //   stats
 //   event            all; of those beyond kMostEvents the oldest are left out, and counted
-//   anything else    all, as far as kMostOthers
+//   anything else    all, as far as kMostOthers and kMostBytes
 //
 // The bytes are the server's own and shared by all viewers.
 #pragma once
@@ -33,7 +33,8 @@ struct Frame {
 
 class Outbox {
  public:
-  static constexpr std::size_t kMostEvents = 1000, kMostOthers = 1000;
+  static constexpr std::size_t kMostEvents = 1000, kMostOthers = 1000, kMostNeedles = 256;
+  static constexpr std::size_t kMostBytes = 64 << 20;  // of the others
 
   void put(const Frame& frame);
 
@@ -53,6 +54,7 @@ class Outbox {
   std::map<std::string, Forces> forces_;                         // by needle
   std::map<std::pair<std::string, std::string>, Frame> newest_;  // by topic and needle
   std::deque<Frame> events_, others_;
+  std::size_t other_bytes_ = 0;
 };
 
 }  // namespace acus::view

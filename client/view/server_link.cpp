@@ -15,6 +15,7 @@ namespace {
 constexpr auto kPeriod = std::chrono::milliseconds(500);  // between two `hello`
 constexpr int kPatience = 4;                              // `hello` without an answer until the server counts as gone
 constexpr int kWaiting = 20'000;                          // states that may wait; viewers get the newest
+constexpr int kCommandsWaiting = 8;                       // for a server that takes none; further ones are dropped
 constexpr const char* kTopics[] = {"force", "needle", "tissue", "event", "stats"};
 
 double length(const protocol::Vector3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
@@ -52,7 +53,9 @@ Frame frame_of(std::string_view bytes) {
 
 ServerLink::ServerLink(boost::asio::io_context& context, ServerAddress address, Listener listener)
     : context_(context), address_(std::move(address)), listener_(std::move(listener)), clock_(context) {
-  const auto take_state = [this](std::string_view bytes) { listener_.state(frame_of(bytes)); };
+  const auto take_state = [this](std::string_view bytes) {
+    if (watching_) listener_.state(frame_of(bytes));
+  };
   states_ = std::make_unique<WatchedSocket>(context_, zmq::socket_type::sub, address_.states, address_.keys, take_state,
                                             [](zmq::socket_t& socket) { socket.set(zmq::sockopt::rcvhwm, kWaiting); });
   const auto take_answer = [this](std::string_view bytes) { this->take_answer(bytes); };
@@ -114,13 +117,16 @@ void ServerLink::begin_driving() {
     listener_.answer(frame);
   };
   driving_ = std::make_unique<WatchedSocket>(context_, zmq::socket_type::dealer, address_.commands, address_.keys, take,
-                                             [](zmq::socket_t& socket) { socket.set(zmq::sockopt::linger, 0); });
+                                             [](zmq::socket_t& socket) {
+                                               socket.set(zmq::sockopt::linger, 0);
+                                               socket.set(zmq::sockopt::sndhwm, kCommandsWaiting);
+                                             });
 }
 
 void ServerLink::end_driving() { driving_.reset(); }
 
 void ServerLink::drive(std::string_view message) {
-  if (driving_) driving_->send(message);
+  if (driving_ && here_) driving_->send(message);
 }
 
 }  // namespace acus::view

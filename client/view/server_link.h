@@ -49,7 +49,7 @@ class ServerLink {
   // A connection of its own for the commands of one viewer. What it holds is released when it ends.
   void begin_driving();
   void end_driving();
-  void drive(std::string_view message);
+  void drive(std::string_view message);  // nothing happens while no server is here
 
  private:
   void ask_again();

@@ -13,6 +13,13 @@
 
 namespace acus::view {
 
+namespace {
+
+constexpr int kMostTries = 150;
+constexpr useconds_t kPauseMicroseconds = 20'000;
+
+}  // namespace
+
 StartedServer::StartedServer(const std::string& scene, const std::vector<std::string>& options) {
   folder_ = (std::filesystem::temp_directory_path() / "acus-view-XXXXXX").string();
   if (mkdtemp(folder_.data()) == nullptr)
@@ -30,17 +37,17 @@ StartedServer::StartedServer(const std::string& scene, const std::vector<std::st
   if (process_ == 0) {
     setpgid(0, 0);  // Ctrl-C in the terminal is for the gateway, which ends the server
     prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (getppid() != parent) _exit(127);
+    if (getppid() != parent) _exit(kNoProgram);
     execv(arguments[0], arguments.data());
-    _exit(127);
+    _exit(kNoProgram);
   }
 }
 
 StartedServer::~StartedServer() {
-  if (ended() < 0) {
-    kill(process_, SIGTERM);
-    int status = 0;
-    waitpid(process_, &status, 0);
+  // Asked again and again: right after the fork the first would be the parent's handler's. One that hangs is killed.
+  for (int tries = 0; ended() < 0; ++tries) {
+    kill(process_, tries < kMostTries ? SIGTERM : SIGKILL);
+    usleep(kPauseMicroseconds);
   }
   std::error_code ignored;
   std::filesystem::remove_all(folder_, ignored);

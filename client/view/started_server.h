@@ -13,6 +13,8 @@ namespace acus::view {
 
 class StartedServer {
  public:
+  static constexpr int kNoProgram = 127;  // exit status
+
   // The acus-server beside the running program. Returns at once; throws std::runtime_error if it cannot be started.
   StartedServer(const std::string& scene, const std::vector<std::string>& options);
   ~StartedServer();  // ends it, and waits

@@ -15,12 +15,13 @@ using nlohmann::json;
 
 constexpr auto kBeat = std::chrono::microseconds(16'666);
 constexpr std::uint64_t kOnTheWay = 3;  // departures that the page has not told that it has taken in
+constexpr auto kPatience = std::chrono::seconds(10);  // for the token
 constexpr std::size_t kLargestToken = 1000, kLargestMessage = 32 << 20;  // bytes; a `restore` is as large
 
 }  // namespace
 
-Viewer::Viewer(beast::tcp_stream stream, Gateway& gateway)
-    : socket_(std::move(stream)), gateway_(gateway), clock_(socket_.get_executor()) {}
+Viewer::Viewer(beast::tcp_stream stream, Gateway& gateway, Count count)
+    : socket_(std::move(stream)), gateway_(gateway), count_(std::move(count)), clock_(socket_.get_executor()) {}
 
 void Viewer::begin(const beast::http::request<beast::http::empty_body>& upgrade) {
   beast::get_lowest_layer(socket_).expires_never();  // WebSocket has its own
@@ -31,7 +32,16 @@ void Viewer::begin(const beast::http::request<beast::http::empty_body>& upgrade)
   socket_.auto_fragment(false);
   socket_.read_message_max(kLargestToken);
   socket_.async_accept(upgrade, [self = shared_from_this()](const beast::error_code& error) {
-    if (!error) self->read();
+    if (error) return;
+    self->expect_token();
+    self->read();
+  });
+}
+
+void Viewer::expect_token() {
+  clock_.expires_after(kPatience);
+  clock_.async_wait([self = shared_from_this()](const beast::error_code& error) {
+    if (!error && !self->admitted_) self->close("no token came");
   });
 }
 
@@ -41,6 +51,7 @@ void Viewer::read() {
       self->closed_ = true;
       self->clock_.cancel();
       self->gateway_.remove(*self);
+      beast::get_lowest_layer(self->socket_).close();  // also where it is only half closed
       return;
     }
     const std::string message = beast::buffers_to_string(self->received_.data());
@@ -57,6 +68,7 @@ void Viewer::take(const std::string& message) {
 }
 
 void Viewer::take_text(const std::string& text) {
+  if (text.size() > kLargestToken) return close("expected a short text");
   const json message = json::parse(text, nullptr, false);
   if (!message.is_object()) return close("expected a JSON object");
   if (!admitted_) {

@@ -17,7 +17,7 @@ namespace acus::view {
 
 class Viewer : public std::enable_shared_from_this<Viewer> {
  public:
-  Viewer(boost::beast::tcp_stream stream, Gateway& gateway);
+  Viewer(boost::beast::tcp_stream stream, Gateway& gateway, Count count);
 
   void begin(const boost::beast::http::request<boost::beast::http::empty_body>& upgrade);
 
@@ -31,6 +31,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
     Bytes bytes;
   };
 
+  void expect_token();
   void read();
   void take_text(const std::string& text);
   void take(const std::string& message);
@@ -44,6 +45,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
   Gateway& gateway_;
+  Count count_;
   boost::asio::steady_timer clock_;
   boost::beast::flat_buffer received_;
   Outbox outbox_;

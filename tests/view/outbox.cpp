@@ -91,6 +91,15 @@ TEST_CASE("events all leave, before the states that follow them; beyond a bound 
   CHECK(texts.front() == "7");
 }
 
+TEST_CASE("a server that makes up needles, or sends much that cannot be read, fills no memory") {
+  Outbox outbox;
+  for (int i = 0; i < 10'000; ++i) outbox.put(frame("force", std::to_string(i), "f", 1));
+  CHECK(taken(outbox).size() <= Outbox::kMostNeedles + 1);
+  const auto large = std::make_shared<const std::string>(std::string(1 << 20, 'x'));
+  for (int i = 0; i < 200; ++i) outbox.put({"", "", 0, large});
+  CHECK(outbox.take().size() == Outbox::kMostBytes >> 20);
+}
+
 TEST_CASE("answers, and what cannot be read, leave as they come") {
   Outbox outbox;
   outbox.put(frame("", "", "answer"));

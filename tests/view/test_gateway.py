@@ -134,13 +134,30 @@ class Gateway(WithGateway):
         self.assertEqual(self.frame(stream)[0], 8)
 
     def test_it_ends_in_order_and_takes_its_server_along(self):
+        for _ in range(10):  # also a server that has only just been started
+            process, _ = self.view(scene("insertion_pullback"))
+            children = f"/proc/{process.pid}/task/{process.pid}/children"
+            with open(children, encoding="utf-8") as file:
+                server = int(file.read().split()[0])
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.wait(PATIENCE), 0)
+            self.assertFalse(os.path.exists(f"/proc/{server}"))
+
+    def test_a_server_that_hangs_does_not_keep_it(self):
         process, _ = self.view(scene("insertion_pullback"))
-        children = f"/proc/{process.pid}/task/{process.pid}/children"
-        with open(children, encoding="utf-8") as file:
+        with open(f"/proc/{process.pid}/task/{process.pid}/children", encoding="utf-8") as file:
             server = int(file.read().split()[0])
+        os.kill(server, signal.SIGSTOP)
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(PATIENCE), 0)
         self.assertFalse(os.path.exists(f"/proc/{server}"))
+
+    def test_connections_that_ask_for_nothing_leave_room_when_they_end(self):
+        _, url = self.view("--commands", "ipc:///tmp/nobody", "--states", "ipc:///tmp/nobody-either")
+        idle = [socket.create_connection(("127.0.0.1", urlsplit(url).port), PATIENCE) for _ in range(300)]
+        for stream in idle:
+            stream.close()
+        self.assertEqual(self.ask(url, "/")[0], 200)
 
     def test_a_server_that_ends_with_its_gateway_killed(self):
         process, _ = self.view(scene("insertion_pullback"))

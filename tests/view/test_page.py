@@ -238,6 +238,43 @@ class Together(Page):
         self.step(3)
         self.assertEqual(self.errors(), [])
 
+    def test_the_hand_goes_on_from_where_a_reset_puts_the_needle(self):
+        _, url = self.view(scene("insertion_pullback"))
+        self.look(url)
+        self.wait_for("acus.hello && acus.force('needle')")
+        start = self.get("acus.force('needle')?.base_position[2]")
+        self.take()
+        self.browser.execute_script("acus.hands.goal.addScaledVector(acus.hands.axis, 0.012)")
+        self.wait_for(f"Math.abs(acus.force('needle')?.base_position[2] - {start} + 0.012) < 1e-4")
+        self.press("reset")
+        self.wait_for("acus.force('needle')?.epoch === 1 && !acus.hands.waiting")
+        tick = self.get("acus.force('needle')?.tick")
+        self.wait_for(f"acus.force('needle')?.tick > {tick} + 100")
+        self.assertAlmostEqual(self.get("acus.force('needle')?.base_position[2]"), start, delta=1e-5)
+        self.assertEqual(self.get("acus.hands.holding"), "needle")
+
+    def test_a_paused_simulation_goes_on_for_whoever_asks(self):
+        _, url = self.view(scene("insertion_pullback"))
+        self.look(url)
+        self.wait_for("acus.hello && acus.force('needle')")
+        self.press("pause")
+        self.wait_for("acus.hello.paused && !acus.standing.driving")
+        self.browser.refresh()
+        self.wait_for("window.acus && acus.hello && acus.hello.paused")
+        self.press("pause")
+        self.wait_for("!acus.hello.paused && acus.force('needle')")
+
+    def test_another_scene_lets_the_needle_go(self):
+        _, url = self.view(scene("insertion_pullback"))
+        self.look(url)
+        self.wait_for("acus.hello && acus.force('needle')")
+        self.take()
+        self.browser.find_element(By.ID, "file").send_keys(scene("layers") + "\n")
+        self.wait_for("acus.hello.scene === 'layers' && !acus.hands.holding && !acus.standing.driving")
+        self.wait_for("document.getElementById('legend').childElementCount === 3")
+        self.take()
+        self.assertEqual(self.errors(), [])
+
     def test_a_moment_is_kept_and_found_again(self):
         self.view_in_lockstep("insertion_pullback")
         self.take()
@@ -246,10 +283,11 @@ class Together(Page):
         self.wait_for("!document.getElementById('back').disabled")
         self.step(20)
         self.press("back")
-        self.wait_for("acus.hello.epoch === 1")
-        self.assertEqual(self.step(1), 9)  # 1 + 7 ticks were kept
+        self.wait_for("acus.force('needle')?.epoch === 1 && !acus.hands.waiting")
+        self.assertEqual(self.step(1), 10)  # 1 + 7 ticks were kept, and one tells where the needle is
         self.press("reset")
-        self.wait_for("acus.hello.epoch === 2")
+        self.wait_for("acus.force('needle')?.epoch === 2 && !acus.hands.waiting")
+        self.assertEqual(self.get("acus.hands.holding"), "needle")
         self.assertEqual(self.errors(), [])
 
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A hand on the needle: mouse, wheel, keys or a gamepad move a goal, the commanded pose follows it at a bounded speed,
-// and goes to the server sixty times a second, also while it rests, so that it never counts as stale.
+// and goes to the server sixty times a second, also while it rests, so that it does not count as stale.
 import { Plane, Quaternion, Raycaster, Vector2, Vector3 } from "./vendor/libraries.js";
 import type { Link } from "./link.js";
 import type { Force } from "./messages.js";
@@ -15,6 +15,7 @@ const kNear = 24; // px from the needle where a drag takes it
 
 export class Hands {
   holding: string | null = null;
+  waiting = false; // for the needle to be elsewhere: nothing is sent
   private place = new Vector3();
   private goal = new Vector3();
   private orientation = new Quaternion();
@@ -44,10 +45,13 @@ export class Hands {
     this.goal.copy(this.place);
     this.orientation.copy(quaternion(force.commanded_orientation));
     this.spin = force.spin;
+    this.waiting = false;
   }
 
   release(): void {
     this.holding = null;
+    this.waiting = false;
+    this.keys.clear();
     this.let();
   }
 
@@ -101,17 +105,18 @@ export class Hands {
     if (!this.holding) return;
     event.preventDefault();
     event.stopImmediatePropagation();
-    this.goal.addScaledVector(this.axis, -Math.sign(event.deltaY) * kWheel);
+    this.goal.addScaledVector(this.axis, Math.max(-1, Math.min(1, -event.deltaY / 100)) * kWheel);
   }
 
   private key(event: KeyboardEvent, down: boolean): void {
     this.quick = event.shiftKey;
-    if (event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement || event.ctrlKey || event.metaKey) return;
     const key = event.key.toLowerCase();
-    if (!"wsqe".includes(key) && !key.startsWith("arrow")) return;
+    if (!down) return void this.keys.delete(key);
+    const writing = event.target instanceof HTMLInputElement && event.target.type !== "checkbox";
+    if (writing || event.target instanceof HTMLSelectElement || event.ctrlKey || event.metaKey) return;
+    if (!["w", "s", "q", "e"].includes(key) && !key.startsWith("arrow")) return;
     if (this.holding) event.preventDefault();
-    if (down) this.keys.add(key);
-    else this.keys.delete(key);
+    this.keys.add(key);
   }
 
   // How far keys and gamepad push: along the needle, and across it to the right and up as seen; and how they turn it.
@@ -128,7 +133,7 @@ export class Hands {
   private beat(): void {
     const now = performance.now(), dt = Math.min((now - this.last) / 1000, 0.1);
     this.last = now;
-    if (!this.holding) return;
+    if (!this.holding || this.waiting) return;
     const push = this.push(), speed = (this.quick ? kQuick : kSlow) * dt, axis = this.axis;
     const right = new Vector3().setFromMatrixColumn(this.stage.camera.matrixWorld, 0);
     const up = new Vector3().setFromMatrixColumn(this.stage.camera.matrixWorld, 1);

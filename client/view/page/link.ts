@@ -10,15 +10,21 @@ export interface Listener {
   damaged(why: string): void; // a frame that cannot be read was left out
 }
 
+const answerTypes = ["done", "holding", "snapshot_reply"];
+
 export class Link {
   private socket: WebSocket | null = null;
   private seq = 0;
-  private waiting = new Map<number, (answer: Message) => void>();
+  private waiting = new Map<number, { type: string; resolve: (answer: Message) => void }>();
 
   constructor(private token: string, private listener: Listener) {
     this.connect();
     // A browser may keep a page that was left, to show it again: it must not hold the needle meanwhile.
-    addEventListener("pagehide", () => this.socket?.close());
+    addEventListener("pagehide", () => {
+      const socket = this.socket;
+      this.socket = null;
+      socket?.close();
+    });
     addEventListener("pageshow", (event) => event.persisted && this.connect());
   }
 
@@ -28,9 +34,12 @@ export class Link {
     socket.onopen = () => socket.send(JSON.stringify({ token: this.token }));
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => this.take(event.data);
     socket.onclose = (event: CloseEvent) => {
+      if (socket !== this.socket) return;
+      for (const { resolve } of this.waiting.values())
+        resolve({ type: "error", code: "gone", message: "the connection ended before the answer" });
       this.waiting.clear();
       this.listener.lost(event.reason || "the gateway does not answer");
-      if (event.code !== 1008 && socket === this.socket) setTimeout(() => this.connect(), 1000); // 1008: it refuses
+      if (event.code !== 1008) setTimeout(() => this.connect(), 1000); // 1008: it refuses
     };
     this.socket = socket;
   }
@@ -46,9 +55,11 @@ export class Link {
       if (typeof message !== "object" || message === null || typeof message.type !== "string")
         throw new Error("expected a map with a type");
       const waiting = message.seq === undefined ? undefined : this.waiting.get(message.seq);
-      if (waiting && ["done", "error", "holding", "snapshot_reply"].includes(message.type)) {
+      // Poses are counted like requests: an error says which it is about.
+      const answers = message.type === "error" ? message.rejected === waiting?.type : answerTypes.includes(message.type);
+      if (waiting && answers) {
         this.waiting.delete(message.seq as number);
-        waiting(message);
+        waiting.resolve(message);
       }
       this.listener.message(message);
     } catch (error) {
@@ -73,7 +84,7 @@ export class Link {
   request(type: string, fields: object = {}): Promise<Message> {
     const seq = ++this.seq;
     return new Promise((resolve) => {
-      this.waiting.set(seq, resolve);
+      this.waiting.set(seq, { type, resolve });
       this.send(type, { seq, ...fields });
     });
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The page: takes what the gateway sends, keeps the newest, and draws it.
-import { Group, Vector3 } from "./vendor/libraries.js";
+import { Group, Mesh, Vector3 } from "./vendor/libraries.js";
 import { Hands } from "./hands.js";
 import { Link } from "./link.js";
 import { Marks } from "./marks.js";
@@ -19,13 +19,15 @@ let needles = new Map<string, NeedleTube>();
 let forces = new Map<string, Force>();
 let kept: Uint8Array | null = null;
 let drawn = -1; // tick
+let epoch = -1; // of the newest state
+let built = ""; // what of the scene is drawn
 const guides = new Group();
 const marks = new Marks();
 const plots = new Plots(element("plots"));
 const stage = new Stage(element("stage"), beforeDrawing);
 stage.scene.add(marks.group, guides);
 const link = new Link(location.hash.slice(1), { message, standing: stand, lost, damaged });
-const hands = new Hands(stage, link, () => needles.get(chosen()));
+const hands = new Hands(stage, link, () => needles.get(hands.holding ?? chosen()));
 
 function chosen(): string {
   return element<HTMLSelectElement>("needle").value;
@@ -49,18 +51,28 @@ function beforeDrawing(): void {
   drawn = force?.tick ?? drawn;
 }
 
-function beginAnew(next: HelloReply): void {
-  const another = !hello || hello.instance !== next.instance || hello.scene !== next.scene || needles.size !== next.needles.length;
-  hello = next;
+// What was told of an epoch is over when another begins: its first message comes before `hello_reply` tells of it.
+function renew(next: number): void {
+  if (next === epoch) return;
+  epoch = next;
   forces = new Map();
   marks.clear();
   plots.clear();
   clearEvents();
-  if (!another) return;
+}
+
+// Another scene, or another server: needles and guides anew. The tissue comes with its description.
+function build(next: HelloReply): void {
+  if (hello && hello.instance !== next.instance) letGo();
+  const said = JSON.stringify([next.scene, next.needles, next.guides, next.tissue]);
+  if (said === built) return;
+  built = said;
+  kept = null;
   showScene(next);
   for (const needle of needles.values()) stage.scene.remove(needle.group), needle.dispose();
   needles = new Map(next.needles.map((needle) => [needle.name, new NeedleTube(needle)]));
   for (const needle of needles.values()) stage.scene.add(needle.group);
+  for (const ring of guides.children) (ring as Mesh).geometry.dispose();
   guides.clear();
   for (const guide of next.guides)
     guides.add(guideRing(guide, (next.needles.find((needle) => needle.name === guide.needle)?.diameter ?? 0.001) / 2));
@@ -95,14 +107,19 @@ function choose(): void {
 }
 
 function message(message: Message): void {
+  if (["force", "needle", "tissue", "event"].includes(message.type)) renew((message as Force).epoch);
   switch (message.type) {
     case "hello_reply":
-      if (!hello || hello.instance !== message.instance || hello.epoch !== message.epoch) beginAnew(message);
+      if (hello?.instance !== message.instance) epoch = -1;
+      renew(message.epoch);
+      build(message);
       hello = message;
       show();
       break;
     case "describe_reply":
-      if (hello?.tissue.nodes) setTissue(new Tissue(message)), lookAtAll();
+      if (!hello?.tissue.nodes || tissue?.is(message)) break;
+      setTissue(new Tissue(message));
+      lookAtAll();
       break;
     case "force":
       forces.set(message.needle, message);
@@ -147,10 +164,11 @@ function show(): void {
   hold.setAttribute("aria-pressed", String(hands.holding !== null));
   hold.disabled = !standing.server || (standing.driven && !standing.driving) || needles.size === 0;
   element("pause").textContent = hello?.paused ? "Go on" : "Pause";
-  for (const id of ["pause", "reset", "keep", "step"]) element<HTMLButtonElement>(id).disabled = !own;
+  const free = standing.server && (own || !standing.driven);
+  for (const id of ["pause", "reset", "keep", "step"]) element<HTMLButtonElement>(id).disabled = !free;
   element("step").hidden = !hello?.lockstep;
   element("pause").hidden = hello?.lockstep ?? false;
-  element<HTMLButtonElement>("back").disabled = !own || kept === null;
+  element<HTMLButtonElement>("back").disabled = !free || kept === null;
   for (const [name, needle] of needles) needle.held = hands.holding === name;
 }
 
@@ -179,22 +197,25 @@ async function drive(): Promise<boolean> {
   return standing.driving;
 }
 
-// What the needle says of itself, if it does within a second.
-async function told(needle: string): Promise<Force | undefined> {
-  for (let i = 0; i < 40 && !forces.has(needle); ++i) await new Promise((done) => setTimeout(done, 25));
-  return forces.get(needle);
+// What the needle says of itself in an epoch, if it does within a second.
+async function told(needle: string, of: number): Promise<Force | undefined> {
+  for (let i = 0; i < 40; ++i) {
+    const force = forces.get(needle);
+    if (force?.epoch === of) return force;
+    await new Promise((done) => setTimeout(done, 25));
+  }
+  return undefined;
 }
 
 async function takeOrLet(): Promise<void> {
   if (hands.holding) {
-    hands.release();
-    link.drive(false);
+    letGo();
     return show();
   }
   if (!(await drive())) return;
   const answer = await link.request("acquire", { needles: [chosen()] });
   if (hello?.lockstep) await link.request("step", { ticks: 1 });
-  const force = await told(chosen());
+  const force = await told(chosen(), hello?.epoch ?? 0);
   if (answer.type === "holding" && force) {
     hands.hold(force);
   } else {
@@ -205,31 +226,54 @@ async function takeOrLet(): Promise<void> {
   show();
 }
 
+function letGo(): void {
+  hands.release();
+  if (standing.driving) link.drive(false);
+}
+
+// A request of somebody who need not hold a needle: this page drives for it, if no other does.
+async function ask(type: string, fields: object = {}): Promise<Message | null> {
+  if (!(await drive())) return null;
+  const answer = await link.request(type, fields);
+  if (!hands.holding) letGo();
+  show();
+  return answer;
+}
+
 async function keep(): Promise<void> {
-  const answer = await link.request("snapshot");
-  if (answer.type === "snapshot_reply") kept = answer.snapshot;
+  const answer = await ask("snapshot");
+  if (answer?.type === "snapshot_reply") kept = answer.snapshot;
   show();
 }
 
 // `reset` and `restore` put the needle elsewhere: the hand goes on from there.
 async function jump(type: string, fields: object): Promise<void> {
   const held = hands.holding;
-  hands.release();
-  const answer = await link.request(type, fields);
-  if (!held || answer.type === "error") return show();
-  const force = await told(held);
-  if (force && standing.driving) hands.hold(force);
+  hands.waiting = true;
+  const answer = await ask(type, fields);
+  if (!held || answer?.type !== "done") {
+    hands.waiting = false;
+    return;
+  }
+  if (hello?.lockstep) await link.request("step", { ticks: 1 });
+  const force = await told(held, answer.epoch);
+  if (force && hands.holding === held) hands.hold(force);
+  else letGo();
   show();
 }
 
+// After it nobody holds anything.
 async function load(scene: string): Promise<void> {
-  if (scene && (await drive())) await jump("load", { scene });
+  if (!scene) return;
+  const answer = await ask("load", { scene });
+  if (answer?.type === "done") letGo();
+  show();
 }
 
 const on = (id: string, what: () => unknown, event = "click"): void => element(id).addEventListener(event, () => void what());
 on("hold", takeOrLet);
-on("pause", () => link.request(hello?.paused ? "resume" : "pause"));
-on("step", () => link.request("step", { ticks: 10 }));
+on("pause", () => ask(hello?.paused ? "resume" : "pause"));
+on("step", () => ask("step", { ticks: 10 }));
 on("reset", () => jump("reset", {}));
 on("keep", keep);
 on("back", () => kept && jump("restore", { snapshot: kept }));

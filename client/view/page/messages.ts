@@ -34,7 +34,7 @@ export interface Stats {
   overruns: number; dropped: number; rows: number; flags: number; recording: string;
 }
 export interface ServerError { type: "error"; seq?: number; rejected?: string; code: string; message: string }
-export interface Done { type: "done"; seq: number; tick: number }
+export interface Done { type: "done"; seq: number; epoch: number; tick: number }
 export interface Holding { type: "holding"; seq: number; needles: string[] }
 export interface SnapshotReply { type: "snapshot_reply"; seq: number; snapshot: Uint8Array; time: number }
 export type Message =

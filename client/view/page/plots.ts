@@ -41,6 +41,7 @@ export class Plots {
   private times: number[] = [];
   private values: number[][][] = charts.map((chart) => chart.curves.map(() => []));
   private drawnAt = 0;
+  private later = 0; // timer
 
   constructor(host: HTMLElement) {
     const ink = () => getComputedStyle(document.body).color;
@@ -80,8 +81,13 @@ export class Plots {
   }
 
   private draw(now: boolean): void {
-    const time = performance.now();
-    if (!now && time - this.drawnAt < kPeriod) return;
+    const time = performance.now(), left = this.drawnAt + kPeriod - time;
+    if (!now && left > 0) {
+      this.later ||= window.setTimeout(() => this.draw(true), left);
+      return;
+    }
+    clearTimeout(this.later);
+    this.later = 0;
     this.drawnAt = time;
     const end = this.times[this.times.length - 1] ?? kWindow;
     this.plots.forEach((plot, c) => {

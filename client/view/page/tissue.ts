@@ -39,7 +39,7 @@ export class Tissue {
   private cutColours: BufferAttribute;
   private side: Float32Array;
 
-  constructor(description: DescribeReply) {
+  constructor(private description: DescribeReply) {
     this.regions = description.regions;
     this.rest = float32(description.positions);
     this.tetrahedra = int32(description.tetrahedra);
@@ -53,8 +53,7 @@ export class Tissue {
       this.high.max(p);
     }
     this.makeSkin(int32(description.triangles));
-    // A plane meets about (number of tetrahedra)^(2/3) of them; each gives two triangles at most.
-    const most = 6 * Math.ceil(24 * Math.cbrt(this.regionOf.length) ** 2 + 64);
+    const most = 6 * this.regionOf.length; // two triangles of each tetrahedron at most
     this.cutPositions = dynamic(new Float32Array(3 * most), 3);
     this.cutColours = dynamic(new Float32Array(3 * most), 3);
     const geometry = new BufferGeometry();
@@ -66,8 +65,11 @@ export class Tissue {
     this.paint();
   }
 
-  get nodes(): number {
-    return this.side.length;
+  // Whether another description is of the same tissue.
+  is(other: DescribeReply): boolean {
+    const same = (a: Uint8Array, b: Uint8Array): boolean => a.length === b.length && a.every((byte, i) => byte === b[i]);
+    return same(this.description.positions, other.positions) && same(this.description.tetrahedra, other.tetrahedra) &&
+      same(this.description.tetrahedron_regions, other.tetrahedron_regions) && String(this.regions) === String(other.regions);
   }
 
   set skinVisible(visible: boolean) {
