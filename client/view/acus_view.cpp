@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -51,20 +50,20 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
   const auto scene = app.add_option("SCENE", arguments.scene, "Scene to start a server with, as for acus-server");
-  const auto endpoint = [](const std::string& text) { return client::check_endpoint(text); };
   app.add_option("--commands", arguments.commands, "Commands endpoint of a server that runs already")
-      ->check(endpoint)
+      ->check(client::check_endpoint)
       ->capture_default_str()
       ->excludes(scene);
   app.add_option("--states", arguments.states, "States endpoint of that server")
-      ->check(endpoint)
+      ->check(client::check_endpoint)
       ->capture_default_str()
       ->excludes(scene);
   client::declare_keys(app, arguments.keys);
   app.add_option("--port", arguments.port, "Port of this machine to serve the page on")
       ->default_str("any that is free");
   app.add_option("--page", arguments.page, "Folder with the files of the page")->capture_default_str();
-  app.add_flag("--lockstep", arguments.lockstep, "The server that is started makes ticks only when the page asks")->needs(scene);
+  app.add_flag("--lockstep", arguments.lockstep, "The server that is started makes ticks only when the page asks")
+      ->needs(scene);
   app.add_flag("--no-browser", arguments.no_browser, "Print the URL and open nothing");
 }
 
@@ -81,8 +80,9 @@ void watch(asio::io_context& context, asio::steady_timer& timer, view::StartedSe
   timer.async_wait([&](const boost::system::error_code& error) {
     if (error) return;
     if (server.ended() < 0) return watch(context, timer, server, gone);
-    std::fprintf(stderr, "acus-view: the server has ended with status %d%s\n", server.ended(),
-                 server.ended() == view::StartedServer::kNoProgram ? ": there is no acus-server beside this program" : "");
+    std::fprintf(
+        stderr, "acus-view: the server has ended with status %d%s\n", server.ended(),
+        server.ended() == view::StartedServer::kNoProgram ? ": there is no acus-server beside this program" : "");
     gone = true;
     context.stop();
   });

@@ -25,7 +25,7 @@ using asio::ip::tcp;
 constexpr auto kPatience = std::chrono::seconds(10);  // for a request to come, and an answer to leave
 constexpr int kMostConnections = 256;
 constexpr auto kPause = std::chrono::milliseconds(100);
-constexpr unsigned kLargestHeader = 16 << 10;         // bytes
+constexpr unsigned kLargestHeader = 16 << 10;  // bytes
 constexpr const char* kPolicy =
     "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
@@ -115,6 +115,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
 Gateway::Gateway(asio::io_context& context, Options options)
     : options_(std::move(options)),
+      token_(draw_token()),
       acceptor_(context, tcp::endpoint(asio::ip::address_v4::loopback(), options_.port)),
       pause_(context),
       server_(context, options_.server,
@@ -125,11 +126,8 @@ Gateway::Gateway(asio::io_context& context, Options options)
                  if (driver_ != nullptr) driver_->put(frame);
                }}) {
   fcntl(acceptor_.native_handle(), F_SETFD, FD_CLOEXEC);  // the browser that is opened must not inherit it
-  if (options_.token.empty()) options_.token = draw_token();
   accept();
 }
-
-Gateway::~Gateway() = default;
 
 void Gateway::accept() {
   acceptor_.async_accept([this](const beast::error_code& error, tcp::socket socket) {
@@ -152,14 +150,14 @@ void Gateway::accept_later() {
 }
 
 std::string Gateway::url() const {
-  return "http://127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()) + "/#" + options_.token;
+  return "http://127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()) + "/#" + token_;
 }
 
 // In the same time wherever they differ.
 bool Gateway::is_token(std::string_view token) const {
-  unsigned differing = token.size() != options_.token.size();
-  for (std::size_t i = 0; i < options_.token.size(); ++i)
-    differing |= static_cast<unsigned>(options_.token[i] ^ (i < token.size() ? token[i] : '\0'));
+  unsigned differing = token.size() != token_.size();
+  for (std::size_t i = 0; i < token_.size(); ++i)
+    differing |= static_cast<unsigned>(token_[i] ^ (i < token.size() ? token[i] : '\0'));
   return differing == 0;
 }
 

@@ -12,9 +12,9 @@
 //            this page was not sent
 //            {"beat": k}          behind what left at one time
 //
-// Any number may look, as far as kMostViewers; one drives. Whoever asks must name the gateway by its own address
-// (Host), and a page that opens a WebSocket must come from it (Origin), so that no other site reaches it through a
-// browser.
+// Any number may look, as far as kMostViewers; one drives. Whoever asks must name this machine
+// (Host: 127.0.0.1 or localhost), and a page that opens a WebSocket must come from where it asks (Origin), so that no
+// other site reaches the gateway through a browser.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -53,14 +53,12 @@ class Gateway {
 
   struct Options {
     unsigned short port = 0;  // 0: any that is free
-    std::string token;        // empty: one is drawn
     ServerAddress server;
     std::map<std::string, PageFile> page;
   };
 
   // Throws boost::system::system_error if the port is not free, client::ClientError for the server's address.
   Gateway(boost::asio::io_context& context, Options options);
-  ~Gateway();
 
   // With the token.
   std::string url() const;
@@ -83,6 +81,7 @@ class Gateway {
   void accept_later();
 
   Options options_;
+  std::string token_;
   std::shared_ptr<int> connections_ = std::make_shared<int>(0);
   boost::asio::ip::tcp::acceptor acceptor_;
   boost::asio::steady_timer pause_;

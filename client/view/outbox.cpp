@@ -2,7 +2,6 @@
 #include "client/view/outbox.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace acus::view {
 

@@ -3,8 +3,7 @@
 // has room, at most some sixty times a second:
 //
 //   force            of each needle, per departure, the states with the smallest and the largest base force and the
-//   last,
-//                    in the order of ticks, so that no peak is lost
+//                    last one, in the order of ticks, so that no peak is lost
 //   needle, tissue,  the newest of each needle, or the newest
 //   stats
 //   event            all; of those beyond kMostEvents the oldest are left out, and counted

@@ -18,8 +18,6 @@ constexpr int kWaiting = 20'000;                          // states that may wai
 constexpr int kCommandsWaiting = 8;                       // for a server that takes none; further ones are dropped
 constexpr const char* kTopics[] = {"force", "needle", "tissue", "event", "stats"};
 
-double length(const protocol::Vector3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
-
 template <class... F>
 struct Overloaded : F... {
   using F::operator()...;
@@ -34,7 +32,7 @@ Frame frame_of(std::string_view bytes) {
     std::visit(Overloaded{[&](const protocol::Force& state) {
                             frame.topic = "force";
                             frame.needle = state.needle;
-                            frame.force = length(state.base_force);
+                            frame.force = std::hypot(state.base_force[0], state.base_force[1], state.base_force[2]);
                           },
                           [&](const protocol::NeedleShape& state) {
                             frame.topic = "needle";

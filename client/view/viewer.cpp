@@ -14,7 +14,7 @@ namespace websocket = beast::websocket;
 using nlohmann::json;
 
 constexpr auto kBeat = std::chrono::microseconds(16'666);
-constexpr std::uint64_t kOnTheWay = 3;  // departures that the page has not told that it has taken in
+constexpr std::uint64_t kOnTheWay = 3;                // departures that the page has not told that it has taken in
 constexpr auto kPatience = std::chrono::seconds(10);  // for the token
 constexpr std::size_t kLargestToken = 1000, kLargestMessage = 32 << 20;  // bytes; a `restore` is as large
 

@@ -35,7 +35,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void read();
   void take_text(const std::string& text);
   void take(const std::string& message);
-  void beat();               // sends what there is, some sixty times a second, if the page keeps up
+  void beat();  // sends what there is, some sixty times a second, if the page keeps up
   void depart();
   void tell();               // how things stand, if that has changed
   void tell_of_the_scene();  // its `hello_reply` and `describe_reply`, if they have
@@ -51,7 +51,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   Outbox outbox_;
   std::deque<Message> leaving_;
   std::string told_;
-  Bytes hello_, describe_;  // that were sent last
+  Bytes hello_, describe_;              // that were sent last
   std::uint64_t beats_ = 0, seen_ = 0;  // departures, and those that the page has taken in
   bool admitted_ = false, closed_ = false;
 };

@@ -19,7 +19,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 
 import acus  # noqa: E402
 import test_page  # noqa: E402
-from viewed import PROGRAMS, scene  # noqa: E402
+from viewed import scene  # noqa: E402
 
 MINUTES = float(sys.argv.pop()) if len(sys.argv) > 1 else 10.0
 
@@ -127,7 +127,7 @@ class Measure(test_page.Page):
                 time.sleep(60)
 
     def test_server(self):
-        endpoints = self.endpoints()
+        endpoints = [self.commands, self.states]
         self.serve(scene("benchmark/cube_1000"))
         shares = {0: [], 20: []}
         for turn in range(3):

@@ -179,11 +179,11 @@ class Gateway(WithGateway):
             (["--commands", "nonsense"], 1, "--commands"),
             ([scene("insertion_pullback"), "--commands", "tcp://127.0.0.1:5750"], 1, "excludes"),
         ):
-            process = self.start("acus-view", "--no-browser", *arguments)
+            process = self.launch("acus-view", "--no-browser", *arguments)
             self.assertEqual(process.wait(PATIENCE), status, words)
             self.assertIn(words, process.stderr.read())
         _, url = self.view(scene("insertion_pullback"))
-        process = self.start("acus-view", "--no-browser", "--port", str(urlsplit(url).port))
+        process = self.launch("acus-view", "--no-browser", "--port", str(urlsplit(url).port))
         self.assertEqual(process.wait(PATIENCE), 3)
         self.assertIn("port", process.stderr.read())
 

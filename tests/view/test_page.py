@@ -177,9 +177,8 @@ class Drawing(Page):
                 self.assertEqual(self.errors(), [])
 
     def test_a_scene_without_tissue(self):
-        alone = os.path.join(self.folder, "alone.yaml")
-        with open(alone, "w", encoding="utf-8") as file:
-            file.write("acus_scene: 1\nname: alone\ntissue: {rung: none}\nneedles:\n  - {name: needle, length: 0.15, base: {position: [0, 0, 0.1]}}\n")
+        alone = self.write("alone.yaml", "acus_scene: 1\nname: alone\ntissue: {rung: none}\nneedles:\n"
+                           "  - {name: needle, length: 0.15, base: {position: [0, 0, 0.1]}}\n")
         self.view_in_lockstep(alone)
         self.take()
         self.step(10)
@@ -209,9 +208,8 @@ class Together(Page):
         self.wait_for("acus.hands.holding", other)
 
     def test_a_server_that_dies_is_shown_and_found_again(self):
-        commands, states = self.endpoints()
         server = self.serve(scene("insertion_pullback"))
-        _, url = self.view("--commands", commands, "--states", states)
+        _, url = self.view("--commands", self.commands, "--states", self.states)
         self.look(url)
         self.wait_for("acus.standing.server && acus.tick > 0")
         first = self.get("acus.hello.instance")

@@ -3,49 +3,40 @@
 
 import os
 import subprocess
-import tempfile
-import unittest
+import sys
 
-PROGRAMS = os.environ["ACUS_PROGRAMS"]
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(ROOT, "tests", "operation"))
+
+from running_server import WithServer  # noqa: E402
+
 PATIENCE = 20.0  # s, for what should take a moment
 
 
-class WithGateway(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="acus-view-test-")
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
+class WithGateway(WithServer):
+    """Programs are asked to end, so that a gateway takes its server along; what they leave goes with the folder."""
 
-    def start(self, program, *arguments):
-        process = subprocess.Popen([os.path.join(PROGRAMS, program), *arguments], stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True, env=dict(os.environ, TMPDIR=self.folder))
-        self.addCleanup(self.end, process)
-        return process
+    def launch(self, program, *arguments):
+        return self.start(program=program, arguments=list(arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True, env=dict(os.environ, TMPDIR=self.folder))
 
-    def end(self, process):
-        if process.poll() is None:
-            process.terminate()
+    def end(self, server):
+        if server.poll() is None:
+            server.terminate()
         try:
-            process.wait(PATIENCE)
+            server.wait(PATIENCE)
         finally:
-            process.kill()
-            process.stdout.close()
-            process.stderr.close()
+            super().end(server)
 
     def view(self, *arguments):
         """The gateway's process and the URL that it prints."""
-        process = self.start("acus-view", "--no-browser", *arguments)
+        process = self.launch("acus-view", "--no-browser", *arguments)
         url = process.stdout.readline().strip()
         self.assertTrue(url.startswith("http://127.0.0.1:"), url or process.stderr.read())
         return process, url
 
-    def endpoints(self):
-        return [f"ipc://{self.folder}/commands", f"ipc://{self.folder}/states"]
-
     def serve(self, scene, *options):
-        commands, states = self.endpoints()
-        return self.start("acus-server", scene, "--commands", commands, "--states", states, *options)
+        return self.launch("acus-server", scene, "--commands", self.commands, "--states", self.states, *options)
 
 
 def scene(name):

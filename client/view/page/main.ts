@@ -158,13 +158,12 @@ function show(): void {
     : "the server does not answer";
   showStatus(words, !standing.server);
   showFigures(hello, forces.get(chosen()) ?? null, stats);
-  const own = standing.driving && standing.server;
+  const free = standing.server && (standing.driving || !standing.driven);
   const hold = element<HTMLButtonElement>("hold");
   hold.textContent = hands.holding ? "Let it go" : "Take the needle";
   hold.setAttribute("aria-pressed", String(hands.holding !== null));
-  hold.disabled = !standing.server || (standing.driven && !standing.driving) || needles.size === 0;
+  hold.disabled = !free || needles.size === 0;
   element("pause").textContent = hello?.paused ? "Go on" : "Pause";
-  const free = standing.server && (own || !standing.driven);
   for (const id of ["pause", "reset", "keep", "step"]) element<HTMLButtonElement>(id).disabled = !free;
   element("step").hidden = !hello?.lockstep;
   element("pause").hidden = hello?.lockstep ?? false;
@@ -189,22 +188,24 @@ function damaged(why: string): void {
   notice(`a damaged message was left out: ${why}`);
 }
 
+// Waits for it, at most a second.
+async function waitFor(what: () => boolean): Promise<boolean> {
+  for (let i = 0; i < 40 && !what(); ++i) await new Promise((done) => setTimeout(done, 25));
+  return what();
+}
+
 // Waits until this page drives, or does not.
 async function drive(): Promise<boolean> {
   if (!standing.driving) link.drive(true);
-  for (let i = 0; i < 40 && !standing.driving; ++i) await new Promise((done) => setTimeout(done, 25));
-  if (!standing.driving) notice("another page drives");
-  return standing.driving;
+  const ours = await waitFor(() => standing.driving);
+  if (!ours) notice("another page drives");
+  return ours;
 }
 
 // What the needle says of itself in an epoch, if it does within a second.
 async function told(needle: string, of: number): Promise<Force | undefined> {
-  for (let i = 0; i < 40; ++i) {
-    const force = forces.get(needle);
-    if (force?.epoch === of) return force;
-    await new Promise((done) => setTimeout(done, 25));
-  }
-  return undefined;
+  const come = await waitFor(() => forces.get(needle)?.epoch === of);
+  return come ? forces.get(needle) : undefined;
 }
 
 async function takeOrLet(): Promise<void> {

@@ -3,7 +3,6 @@
 export {
   AmbientLight,
   ArrowHelper,
-  BoxGeometry,
   BufferAttribute,
   BufferGeometry,
   Color,
@@ -11,7 +10,6 @@ export {
   DoubleSide,
   DynamicDrawUsage,
   Group,
-  Line,
   LineBasicMaterial,
   LineSegments,
   Mesh,
