@@ -22,7 +22,7 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 using asio::ip::tcp;
 
-constexpr auto kPatience = std::chrono::seconds(10);  // for a request to come, and an answer to leave
+constexpr auto kRequestPatience = std::chrono::seconds(10);  // for a request to come, and an answer to leave
 constexpr int kMostConnections = 256;
 constexpr auto kPause = std::chrono::milliseconds(100);
 constexpr unsigned kLargestHeader = 16 << 10;  // bytes
@@ -53,7 +53,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void read() {
     parser_.emplace();
     parser_->header_limit(kLargestHeader);
-    stream_.expires_after(kPatience);
+    stream_.expires_after(kRequestPatience);
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](const beast::error_code& error, std::size_t) {
                        if (!error) self->answer(self->parser_->get());
@@ -95,7 +95,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     response->set("X-Content-Type-Options", "nosniff");
     response->content_length(file.bytes.size());
     response->keep_alive(keep_alive && !head);
-    stream_.expires_after(kPatience);
+    stream_.expires_after(kRequestPatience);
     http::async_write(stream_, *response,
                       [self = shared_from_this(), response](const beast::error_code& error, std::size_t) {
                         if (!error && response->keep_alive()) return self->read();

@@ -12,8 +12,8 @@ namespace acus::view {
 
 namespace {
 
-constexpr auto kPeriod = std::chrono::milliseconds(500);  // between two `hello`
-constexpr int kPatience = 4;                              // `hello` without an answer until the server counts as gone
+constexpr auto kHelloPeriod = std::chrono::milliseconds(500);  // between two `hello`
+constexpr int kUnansweredHellos = 4;                      // `hello` without an answer until the server counts as gone
 constexpr int kWaiting = 20'000;                          // states that may wait; viewers get the newest
 constexpr int kCommandsWaiting = 8;                       // for a server that takes none; further ones are dropped
 constexpr const char* kTopics[] = {"force", "needle", "tissue", "event", "stats"};
@@ -60,7 +60,7 @@ ServerLink::ServerLink(boost::asio::io_context& context, ServerAddress address, 
   questions_ = std::make_unique<WatchedSocket>(context_, zmq::socket_type::dealer, address_.commands, address_.keys,
                                                take_answer, [](zmq::socket_t& socket) {
                                                  socket.set(zmq::sockopt::linger, 0);
-                                                 socket.set(zmq::sockopt::sndhwm, 2 * kPatience);
+                                                 socket.set(zmq::sockopt::sndhwm, 2 * kUnansweredHellos);
                                                });
   ask_again();
 }
@@ -69,8 +69,8 @@ ServerLink::~ServerLink() = default;
 
 void ServerLink::ask_again() {
   questions_->send(protocol::encode(protocol::Hello{++seq_}));
-  if (++unanswered_ > kPatience) here_ = false;
-  clock_.expires_after(kPeriod);
+  if (++unanswered_ > kUnansweredHellos) here_ = false;
+  clock_.expires_after(kHelloPeriod);
   clock_.async_wait([this](const boost::system::error_code& error) {
     if (!error) ask_again();
   });

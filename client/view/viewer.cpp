@@ -15,7 +15,7 @@ using nlohmann::json;
 
 constexpr auto kBeat = std::chrono::microseconds(16'666);
 constexpr std::uint64_t kOnTheWay = 3;                // departures that the page has not told that it has taken in
-constexpr auto kPatience = std::chrono::seconds(10);  // for the token
+constexpr auto kTokenPatience = std::chrono::seconds(10);                // for the token
 constexpr std::size_t kLargestToken = 1000, kLargestMessage = 32 << 20;  // bytes; a `restore` is as large
 
 }  // namespace
@@ -39,7 +39,7 @@ void Viewer::begin(const beast::http::request<beast::http::empty_body>& upgrade)
 }
 
 void Viewer::expect_token() {
-  clock_.expires_after(kPatience);
+  clock_.expires_after(kTokenPatience);
   clock_.async_wait([self = shared_from_this()](const beast::error_code& error) {
     if (!error && !self->admitted_) self->close("no token came");
   });

@@ -18,10 +18,10 @@ namespace {
 
 using std::chrono::microseconds;
 
-constexpr microseconds kPeriod = std::chrono::seconds(1);  // between two looks at what is new
+constexpr microseconds kReportPeriod = std::chrono::seconds(1);  // between two looks at what is new
 constexpr int kSignsPerWatchdog = 4;                       // signs of life in the time that the manager waits for one
 constexpr std::size_t kMaxStatus = 300;                    // bytes; the manager reads 4096 of a datagram
-constexpr timeval kPatience{1, 0};  // s, for a manager that reads nothing, where this server waits for it
+constexpr timeval kSendPatience{1, 0};  // s, for a manager that reads nothing, where this server waits for it
 
 std::optional<std::uint64_t> number_in(const char* name) {
   const char* text = std::getenv(name);
@@ -70,7 +70,7 @@ ServiceManager::ServiceManager(const Address& address) : watchdog_(address.watch
   address_size_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
   file_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (file_ < 0) spdlog::warn("cannot tell the service manager anything: {}", std::strerror(errno));
-  setsockopt(file_, SOL_SOCKET, SO_SNDTIMEO, &kPatience, sizeof kPatience);
+  setsockopt(file_, SOL_SOCKET, SO_SNDTIMEO, &kSendPatience, sizeof kSendPatience);
 }
 
 ServiceManager::~ServiceManager() {
@@ -91,7 +91,7 @@ void ServiceManager::ready(std::string_view status) {
 
 std::chrono::milliseconds ServiceManager::period() const {
   const bool watched = watchdog_ > microseconds(0);
-  const microseconds longest = kPeriod;
+  const microseconds longest = kReportPeriod;
   return std::chrono::ceil<std::chrono::milliseconds>(watched ? std::min(longest, watchdog_ / kSignsPerWatchdog)
                                                               : longest);
 }

@@ -19,7 +19,7 @@ namespace {
 constexpr int kMaxConstraintPoints = 500;
 
 // Fills a few gigabytes with the tissue's factor.
-constexpr std::int64_t kMaxCells = 100'000;
+constexpr std::int64_t kMaxTissueCells = 100'000;
 
 // Thinner walls have no area that rounding leaves over.
 constexpr double kLargestBore = 0.999;  // outer diameters
@@ -189,8 +189,8 @@ class Checker {
   void check_rules(const BoxMesh& box, const std::string& path) const {
     const auto [x, y, z] = box.cells;
     const std::int64_t count = std::int64_t{x} * y * z;
-    if (count <= kMaxCells) return;
-    fail(child_path(path, "cells"), "expected at most " + std::to_string(kMaxCells) + " cells in all, found " +
+    if (count <= kMaxTissueCells) return;
+    fail(child_path(path, "cells"), "expected at most " + std::to_string(kMaxTissueCells) + " cells in all, found " +
                                         std::to_string(count) + "; make them larger");
   }
 

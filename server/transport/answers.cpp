@@ -12,7 +12,7 @@ namespace acus {
 namespace {
 
 constexpr double kErrorsPerSecond = 10;                         // to one client, about its streams
-constexpr double kLogLinesPerSecond = 10;                       // about one client
+constexpr double kErrorLinesPerSecond = 10;                     // about one client
 constexpr std::size_t kMaxTypeTold = 100, kMaxSentence = 2000;  // bytes of an error's texts
 
 // Of a routing frame, for the log.
@@ -39,7 +39,7 @@ const std::vector<std::string>& request_types() {
 }
 
 Answers::Answers(zmq::socket_t& commands)
-    : commands_(commands), error_limit_(kErrorsPerSecond), log_limit_(kLogLinesPerSecond) {}
+    : commands_(commands), error_limit_(kErrorsPerSecond), log_limit_(kErrorLinesPerSecond) {}
 
 void Answers::reject(const Sender& sender, const protocol::DecodeError& error) {
   ++rejected_;

@@ -22,17 +22,17 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kPeriod{50};
-constexpr auto kToFree = kPeriod;                 // for ZeroMQ to free what it has of a connection that was cut
+constexpr std::chrono::milliseconds kLookPeriod{50};
+constexpr auto kToFree = kLookPeriod;             // for ZeroMQ to free what it has of a connection that was cut
 constexpr std::int64_t kMaxGrowth = 640 << 20;    // bytes of the process; 16 messages of the largest size fit
 constexpr std::int64_t kQuiet = kMaxGrowth / 32;  // bytes that wait; each takes less than 32 in memory
-constexpr std::int64_t kMaxNotices = 1 << 20;     // bytes of a subscriber, beyond the allowance
+constexpr std::int64_t kMaxUnreadNotices = 1 << 20;  // bytes of a subscriber, beyond the allowance
 constexpr double kHeartbeats = 64;                // bytes/s, not counted
 constexpr double kTopics = 1024;                  // bytes/s of a subscriber, likewise: topics that come and go
 constexpr std::int64_t kFraming = 64;             // bytes of a frame beside what is in it, at most; with keys about 40
 constexpr std::size_t kSpareFiles = 8;            // for recordings, snapshots, scenes and the reader of their meshes,
 constexpr std::size_t kSpareShare = 8;  // and one in so many for connections that come faster than they are ended
-constexpr double kLogLinesPerSecond = 1;
+constexpr double kCutLinesPerSecond = 1;
 
 std::int64_t bytes_received(int connection) {
   tcp_info info{};
@@ -65,7 +65,7 @@ ConnectionGuard::ConnectionGuard(zmq::context_t& context, zmq::socket_t& states)
       resident_(resident_bytes()),
       last_look_(Clock::now()),
       last_cut_(last_look_ - kToFree),
-      log_limit_(kLogLinesPerSecond),
+      log_limit_(kCutLinesPerSecond),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 ConnectionGuard::~ConnectionGuard() = default;
@@ -94,17 +94,17 @@ void ConnectionGuard::run(const std::stop_token& stop) {
       wait_and_look();
     } catch (const std::exception& error) {  // as without memory
       spdlog::error("connections are not watched: {}", error.what());
-      std::this_thread::sleep_for(kPeriod);
+      std::this_thread::sleep_for(kLookPeriod);
     }
   }
 }
 
 void ConnectionGuard::wait_and_look() {
   zmq::pollitem_t item{subscribers_.socket().handle(), 0, ZMQ_POLLIN, 0};
-  zmq::poll(&item, 1, kPeriod);
+  zmq::poll(&item, 1, kLookPeriod);
   while (const auto change = subscribers_.next_change()) note(*change, true);
   const auto now = Clock::now();
-  if (now - last_look_ < kPeriod) return;
+  if (now - last_look_ < kLookPeriod) return;
   look(std::chrono::duration<double>(now - last_look_).count());
   last_look_ = now;
 }
@@ -119,7 +119,7 @@ void ConnectionGuard::look(double seconds) {
     account.settled = std::min(received, account.settled + account.read + allowed);
     const std::int64_t waiting = received - account.settled;
     if (key.subscribes) {
-      if (waiting > kMaxNotices) cut(key, "it subscribes without end");
+      if (waiting > kMaxUnreadNotices) cut(key, "it subscribes without end");
       continue;
     }
     sum += waiting;

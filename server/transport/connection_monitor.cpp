@@ -11,12 +11,12 @@ namespace acus {
 namespace {
 
 constexpr int kEventsHeard = ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL;
-constexpr double kLogLinesPerSecond = 1;
+constexpr double kEventLinesPerSecond = 1;
 
 }  // namespace
 
 ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& socket, const std::string& name)
-    : events_(context, zmq::socket_type::pair), log_limit_(kLogLinesPerSecond) {
+    : events_(context, zmq::socket_type::pair), log_limit_(kEventLinesPerSecond) {
   const std::string endpoint = "inproc://connections/" + name;
   if (zmq_socket_monitor(socket.handle(), endpoint.c_str(), kEventsHeard) != 0) throw zmq::error_t();
   events_.set(zmq::sockopt::rcvhwm, 0);  // at a limit ZeroMQ's own thread would wait for this one

@@ -24,7 +24,7 @@ constexpr int kMessagesPerTurn = 16;               // received before states hav
 constexpr std::size_t kBytesPerTurn = 1 << 20;     // likewise
 constexpr std::size_t kMaxQuestionBytes = 200;     // of a message that is looked at before its turn
 constexpr int kRecordsPerTurn = 1024;              // passed on before messages have theirs
-constexpr int kLinger = 1000;                      // ms to deliver the last answers
+constexpr int kAnswersLinger = 1000;               // ms to deliver the last answers
 constexpr std::int64_t kMaxFrameBytes = 32 << 20;  // beyond it the client is disconnected
 constexpr int kMaxAnswers = 100;                   // of one client that wait for it to read
 constexpr int kMaxUnread = 16;                     // messages of one client that wait for this thread
@@ -91,7 +91,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       request_limit_(kRequestsPerSecond),
       stats_begun_(Clock::now()),
       stats_period_(kStatsPeriod) {
-  commands_.set(zmq::sockopt::linger, kLinger);
+  commands_.set(zmq::sockopt::linger, kAnswersLinger);
   commands_.set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
   commands_.set(zmq::sockopt::sndhwm, kMaxAnswers);
   commands_.set(zmq::sockopt::rcvhwm, kMaxUnread);

@@ -16,9 +16,9 @@ namespace {
 
 // Of a subscriber that does not keep up: as many states, or as few large ones as make so many bytes.
 constexpr std::size_t kQueuedStates = 4096, kQueuedBytes = 64 << 20, kFewestQueued = 64;
-constexpr int kLinger = 200;  // ms to deliver what is queued at the end
-constexpr auto kPatience = std::chrono::seconds(10);
-constexpr int kMaxNotices = 256;               // taken in at a time
+constexpr int kStatesLinger = 200;  // ms to deliver what is queued at the end
+constexpr auto kHoldPatience = std::chrono::seconds(10);
+constexpr int kNoticesAtATime = 256;           // taken in at a time
 constexpr std::int64_t kMaxNoticeBytes = 512;  // beyond it the subscriber is disconnected; a handshake needs about 300
 constexpr const char* kAskingEndpoint = "inproc://subscriptions";
 
@@ -50,7 +50,7 @@ Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, const
       subscriptions_(random_mark()),
       waits_for_room_(lockstep) {
   bound_queues(1);
-  socket_.set(zmq::sockopt::linger, kLinger);
+  socket_.set(zmq::sockopt::linger, kStatesLinger);
   socket_.set(zmq::sockopt::xpub_nodrop, true);
   socket_.set(zmq::sockopt::maxmsgsize, kMaxNoticeBytes);
   socket_.bind(kAskingEndpoint);
@@ -61,7 +61,7 @@ Publisher::Publisher(zmq::context_t& context, const std::string& endpoint, const
 
 TopicSet Publisher::update_subscriptions() {
   zmq::message_t notice;
-  for (int i = 0; i < kMaxNotices && socket_.recv(notice, zmq::recv_flags::dontwait); ++i) {
+  for (int i = 0; i < kNoticesAtATime && socket_.recv(notice, zmq::recv_flags::dontwait); ++i) {
     subscriptions_.apply(notice.to_string_view());
   }
   ask_about_doubts();
@@ -85,9 +85,9 @@ bool Publisher::flush() {
     held_topic_ = nullptr;
     return true;
   }
-  if (std::chrono::steady_clock::now() - held_since_ < kPatience) return false;
+  if (std::chrono::steady_clock::now() - held_since_ < kHoldPatience) return false;
   spdlog::warn("a subscriber took no states for {} s; states that it has no room for are dropped from here on",
-               kPatience.count());
+               kHoldPatience.count());
   waits_for_room_ = false;
   send_where_room_is(held_topic_, bytes_);
   held_topic_ = nullptr;

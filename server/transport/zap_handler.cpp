@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kAddress = "inproc://zeromq.zap.01";  // where ZeroMQ asks
 constexpr std::string_view kVersion = "1.0";
 constexpr std::size_t kRawKey = 32, kTextKey = 41;  // bytes; the text with its end
-constexpr double kLogLinesPerSecond = 1;
+constexpr double kRefusalLinesPerSecond = 1;
 constexpr int kAnswersPerTurn = 64;
 
 // The frames of a question after the empty one of ROUTER's envelope.
@@ -28,7 +28,7 @@ std::string as_text(const std::string& raw_key) {
 }  // namespace
 
 ZapHandler::ZapHandler(zmq::context_t& context, const std::vector<protocol::PublicKey>& clients)
-    : socket_(context, zmq::socket_type::router), log_limit_(kLogLinesPerSecond) {
+    : socket_(context, zmq::socket_type::router), log_limit_(kRefusalLinesPerSecond) {
   for (const protocol::PublicKey& client : clients) clients_.insert(client.key);
   socket_.set(zmq::sockopt::linger, 0);
   socket_.bind(kAddress);

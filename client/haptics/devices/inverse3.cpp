@@ -16,6 +16,12 @@
 
 namespace acus::haptics {
 
+// What one message of the service tells; fields that it lacks stay as they were.
+struct Inverse3State {
+  std::string device;
+  Device::Reading reading;
+};
+
 namespace {
 
 namespace beast = boost::beast;
@@ -23,7 +29,7 @@ namespace websocket = beast::websocket;
 using Tcp = boost::asio::ip::tcp;
 using nlohmann::json;
 
-constexpr auto kPatience = std::chrono::seconds(2);
+constexpr auto kAnswerPatience = std::chrono::seconds(2);
 constexpr auto kSilence = std::chrono::milliseconds(500);  // without a message: the service is gone
 constexpr std::size_t kLargest = 1 << 20;                  // bytes of a message
 
@@ -37,13 +43,7 @@ DeviceProperties properties_of(double rate) {
   return properties;
 }
 
-// What one message of the service tells; fields that it lacks stay as they were.
-struct State {
-  std::string device;
-  Device::Reading reading;
-};
-
-void take_message(const json& message, State& state) {
+void take_message(const json& message, Inverse3State& state) {
   if (const auto found = message.find("inverse3"); found != message.end() && found->is_array() && !found->empty()) {
     const json& device = found->front();
     state.device = device.value("device_id", state.device);
@@ -76,11 +76,11 @@ class Inverse3::Link {
  public:
   Link(const std::string& host, const std::string& port) {
     Tcp::resolver resolver(context_);
-    beast::get_lowest_layer(socket_).expires_after(kPatience);
+    beast::get_lowest_layer(socket_).expires_after(kAnswerPatience);
     beast::get_lowest_layer(socket_).connect(resolver.resolve(host, port));
     beast::get_lowest_layer(socket_).socket().set_option(Tcp::no_delay(true));
     beast::get_lowest_layer(socket_).expires_never();
-    socket_.set_option(websocket::stream_base::timeout{kPatience, kSilence, false});
+    socket_.set_option(websocket::stream_base::timeout{kAnswerPatience, kSilence, false});
     socket_.read_message_max(kLargest);
     socket_.handshake(host + ":" + port, "/");
     listen();
@@ -100,7 +100,7 @@ class Inverse3::Link {
 
   bool wait_for_device() {
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, kPatience, [this] { return !state_.device.empty() || !failure_.empty(); });
+    changed_.wait_for(lock, kAnswerPatience, [this] { return !state_.device.empty() || !failure_.empty(); });
     return !state_.device.empty();
   }
 
@@ -165,7 +165,7 @@ class Inverse3::Link {
 
   std::mutex mutex_;  // of all below
   std::condition_variable changed_;
-  State state_;
+  Inverse3State state_;
   Vector3 force_;
   std::string failure_;
   bool closing_ = false, let_go_ = false;

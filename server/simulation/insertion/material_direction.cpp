@@ -12,7 +12,7 @@ namespace acus {
 namespace {
 
 // Share of a material line's stretch that goes along the direction, below which the tissue is too crushed to follow.
-constexpr double kLeastAlong = 0.5;
+constexpr double kLeastAlongLine = 0.5;
 // What is found is looked for anew from there, until it hardly changes.
 constexpr int kRounds = 3;
 
@@ -75,7 +75,7 @@ Vector3 way_through_material(const TissueView& tissue, const MaterialPoint& plac
     const double beyond = rest_way - (rest_position(tissue, end) - rest_from).norm();  // where the tissue has ended
     const Vector3 there = tissue.position(end) + std::max(0.0, beyond) * direction - from;
     const double along = direction.dot(there);
-    if (!(along > kLeastAlong * there.norm())) return way * direction;
+    if (!(along > kLeastAlongLine * there.norm())) return way * direction;
     moved = way / along * there;
     rest_way *= way / along;
   }

@@ -11,7 +11,7 @@ namespace {
 // A last vertex this close to the end of its path (in spacings) is one place with it.
 constexpr double kEndClearance = 0.1;
 // Cosine of the largest angle between a path and the needle in it.
-constexpr double kLeastAlong = 0.5;
+constexpr double kLeastAlongNeedle = 0.5;
 // Square of the sine below which a path against the needle lies to no side of it.
 constexpr double kNoSide = 1e-12;
 
@@ -49,10 +49,10 @@ Vector3 end_tangent(const TissueView& tissue, const Path& path, const Vector3& n
 
 Vector3 along_needle(const Vector3& path, const Vector3& needle) {
   const double along = path.dot(needle);
-  if (along >= kLeastAlong) return path;
+  if (along >= kLeastAlongNeedle) return path;
   const Vector3 across = path - along * needle;
   if (across.squaredNorm() < kNoSide) return needle;
-  return kLeastAlong * needle + std::sqrt(1 - kLeastAlong * kLeastAlong) * across.stableNormalized();
+  return kLeastAlongNeedle * needle + std::sqrt(1 - kLeastAlongNeedle * kLeastAlongNeedle) * across.stableNormalized();
 }
 
 }  // namespace acus

@@ -15,7 +15,7 @@ constexpr double kAtEnd = 1e-6;  // m
 // A tip pulled back by more than this (in spacings) from a border does not rest against it any more.
 constexpr double kBorderClearance = 0.1;
 // Cosine of the largest angle to the last stretch of its path at which a tip cuts.
-constexpr double kLeastAlong = 0.5;
+constexpr double kLeastAlongStretch = 0.5;
 
 // Where the base takes the tip is not yet where it goes: a needle bent against a border follows it a long way.
 double end_clearance(const InsertionView& at, const Path& path, bool held) {
@@ -27,7 +27,7 @@ double end_clearance(const InsertionView& at, const Path& path, bool held) {
 bool points_along(const InsertionView& at, const Path& path, const Vector3& cutting) {
   const int last = holding_vertices(path) - 1;
   const Vector3 stretch = at.tissue.position(path.end) - at.tissue.position(path.vertices[last]);
-  return cutting.dot(stretch) >= kLeastAlong * stretch.norm();
+  return cutting.dot(stretch) >= kLeastAlongStretch * stretch.norm();
 }
 
 }  // namespace
