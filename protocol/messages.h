@@ -257,6 +257,7 @@ struct HelloReply {
   std::vector<GuideInfo> guides;
   std::vector<std::string> held;  // needles and guides that a client holds, by name
   std::optional<std::string> recording;  // name of the file, while the server records
+  std::optional<std::string> file;       // that the scene was read from, without its folder; or "the scene's text"
   TissueInfo tissue;
   std::vector<TopicInfo> topics;
 
@@ -276,6 +277,7 @@ struct HelloReply {
     visit("guides", self.guides);
     visit("held", self.held);
     visit("recording", self.recording);
+    visit("file", self.file);
     visit("tissue", self.tissue);
     visit("topics", self.topics);
   }

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,12 +39,14 @@ constexpr const char* kFooter =
     "port "
     "is not free, or the page's files are missing; 4 anything else.";
 
+constexpr const char* kNoServerProgram = ": there is no acus-server beside this program";
+
 struct Arguments {
   std::string scene, page = view::page_folder();
   std::string commands = protocol::kDefaultCommandsEndpoint, states = protocol::kDefaultStatesEndpoint;
   client::KeyFiles keys;
   unsigned short port = 0;
-  bool no_browser = false, lockstep = false;
+  bool no_browser = false, lockstep = false, play = false;
 };
 
 void declare(CLI::App& app, Arguments& arguments) {
@@ -64,6 +67,8 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--page", arguments.page, "Folder with the files of the page")->capture_default_str();
   app.add_flag("--lockstep", arguments.lockstep, "The server that is started makes ticks only when the page asks")
       ->needs(scene);
+  app.add_flag("--play", arguments.play, "Play the motion that is made for the scene once the page is open")
+      ->needs(scene);
   app.add_flag("--no-browser", arguments.no_browser, "Print the URL and open nothing");
 }
 
@@ -74,18 +79,12 @@ void open_browser(const std::string& url) {
   if (std::system(command.c_str()) != 0) std::fprintf(stderr, "acus-view: no program opened the page; open its URL\n");
 }
 
-// Looks every tenth of a second whether the server that was started has ended.
-void watch(asio::io_context& context, asio::steady_timer& timer, view::StartedServer& server, bool& gone) {
-  timer.expires_after(std::chrono::milliseconds(100));
-  timer.async_wait([&](const boost::system::error_code& error) {
-    if (error) return;
-    if (server.ended() < 0) return watch(context, timer, server, gone);
-    std::fprintf(
-        stderr, "acus-view: the server has ended with status %d%s\n", server.ended(),
-        server.ended() == view::StartedServer::kNoProgram ? ": there is no acus-server beside this program" : "");
-    gone = true;
-    context.stop();
-  });
+std::vector<std::string> replay_options(const Arguments& arguments, const view::ServerAddress& server) {
+  std::vector<std::string> options{"--commands", server.commands, "--states", server.states};
+  if (!arguments.keys.server.empty())
+    options.insert(options.end(),
+                   {"--curve-server-key", arguments.keys.server, "--curve-client-key", arguments.keys.client});
+  return options;
 }
 
 int run(const Arguments& arguments) {
@@ -101,13 +100,25 @@ int run(const Arguments& arguments) {
     std::fprintf(stderr, "acus-view: %s\n", error.what());
     return kCannotListen;
   }
+  bool gone = false;
   std::optional<view::StartedServer> server;
   options.server = {arguments.commands, arguments.states, client::read_keys(arguments.keys)};
   if (!arguments.scene.empty()) {
-    server.emplace(arguments.scene,
-                   arguments.lockstep ? std::vector<std::string>{"--lockstep"} : std::vector<std::string>{});
+    server.emplace(context, arguments.scene,
+                   arguments.lockstep ? std::vector<std::string>{"--lockstep"} : std::vector<std::string>{},
+                   [&](int status) {
+                     std::fprintf(stderr, "acus-view: the server has ended with status %d%s\n", status,
+                                  status == view::ChildProgram::kNoProgram ? kNoServerProgram : "");
+                     gone = true;
+                     context.stop();
+                   });
     options.server = server->address();
+    options.recordings = server->folder();
+    options.scenes = view::look_around(arguments.scene);
+    if (arguments.play)
+      options.first_motion = motion_for(options.scenes, std::filesystem::path(arguments.scene).stem().string());
   }
+  options.replay = replay_options(arguments, options.server);
   setpriority(PRIO_PROCESS, 0, 5);  // ticks come first
   std::optional<view::Gateway> gateway;
   try {
@@ -120,9 +131,6 @@ int run(const Arguments& arguments) {
   std::fflush(stdout);
   if (!arguments.no_browser) open_browser(gateway->url());
 
-  bool gone = false;
-  asio::steady_timer timer(context);
-  if (server) watch(context, timer, *server, gone);
   context.run();
   return gone ? kNoServer : kEnded;
 }

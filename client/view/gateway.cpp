@@ -3,10 +3,14 @@
 
 #include <fcntl.h>
 
+#include <algorithm>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <cctype>
 #include <chrono>
+#include <cstring>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
 #include <string_view>
@@ -26,6 +30,7 @@ constexpr auto kRequestPatience = std::chrono::seconds(10);  // for a request to
 constexpr int kMostConnections = 256;
 constexpr auto kPause = std::chrono::milliseconds(100);
 constexpr unsigned kLargestHeader = 16 << 10;  // bytes
+constexpr const char* kRecordings = "/recordings/";
 constexpr const char* kPolicy =
     "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
@@ -42,6 +47,13 @@ std::string_view view_of(beast::string_view text) { return {text.data(), text.si
 bool is_this_machine(std::string_view host) {
   const std::string_view name = host.substr(0, host.find(':'));
   return name == "127.0.0.1" || name == "localhost";
+}
+
+bool is_recording(std::string_view name) {
+  const auto is_plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '_' || c == '-';
+  };
+  return !name.empty() && name.front() != '.' && std::all_of(name.begin(), name.end(), is_plain);
 }
 
 // One connection of a browser: requests for files, and the one that makes it a WebSocket.
@@ -75,9 +87,25 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
     if (request.method() != http::verb::get && request.method() != http::verb::head)
       return refuse(http::status::method_not_allowed, "expected GET");
+    if (request.target().starts_with(kRecordings)) return hand_out(request);
     const auto file = gateway_.options().page.find(std::string(view_of(request.target())));
     if (file == gateway_.options().page.end()) return refuse(http::status::not_found, "no such file");
     send(http::status::ok, file->second, request.method() == http::verb::head, request.keep_alive());
+  }
+
+  void hand_out(const Request& request) {
+    constexpr std::string_view kScheme = "Bearer ";
+    const std::string_view credentials = view_of(request[http::field::authorization]);
+    if (!credentials.starts_with(kScheme) || !gateway_.is_token(credentials.substr(kScheme.size())))
+      return refuse(http::status::unauthorized, "expected the token in Authorization");
+    const std::string name(view_of(request.target()).substr(std::strlen(kRecordings)));
+    auto response = std::make_shared<http::response<http::file_body>>(http::status::ok, 11);
+    beast::error_code error = http::make_error_code(http::error::bad_target);
+    if (is_recording(name) && !gateway_.options().recordings.empty())
+      response->body().open((gateway_.options().recordings + "/" + name).c_str(), beast::file_mode::scan, error);
+    if (error) return refuse(http::status::not_found, "no such recording");
+    response->set(http::field::content_type, "application/octet-stream");
+    respond(response, false);
   }
 
   void refuse(http::status status, const char* why) {
@@ -87,14 +115,20 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void send(http::status status, const PageFile& file, bool head, bool keep_alive = false) {
     auto response = std::make_shared<http::response<http::string_body>>(status, 11, head ? "" : file.bytes);
     response->set(http::field::content_type, file.type);
+    respond(response, keep_alive && !head);
+    if (head) response->content_length(file.bytes.size());
+  }
+
+  template <class Body>
+  void respond(const std::shared_ptr<http::response<Body>>& response, bool keep_alive) {
+    response->prepare_payload();
     response->set(http::field::cache_control, "no-store");
     response->set("Content-Security-Policy", kPolicy);
     response->set("Cross-Origin-Opener-Policy", "same-origin");
     response->set("Cross-Origin-Resource-Policy", "same-origin");
     response->set("Referrer-Policy", "no-referrer");
     response->set("X-Content-Type-Options", "nosniff");
-    response->content_length(file.bytes.size());
-    response->keep_alive(keep_alive && !head);
+    response->keep_alive(keep_alive);
     stream_.expires_after(kRequestPatience);
     http::async_write(stream_, *response,
                       [self = shared_from_this(), response](const beast::error_code& error, std::size_t) {
@@ -124,7 +158,13 @@ Gateway::Gateway(asio::io_context& context, Options options)
                },
                [this](const Frame& frame) {
                  if (driver_ != nullptr) driver_->put(frame);
-               }}) {
+               },
+               [this] { play_first(); }}),
+      player_(context, options_.replay, [this](const std::string& why) { say(why); }) {
+  choices_ = nlohmann::json{{"scenes", options_.scenes.scenes},
+                            {"motions", options_.scenes.motions},
+                            {"records", !options_.recordings.empty()}}
+                 .dump();
   fcntl(acceptor_.native_handle(), F_SETFD, FD_CLOEXEC);  // the browser that is opened must not inherit it
   accept();
 }
@@ -165,6 +205,7 @@ bool Gateway::add(Viewer& viewer) {
   if (viewers_.size() >= kMostViewers) return false;
   viewers_.insert(&viewer);
   server_.watch(true);
+  play_first();
   return true;
 }
 
@@ -191,6 +232,27 @@ void Gateway::end_driving(Viewer& viewer) {
 
 void Gateway::drive(Viewer& viewer, std::string_view message) {
   if (driver_ == &viewer) server_.drive(message);
+}
+
+void Gateway::play_first() {
+  if (options_.first_motion.empty() || viewers_.empty() || !server_.here()) return;
+  const std::string motion = std::exchange(options_.first_motion, "");
+  player_.play(motion, options_.scenes.motion(motion), server_.lockstep());
+}
+
+void Gateway::play(Viewer& viewer, const std::string& motion) {
+  const auto& motions = options_.scenes.motions;
+  if (driver_ != nullptr && driver_ != &viewer) return;
+  if (std::find(motions.begin(), motions.end(), motion) == motions.end()) return;
+  player_.play(motion, options_.scenes.motion(motion), server_.lockstep());
+}
+
+void Gateway::stop_playing(Viewer& viewer) {
+  if (driver_ == nullptr || driver_ == &viewer) player_.stop();
+}
+
+void Gateway::say(const std::string& words) {
+  for (Viewer* viewer : viewers_) viewer->say(words);
 }
 
 }  // namespace acus::view

@@ -6,10 +6,15 @@
 //
 //   page     {"token": "..."}     first of all: that of the URL
 //            {"drive": true}      asks to drive; {"drive": false} gives it back
+//            {"play": "NAME"}     asks for a motion of `choices`; {"play": null} ends it. Not while another page drives
 //            {"beat": k}          has taken in all that came before the gateway's own; a page that is slower gets less
-//   gateway  {"server": bool, "driving": bool, "driven": bool, "viewers": n, "lost": n}
-//            whether the server answers, whether this page drives, whether any does, how many look, how many events
-//            this page was not sent
+//   gateway  {"scenes": [NAME...], "motions": [NAME...], "records": bool}
+//            what there is to choose from, and whether GET /recordings/NAME (Authorization: Bearer TOKEN) gives what
+//            the server has recorded
+//            {"server": bool, "driving": bool, "driven": bool, "playing": NAME, "viewers": n, "lost": n}
+//            whether the server answers, whether this page drives, whether any does, which motion is played, how many
+//            look, how many events this page was not sent
+//            {"notice": "..."}    a sentence to show
 //            {"beat": k}          behind what left at one time
 //
 // Any number may look, as far as kMostViewers; one drives. Whoever asks must name this machine
@@ -26,8 +31,11 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
+#include "client/view/motion_player.h"
 #include "client/view/page_files.h"
+#include "client/view/scene_folder.h"
 #include "client/view/server_link.h"
 
 namespace acus::view {
@@ -55,6 +63,10 @@ class Gateway {
     unsigned short port = 0;  // 0: any that is free
     ServerAddress server;
     std::map<std::string, PageFile> page;
+    SceneFolder scenes;
+    std::string recordings;           // folder that the server records into; empty: not known
+    std::vector<std::string> replay;  // options that tell acus-replay where the server is
+    std::string first_motion;         // to be played once the first page looks; empty: none
   };
 
   // Throws boost::system::system_error if the port is not free, client::ClientError for the server's address.
@@ -75,10 +87,16 @@ class Gateway {
   void begin_driving(Viewer& viewer);  // nothing happens while another drives
   void end_driving(Viewer& viewer);
   void drive(Viewer& viewer, std::string_view message);
+  const std::string& choices() const { return choices_; }
+  const std::string& playing() const { return player_.playing(); }
+  void play(Viewer& viewer, const std::string& motion);
+  void stop_playing(Viewer& viewer);
 
  private:
   void accept();
   void accept_later();
+  void play_first();
+  void say(const std::string& words);
 
   Options options_;
   std::string token_;
@@ -87,7 +105,9 @@ class Gateway {
   boost::asio::steady_timer pause_;
   std::set<Viewer*> viewers_;
   Viewer* driver_ = nullptr;
+  std::string choices_;  // JSON
   ServerLink server_;
+  MotionPlayer player_;
 };
 
 }  // namespace acus::view

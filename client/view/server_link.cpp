@@ -92,8 +92,9 @@ void ServerLink::take_hello(const protocol::HelloReply& hello, std::string_view 
     described_ = begun;
     questions_->send(protocol::encode(protocol::Describe{++seq_}));
   }
-  here_ = true;
   hello_ = std::make_shared<const std::string>(bytes);
+  lockstep_ = hello.lockstep;
+  if (!std::exchange(here_, true)) listener_.arrived();
 }
 
 void ServerLink::watch(bool wanted) {

@@ -32,6 +32,7 @@ class ServerLink {
   struct Listener {
     std::function<void(const Frame&)> state;   // of the states socket
     std::function<void(const Frame&)> answer;  // to what drive() sent
+    std::function<void()> arrived;             // the server is here, which it was not
   };
 
   ServerLink(boost::asio::io_context& context, ServerAddress address, Listener listener);
@@ -39,6 +40,7 @@ class ServerLink {
 
   // Whether the server has answered within the last seconds.
   bool here() const { return here_; }
+  bool lockstep() const { return lockstep_; }
   // The server's newest `hello_reply` and the `describe_reply` of its epoch's scene, as they came; null: none yet.
   const std::shared_ptr<const std::string>& hello() const { return hello_; }
   const std::shared_ptr<const std::string>& describe() const { return describe_; }
@@ -61,7 +63,7 @@ class ServerLink {
   Listener listener_;
   std::unique_ptr<WatchedSocket> states_, questions_, driving_;
   boost::asio::steady_timer clock_;
-  bool here_ = false, watching_ = false;
+  bool here_ = false, watching_ = false, lockstep_ = false;
   int unanswered_ = 0;  // times that `hello` was sent since the last answer
   std::uint64_t seq_ = 0;
   std::optional<std::pair<std::uint64_t, std::uint64_t>> described_;  // instance and epoch

@@ -2,34 +2,30 @@
 // An acus-server of one's own, for one scene, that ends with its owner.
 #pragma once
 
-#include <sys/types.h>
-
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "client/view/child_program.h"
 #include "client/view/server_link.h"
 
 namespace acus::view {
 
 class StartedServer {
  public:
-  static constexpr int kNoProgram = 127;  // exit status
-
-  // The acus-server beside the running program. Returns at once; throws std::runtime_error if it cannot be started.
-  StartedServer(const std::string& scene, const std::vector<std::string>& options);
+  // The acus-server beside the running program. Returns at once; throws std::system_error if it cannot be started.
+  StartedServer(boost::asio::io_context& context, const std::string& scene, const std::vector<std::string>& options,
+                ChildProgram::Ended ended);
   ~StartedServer();  // ends it, and waits
   StartedServer(const StartedServer&) = delete;
   StartedServer& operator=(const StartedServer&) = delete;
 
   ServerAddress address() const;
-
-  // Its exit status once it has ended, before that -1.
-  int ended();
+  const std::string& folder() const { return folder_; }  // of its sockets, and of its recordings
 
  private:
   std::string folder_;
-  pid_t process_ = -1;
-  int status_ = -1;
+  std::optional<ChildProgram> program_;
 };
 
 }  // namespace acus::view

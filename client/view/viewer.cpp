@@ -78,26 +78,33 @@ void Viewer::take_text(const std::string& text) {
     if (!gateway_.add(*this)) return close("too many pages look already");
     admitted_ = true;
     socket_.read_message_max(kLargestMessage);
+    send(true, std::make_shared<const std::string>(gateway_.choices()));
     return beat();
   }
   if (const auto beat = message.find("beat"); beat != message.end() && beat->is_number_unsigned())
     seen_ = std::min(beats_, beat->get<std::uint64_t>());
-  const auto drive = message.find("drive");
-  if (drive == message.end() || !drive->is_boolean()) return;
-  if (drive->get<bool>()) {
-    gateway_.begin_driving(*this);
-  } else {
-    gateway_.end_driving(*this);
+  if (const auto drive = message.find("drive"); drive != message.end() && drive->is_boolean()) {
+    if (drive->get<bool>()) {
+      gateway_.begin_driving(*this);
+    } else {
+      gateway_.end_driving(*this);
+    }
   }
+  const auto play = message.find("play");
+  if (play != message.end() && play->is_string()) gateway_.play(*this, play->get<std::string>());
+  if (play != message.end() && play->is_null()) gateway_.stop_playing(*this);
+}
+
+void Viewer::say(const std::string& words) {
+  send(true, std::make_shared<const std::string>(
+                 json{{"notice", words}}.dump(-1, ' ', false, json::error_handler_t::replace)));
 }
 
 void Viewer::tell() {
-  const std::string text = json{
-      {"server", gateway_.server().here()},
-      {"driving", gateway_.is_driver(*this)},
-      {"driven", gateway_.driven()},
-      {"viewers", gateway_.viewers()},
-      {"lost", outbox_.lost()}}.dump();
+  const std::string text =
+      json{{"server", gateway_.server().here()}, {"driving", gateway_.is_driver(*this)}, {"driven", gateway_.driven()},
+           {"playing", gateway_.playing()},      {"viewers", gateway_.viewers()},        {"lost", outbox_.lost()}}
+          .dump();
   if (text == told_) return;
   told_ = text;
   send(true, std::make_shared<const std::string>(text));

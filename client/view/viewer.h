@@ -23,6 +23,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
 
   // What the server said, to leave when there is room.
   void put(const Frame& frame) { outbox_.put(frame); }
+  void say(const std::string& words);
 
  private:
   using Bytes = std::shared_ptr<const std::string>;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "server/runtime/convert.h"
 #include "server/runtime/topics.h"
@@ -55,6 +56,7 @@ protocol::HelloReply hello_of(const Simulation& simulation) {
   protocol::HelloReply hello;
   hello.server = ACUS_VERSION;  // defined by the build
   hello.scene = scene.name;
+  if (!scene.file.empty()) hello.file = std::filesystem::path(scene.file).filename().string();
   hello.rate = scene.rate;
   hello.time_step = 1 / scene.rate;
   for (int i = 0; i < static_cast<int>(scene.needles.size()); ++i) {

@@ -24,7 +24,7 @@ struct LoadResult {
 
 // What a client asks for.
 struct SceneSource {
-  std::string path;  // on this machine, or
+  std::string path;  // on this machine, or a name in the folders that clients may load from; or
   std::string text;  // YAML, whose mesh lies in the first of the folders that clients may load from
 };
 
@@ -73,7 +73,7 @@ class SceneLoader {
   }
 
   Scene read(const SceneSource& source) const {
-    if (source.text.empty()) return read_scene(source.path, &folders_);
+    if (source.text.empty()) return read_scene(folders_.find(source.path), &folders_);
     return parse_scene(source.text, "the scene's text", folders_.first().string(), &folders_);
   }
 

@@ -29,6 +29,16 @@ SceneFolders::SceneFolders(const std::vector<std::string>& folders) {
   }
 }
 
+std::string SceneFolders::find(const std::string& scene) const {
+  std::error_code ignored;
+  if (std::filesystem::exists(scene, ignored)) return scene;
+  for (const auto& folder : folders_) {
+    for (const auto& file : {folder / scene, folder / (scene + ".yaml")})
+      if (contain(file) && std::filesystem::is_regular_file(file, ignored)) return file.string();
+  }
+  return scene;
+}
+
 bool SceneFolders::contain(const std::string& file) const {
   const std::filesystem::path found = canonical(file);
   return !found.empty() &&

@@ -14,6 +14,10 @@ class SceneFolders {
   SceneFolders() = default;  // none
   explicit SceneFolders(const std::vector<std::string>& folders);
 
+  // The file that `scene` means: of that path, else the first NAME or NAME.yaml in the folders. Where nothing is found
+  // it is `scene` itself.
+  std::string find(const std::string& scene) const;
+
   bool contain(const std::string& file) const;
   // Throws SceneError, whether the file is there or not, if it is outside. `what` is what the file is, "scene".
   void check(const std::string& file, const std::string& what) const;

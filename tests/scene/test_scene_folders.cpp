@@ -38,3 +38,17 @@ TEST_CASE("links count as what they lead to") {
   CHECK(SceneFolders({root / "a", root / "b"}).contain(root / "a/link.yaml"));
   CHECK_THROWS_WITH_AS(folders.check(root / "a/link.yaml", "scene"), doctest::Contains("--scenes"), SceneError);
 }
+
+TEST_CASE("a scene is found by its name in the first folder that has it, and nothing outside is looked at") {
+  const TemporaryFolder root;
+  for (const char* folder : {"a/deep", "b"}) std::filesystem::create_directories(root / folder);
+  for (const char* file : {"a/liver.yaml", "b/liver.yaml", "b/bone.yaml", "a/deep/skin.yaml", "secret.yaml"})
+    root.write(file, "");
+  const SceneFolders folders({root / "a", root / "b"});
+  CHECK(folders.find("liver") == root / "a/liver.yaml");
+  CHECK(folders.find("liver.yaml") == root / "a/liver.yaml");
+  CHECK(folders.find("bone") == root / "b/bone.yaml");
+  CHECK(folders.find("deep/skin") == root / "a/deep/skin.yaml");
+  CHECK(folders.find(root / "secret.yaml") == root / "secret.yaml");
+  for (const char* name : {"fat", "../secret", "deep", ""}) CHECK(folders.find(name) == name);
+}

@@ -3,6 +3,7 @@
 """Asks acus-view for what it serves and for what it must not, as other programs and other sites would."""
 
 import base64
+import glob
 import http.client
 import os
 import signal
@@ -100,9 +101,21 @@ class Gateway(WithGateway):
         self.assertEqual(self.frame(stream)[0], 8)
         _, stream = self.open_link(url)
         self.say(stream, '{"token": "%s"}' % token)
-        opcode, payload = self.frame(stream)
+        (opcode, choices), (_, standing) = self.frame(stream), self.frame(stream)
         self.assertEqual(opcode, 1)
-        self.assertIn(b'"driving":false', payload)
+        self.assertIn(b'"insertion_pullback_layers"', choices)
+        self.assertIn(b'"driving":false', standing)
+
+    def test_recordings_are_handed_out_by_name_to_whoever_knows_the_token(self):
+        _, url = self.view(scene("insertion_pullback"))
+        folder = next(path for path in glob.glob(os.path.join(self.folder, "acus-view-*")))
+        self.write(os.path.join(folder, "run.acus"), "a recording")
+        token = {"Authorization": "Bearer " + urlsplit(url).fragment}
+        self.assertEqual(self.ask(url, "/recordings/run.acus", **token)[::2], (200, b"a recording"))
+        for credentials in ({}, {"Authorization": "Bearer "}, {"Authorization": "Bearer 0"}):
+            self.assertEqual(self.ask(url, "/recordings/run.acus", **credentials)[0], 401)
+        for name in ("", "other.acus", "../run.acus", ".", "..", "%2e%2e/run.acus", "a/b", "run.acus/"):
+            self.assertEqual(self.ask(url, "/recordings/" + name, **token)[0], 404, name)
 
     def test_a_page_that_takes_nothing_in_is_not_flooded(self):
         _, url = self.view(scene("insertion_pullback"))

@@ -39,8 +39,10 @@ class Page(WithGateway):
         options = webdriver.ChromeOptions()
         for flag in FLAGS:
             options.add_argument(flag)
+        options.add_experimental_option("prefs", {"download.default_directory": self.folder})
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        browser = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+        browser = webdriver.Chrome(options=options, service=Service(
+            shutil.which("chromedriver"), env=dict(os.environ, TMPDIR=self.folder)))
         self.addCleanup(browser.quit)
         browser.set_script_timeout(PATIENCE)
         self.browsers.append(browser)
@@ -92,6 +94,11 @@ class Page(WithGateway):
         frames = self.get("(acus.stage.draw(), acus.frames)")
         self.wait_for(f"acus.frames > {frames}")
 
+    def choose(self, name, value):
+        self.browser.execute_script(
+            "const list = document.getElementById(arguments[0]); list.value = arguments[1];"
+            "list.dispatchEvent(new Event('change'))", name, value)
+
     def picture(self):
         image = Image.open(io.BytesIO(self.browser.get_screenshot_as_png())).convert("RGB")
         where = os.environ.get("ACUS_PICTURES")
@@ -129,10 +136,7 @@ class Drawing(Page):
         before = self.get("acus.force('needle')")
         picture = self.picture()
         pixel = self.get("acus.tip('needle')")
-        for _ in range(8):  # wheel upwards: 12 mm ahead
-            self.browser.execute_script(
-                "document.querySelector('canvas').dispatchEvent(new WheelEvent('wheel', {deltaY: -100, cancelable: true}))")
-        self.wait_for("acus.hands.goal.distanceTo(acus.hands.place) < 1e-6")
+        self.push_ahead(8)  # 12 mm
         tick = self.step(600)
         after = self.get("acus.force('needle')")
         way = sum((a - b) ** 2 for a, b in zip(after["base_position"], before["base_position"])) ** 0.5
@@ -143,6 +147,13 @@ class Drawing(Page):
         moved = self.get("acus.tip('needle')")
         self.assertGreater(abs(moved["y"] - pixel["y"]) + abs(moved["x"] - pixel["x"]), 5)
         self.assertGreater(self.share_of_change(picture, self.picture()), 0.0005)
+
+    def push_ahead(self, notches):
+        """Of the wheel, upwards."""
+        for _ in range(notches):
+            self.browser.execute_script(
+                "document.querySelector('canvas').dispatchEvent(new WheelEvent('wheel', {deltaY: -100, cancelable: true}))")
+        self.wait_for("acus.hands.goal.distanceTo(acus.hands.place) < 1e-6")
 
     def share_of_change(self, a, b):
         pairs = list(zip(a.getdata(), b.getdata()))
@@ -164,6 +175,17 @@ class Drawing(Page):
         moved = [a - b for a, b in zip(after["base_position"], before["base_position"])]
         self.assertGreater(max(abs(moved[0]), abs(moved[1])), 0.002)
         self.assertLess(abs(moved[2]), 0.0005)  # the needle points down
+
+    def test_strain_is_shown_with_its_scale(self):
+        self.view_in_lockstep("insertion_pullback")
+        self.choose("colour", "strain")
+        self.take()
+        self.step(5)
+        self.assertRegex(self.text("legend"), "yellow 0 % strain")
+        self.push_ahead(40)  # 60 mm, 37 of them inside
+        self.step(800)
+        self.wait_for("acus.tissue.largest > 0.02")
+        self.assertRegex(self.text("legend"), "yellow [1-9][0-9]* % strain")
 
     def test_other_scenes_can_be_seen(self):
         for name in ("brachytherapy", "through", "deep_brain"):
@@ -251,6 +273,49 @@ class Together(Page):
         self.assertAlmostEqual(self.get("acus.force('needle')?.base_position[2]"), start, delta=1e-5)
         self.assertEqual(self.get("acus.hands.holding"), "needle")
 
+    def test_a_motion_is_played_until_somebody_takes_the_needle(self):
+        self.view_in_lockstep("through")
+        self.assertEqual(self.get("document.getElementById('motions').value"), "through")
+        self.press("play")
+        self.wait_for("acus.force('needle')?.depth > 0.005")
+        self.assertEqual(self.get("acus.standing.playing"), "through")
+        self.assertIn("plays through", self.text("status"))
+        self.take()
+        self.assertEqual(self.get("acus.standing.playing"), "")
+        self.assertEqual(self.text("play"), "Play")
+        self.assertEqual(self.errors(), [])
+
+    def test_a_motion_that_does_not_fit_is_told(self):
+        self.view_in_lockstep("through")
+        self.choose("motions", "brachytherapy")
+        self.press("play")
+        self.wait_for("document.getElementById('notice').textContent.includes('does not fit')")
+        self.wait_for("acus.standing.playing === ''")
+
+    def test_a_scene_is_chosen_and_its_motion_with_it(self):
+        self.view_in_lockstep("insertion_pullback_layers")
+        self.assertEqual(self.get("document.getElementById('motions').value"), "insertion_pullback")
+        self.choose("scenes", "steering_arc")
+        self.wait_for("acus.hello.file === 'steering_arc.yaml'")
+        self.wait_for("document.getElementById('motions').value === 'steering_arc'")
+        self.assertEqual(self.text("scene"), "steering arc")
+
+    def test_a_run_is_recorded_and_taken_home(self):
+        self.view_in_lockstep("through")
+        self.press("record")
+        name = self.wait_for("acus.hello.recording")
+        self.wait_for("document.getElementById('record').textContent === 'Save'")
+        self.take()
+        self.step(50)
+        self.press("record")
+        file = os.path.join(self.folder, name)
+        deadline = time.monotonic() + PATIENCE
+        while not os.path.exists(file):
+            self.assertLess(time.monotonic(), deadline, os.listdir(self.folder))
+            time.sleep(0.02)
+        again = self.launch("acus-export", file, "--quiet")
+        self.assertEqual(again.wait(PATIENCE), 0)
+
     def test_a_paused_simulation_goes_on_for_whoever_asks(self):
         _, url = self.view(scene("insertion_pullback"))
         self.look(url)
@@ -263,11 +328,12 @@ class Together(Page):
         self.wait_for("!acus.hello.paused && acus.force('needle')")
 
     def test_another_scene_lets_the_needle_go(self):
-        _, url = self.view(scene("insertion_pullback"))
+        self.serve(scene("insertion_pullback"))
+        _, url = self.view("--commands", self.commands, "--states", self.states)
         self.look(url)
         self.wait_for("acus.hello && acus.force('needle')")
         self.take()
-        self.browser.find_element(By.ID, "file").send_keys(scene("layers") + "\n")
+        self.browser.find_element(By.ID, "file").send_keys("layers\n")
         self.wait_for("acus.hello.scene === 'layers' && !acus.hands.holding && !acus.standing.driving")
         self.wait_for("document.getElementById('legend').childElementCount === 3")
         self.take()

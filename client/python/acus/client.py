@@ -210,7 +210,8 @@ class Client:
         return self._ask("resume", Done)
 
     def load(self, scene):
-        """Another scene: a path on the server's machine, or a Scene, which is sent as text. Nothing is held then."""
+        """Another scene: a path on the server's machine, a name in its folder of scenes, or a Scene, which is sent as text.
+        Nothing is held then."""
         text = getattr(scene, "text", None)
         done = self._ask("load", Done, **({"text": text()} if text else {"scene": str(scene)}))
         self._held.clear()

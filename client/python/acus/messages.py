@@ -156,7 +156,7 @@ class HelloReply(Message):
     held: list
     tissue: Annotated[TissueSize, TissueSize]
     topics: Annotated[list, list_of(Topic)]
-    OPTIONAL = {"recording": None}
+    OPTIONAL = {"recording": None, "file": None}
 
 
 class NeedleAtRest(Message):

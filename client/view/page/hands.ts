@@ -11,11 +11,13 @@ const kFastest = 0.1; // m/s of the commanded pose
 const kSlow = 0.015, kQuick = 0.06; // m/s, of keys, without and with Shift
 const kTurn = 2; // rad/s
 const kWheel = 0.0015; // m, of one notch
+const kMostFelt = 5; // N, that a pad tells apart
 const kNear = 24; // px from the needle where a drag takes it
 
 export class Hands {
   holding: string | null = null;
   waiting = false; // for the needle to be elsewhere: nothing is sent
+  felt = 0; // N
   private place = new Vector3();
   private goal = new Vector3();
   private orientation = new Quaternion();
@@ -130,6 +132,14 @@ export class Hands {
     return { along: push.along - axis(3), right: push.right + axis(0), up: push.up - axis(1), turn: push.turn + axis(2) };
   }
 
+  // As hard as the force that is felt, where the pad can.
+  private rumble(): void {
+    const pad = navigator.getGamepads?.().find((each) => each !== null);
+    const strength = Math.min(1, this.felt / kMostFelt);
+    if (pad?.vibrationActuator && strength > 0.02)
+      void pad.vibrationActuator.playEffect("dual-rumble", { duration: 60, strongMagnitude: strength, weakMagnitude: 0 });
+  }
+
   private beat(): void {
     const now = performance.now(), dt = Math.min((now - this.last) / 1000, 0.1);
     this.last = now;
@@ -140,6 +150,7 @@ export class Hands {
     for (const side of [right, up]) side.addScaledVector(axis, -side.dot(axis));
     this.goal.addScaledVector(axis, push.along * speed).addScaledVector(right, push.right * speed).addScaledVector(up, push.up * speed);
     this.spin += push.turn * kTurn * dt;
+    this.rumble();
     const way = this.goal.clone().sub(this.place);
     this.place.addScaledVector(way, Math.min(1, (kFastest * dt) / Math.max(way.length(), 1e-12)));
     const { w, x, y, z } = this.orientation;

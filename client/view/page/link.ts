@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The connection to the gateway: it says the token first, hands on what the server says, and connects again by itself.
 import { decode, encode } from "./vendor/libraries.js";
-import type { Message, Standing } from "./messages.js";
+import type { Choices, Message, Standing } from "./messages.js";
 
 export interface Listener {
   message(message: Message): void;
   standing(standing: Standing): void;
+  choices(choices: Choices): void;
+  notice(words: string): void;
   lost(why: string): void; // no connection to the gateway
   damaged(why: string): void; // a frame that cannot be read was left out
 }
@@ -15,9 +17,10 @@ const answerTypes = ["done", "holding", "snapshot_reply"];
 export class Link {
   private socket: WebSocket | null = null;
   private seq = 0;
+  wantsToDrive = false; // what was asked last: `standing` follows a moment later
   private waiting = new Map<number, { type: string; resolve: (answer: Message) => void }>();
 
-  constructor(private token: string, private listener: Listener) {
+  constructor(readonly token: string, private listener: Listener) {
     this.connect();
     // A browser may keep a page that was left, to show it again: it must not hold the needle meanwhile.
     addEventListener("pagehide", () => {
@@ -38,6 +41,7 @@ export class Link {
       for (const { resolve } of this.waiting.values())
         resolve({ type: "error", code: "gone", message: "the connection ended before the answer" });
       this.waiting.clear();
+      this.wantsToDrive = false;
       this.listener.lost(event.reason || "the gateway does not answer");
       if (event.code !== 1008) setTimeout(() => this.connect(), 1000); // 1008: it refuses
     };
@@ -47,8 +51,10 @@ export class Link {
   private take(data: string | ArrayBuffer): void {
     try {
       if (typeof data === "string") {
-        const words = JSON.parse(data) as Standing | { beat: number };
+        const words = JSON.parse(data) as Standing | Choices | { beat: number } | { notice: string };
         if ("beat" in words) return this.say(data); // all before it has been taken in
+        if ("notice" in words) return this.listener.notice(words.notice);
+        if ("scenes" in words) return this.listener.choices(words);
         return this.listener.standing(words);
       }
       const message = decode(new Uint8Array(data)) as Message & { seq?: number };
@@ -72,7 +78,13 @@ export class Link {
   }
 
   drive(wanted: boolean): void {
+    this.wantsToDrive = wanted;
     this.say(JSON.stringify({ drive: wanted }));
+  }
+
+  // A motion of `choices`; null: no more.
+  play(motion: string | null): void {
+    this.say(JSON.stringify({ play: motion }));
   }
 
   // A stream, which has no answer. Numbers that are to be floats must not be integers in msgpack: the server takes both.

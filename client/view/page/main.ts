@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The page: takes what the gateway sends, keeps the newest, and draws it.
 import { Group, Mesh, Vector3 } from "./vendor/libraries.js";
+import { chosenMotion, chosenScene, offer, recordingName, showChoice, takeHome } from "./choices.js";
 import { Hands } from "./hands.js";
 import { Link } from "./link.js";
 import { Marks } from "./marks.js";
-import { float32, float64, type Force, type HelloReply, type Message, type Standing, type Stats } from "./messages.js";
+import { float32, float64, type Choices, type Force, type HelloReply, type Message, type Standing, type Stats } from "./messages.js";
 import { guideRing, NeedleTube } from "./needles.js";
 import { addEvent, clearEvents, element, notice, showFelt, showFigures, showLegend, showScene, showStatus } from "./panel.js";
 import { Plots } from "./plots.js";
@@ -12,7 +13,7 @@ import { Stage } from "./stage.js";
 import { Tissue } from "./tissue.js";
 
 let hello: HelloReply | null = null;
-let standing: Standing = { server: false, driving: false, driven: false, viewers: 0, lost: 0 };
+let standing: Standing = { server: false, driving: false, driven: false, playing: "", viewers: 0, lost: 0 };
 let stats: Stats | null = null;
 let tissue: Tissue | null = null;
 let needles = new Map<string, NeedleTube>();
@@ -26,7 +27,7 @@ const marks = new Marks();
 const plots = new Plots(element("plots"));
 const stage = new Stage(element("stage"), beforeDrawing);
 stage.scene.add(marks.group, guides);
-const link = new Link(location.hash.slice(1), { message, standing: stand, lost, damaged });
+const link = new Link(location.hash.slice(1), { message, standing: stand, choices: chooseFrom, notice, lost, damaged });
 const hands = new Hands(stage, link, () => needles.get(hands.holding ?? chosen()));
 
 function chosen(): string {
@@ -48,6 +49,7 @@ function beforeDrawing(): void {
     marks.arrow(each.needle + " tip", tip, new Vector3(...each.tip_force), length, 0xd7263d);
   }
   showFelt(force ?? null);
+  hands.felt = force ? Math.hypot(...force.haptic_force) : 0;
   drawn = force?.tick ?? drawn;
 }
 
@@ -98,12 +100,18 @@ function lookAtAll(): void {
 // What to draw, as chosen beside the picture.
 function choose(): void {
   if (tissue) {
-    tissue.byDisplacement = element<HTMLSelectElement>("colour").value === "displacement";
+    tissue.colourBy(element<HTMLSelectElement>("colour").value as Tissue["colouring"]);
     tissue.skinVisible = element<HTMLInputElement>("skin").checked;
     tissue.cutVisible = element<HTMLInputElement>("cut").checked;
   }
-  showLegend(tissue?.regions ?? [], tissue?.byDisplacement ? tissue.largest : null);
+  showScale();
   stage.draw();
+}
+
+function showScale(): void {
+  const largest = tissue?.largest ?? 0;
+  const scales = { regions: null, displacement: `${(1e3 * largest).toFixed(1)} mm`, strain: `${(100 * largest).toFixed(0)} % strain` };
+  showLegend(tissue?.regions ?? [], scales[tissue?.colouring ?? "regions"]);
 }
 
 function message(message: Message): void {
@@ -133,7 +141,7 @@ function message(message: Message): void {
     case "tissue":
       tissue?.update(float32(message.positions));
       marks.path(message);
-      if (tissue?.byDisplacement) showLegend(tissue.regions, tissue.largest);
+      if (tissue && tissue.colouring !== "regions") showScale();
       stage.draw();
       break;
     case "event":
@@ -151,20 +159,28 @@ function message(message: Message): void {
 }
 
 function show(): void {
-  const driven = standing.driving ? "you drive" : standing.driven ? "another page drives" : "nobody drives";
+  const driven = standing.playing ? `plays ${standing.playing.replaceAll("_", " ")}`
+    : standing.driving ? "you drive" : standing.driven ? "another page drives" : "nobody drives";
   const words = standing.server
     ? `${hello?.paused ? "paused, " : hello?.lockstep ? "lockstep, " : ""}${standing.viewers} looking, ${driven}` +
       (standing.lost > 0 ? `, ${standing.lost} events lost` : "")
     : "the server does not answer";
   showStatus(words, !standing.server);
   showFigures(hello, forces.get(chosen()) ?? null, stats);
-  const free = standing.server && (standing.driving || !standing.driven);
+  const mine = standing.server && (standing.driving || !standing.driven), free = mine && !standing.playing;
+  showChoice(hello?.file ?? "");
   const hold = element<HTMLButtonElement>("hold");
   hold.textContent = hands.holding ? "Let it go" : "Take the needle";
   hold.setAttribute("aria-pressed", String(hands.holding !== null));
-  hold.disabled = !free || needles.size === 0;
+  hold.disabled = !mine || needles.size === 0;
+  const play = element<HTMLButtonElement>("play"), record = element<HTMLButtonElement>("record");
+  play.textContent = standing.playing ? "Stop" : "Play";
+  play.disabled = !mine || chosenMotion() === "";
+  record.textContent = hello?.recording ? "Save" : "Record";
+  record.setAttribute("aria-pressed", String(hello?.recording !== undefined));
+  for (const id of ["scenes", "motions"]) element<HTMLSelectElement>(id).disabled = !free;
   element("pause").textContent = hello?.paused ? "Go on" : "Pause";
-  for (const id of ["pause", "reset", "keep", "step"]) element<HTMLButtonElement>(id).disabled = !free;
+  for (const id of ["pause", "reset", "keep", "step", "record"]) element<HTMLButtonElement>(id).disabled = !free;
   element("step").hidden = !hello?.lockstep;
   element("pause").hidden = hello?.lockstep ?? false;
   element<HTMLButtonElement>("back").disabled = !free || kept === null;
@@ -174,6 +190,11 @@ function show(): void {
 function stand(next: Standing): void {
   standing = next;
   if (!standing.driving || !standing.server) hands.release();
+  show();
+}
+
+function chooseFrom(choices: Choices): void {
+  offer(choices);
   show();
 }
 
@@ -196,7 +217,7 @@ async function waitFor(what: () => boolean): Promise<boolean> {
 
 // Waits until this page drives, or does not.
 async function drive(): Promise<boolean> {
-  if (!standing.driving) link.drive(true);
+  if (!standing.driving || !link.wantsToDrive) link.drive(true);
   const ours = await waitFor(() => standing.driving);
   if (!ours) notice("another page drives");
   return ours;
@@ -213,7 +234,7 @@ async function takeOrLet(): Promise<void> {
     letGo();
     return show();
   }
-  if (!(await drive())) return;
+  if (!(await stopMotion()) || !(await drive())) return;
   const answer = await link.request("acquire", { needles: [chosen()] });
   if (hello?.lockstep) await link.request("step", { ticks: 1 });
   const force = await told(chosen(), hello?.epoch ?? 0);
@@ -229,7 +250,7 @@ async function takeOrLet(): Promise<void> {
 
 function letGo(): void {
   hands.release();
-  if (standing.driving) link.drive(false);
+  if (link.wantsToDrive) link.drive(false);
 }
 
 // A request of somebody who need not hold a needle: this page drives for it, if no other does.
@@ -263,6 +284,28 @@ async function jump(type: string, fields: object): Promise<void> {
   show();
 }
 
+// From the scene's start; whoever takes the needle ends it.
+async function playOrStop(): Promise<void> {
+  if (standing.playing) return link.play(null);
+  const motion = chosenMotion();
+  letGo();
+  if ((await ask("reset"))?.type === "done") link.play(motion);
+}
+
+async function stopMotion(): Promise<boolean> {
+  if (!standing.playing) return true;
+  link.play(null);
+  const free = await waitFor(() => !standing.playing && !hello?.held.includes(chosen()));
+  if (!free) notice("the motion does not end");
+  return free;
+}
+
+async function recordOrSave(): Promise<void> {
+  const name = hello?.recording;
+  if (!name) return void (await ask("record", { file: recordingName() }));
+  if ((await ask("record"))?.type === "done" && !(await takeHome(name, link.token))) notice(`${name} cannot be fetched`);
+}
+
 // After it nobody holds anything.
 async function load(scene: string): Promise<void> {
   if (!scene) return;
@@ -274,6 +317,10 @@ async function load(scene: string): Promise<void> {
 const on = (id: string, what: () => unknown, event = "click"): void => element(id).addEventListener(event, () => void what());
 on("hold", takeOrLet);
 on("pause", () => ask(hello?.paused ? "resume" : "pause"));
+on("play", playOrStop);
+on("record", recordOrSave);
+on("scenes", () => load(chosenScene()), "change");
+on("motions", show, "change");
 on("step", () => ask("step", { ticks: 10 }));
 on("reset", () => jump("reset", {}));
 on("keep", keep);
@@ -292,6 +339,7 @@ Object.assign(window, {
     get frames() { return stage.frames; },
     get standing() { return standing; },
     get hello() { return hello; },
+    get tissue() { return tissue; },
     force: (needle: string) => forces.get(needle),
     tip: (needle: string) => { const tube = needles.get(needle); return tube && stage.pixel(tube.point(tube.nodes - 1)); },
     renderer: () => {

@@ -5,7 +5,7 @@ export type Quat = [number, number, number, number]; // w, x, y, z
 
 export interface HelloReply {
   type: "hello_reply"; instance: number; scene: string; epoch: number; rate: number; time_step: number;
-  lockstep: boolean; paused: boolean; held: string[]; recording?: string; server: string;
+  lockstep: boolean; paused: boolean; held: string[]; recording?: string; file?: string; server: string;
   needles: { name: string; length: number; diameter: number; nodes: number; base_position: Vector; base_orientation: Quat }[];
   guides: { name: string; needle: string; position: Vector; orientation: Quat }[];
   tissue: { nodes: number; tetrahedra: number; triangles: number };
@@ -41,7 +41,8 @@ export type Message =
   | HelloReply | DescribeReply | Force | NeedleShape | TissueShape | Event | Stats | ServerError | Done | Holding | SnapshotReply;
 
 // What the gateway says (client/view/gateway.h).
-export interface Standing { server: boolean; driving: boolean; driven: boolean; viewers: number; lost: number }
+export interface Standing { server: boolean; driving: boolean; driven: boolean; playing: string; viewers: number; lost: number }
+export interface Choices { scenes: string[]; motions: string[]; records: boolean }
 
 const copy = (bytes: Uint8Array): ArrayBuffer => bytes.slice().buffer as ArrayBuffer; // aligned
 export const float32 = (bytes: Uint8Array): Float32Array => new Float32Array(copy(bytes));

@@ -46,15 +46,16 @@ export function showScene(hello: HelloReply): void {
   element<HTMLButtonElement>("hold").disabled = hello.needles.length === 0;
 }
 
-export function showLegend(regions: string[], largestDisplacement: number | null): void {
+// `scale` says in words what the largest value is, where the tissue is not in the colours of its regions.
+export function showLegend(regions: string[], scale: string | null): void {
   const items = regions.map((name, region) => {
     const item = document.createElement("span");
     item.append(spot(regionColour(region)), name);
     return item;
   });
-  if (largestDisplacement !== null) {
+  if (scale !== null) {
     const item = document.createElement("span");
-    item.textContent = `blue 0 – yellow ${(1e3 * largestDisplacement).toFixed(1)} mm`;
+    item.textContent = `blue 0 – yellow ${scale}`;
     items.splice(0, items.length, item);
   }
   element("legend").replaceChildren(...items);

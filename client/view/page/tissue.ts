@@ -6,6 +6,7 @@ import {
   MeshLambertMaterial, Vector3,
 } from "./vendor/libraries.js";
 import { float32, int32, type DescribeReply } from "./messages.js";
+import { Strain } from "./strain.js";
 
 // Distinct also for those who do not tell red from green.
 const palette = [0xd98c6a, 0xe8c15a, 0x6f9fc8, 0xb07aa1, 0x7fb08a, 0xc9635d, 0x9aa5b1, 0x5b8f8f];
@@ -26,8 +27,8 @@ export class Tissue {
   readonly regions: string[];
   readonly low = new Vector3(Infinity, Infinity, Infinity);
   readonly high = new Vector3(-Infinity, -Infinity, -Infinity);
-  byDisplacement = false;
-  largest = 0; // m, displacement
+  colouring: "regions" | "displacement" | "strain" = "regions";
+  largest = 0; // of what colours it: m of displacement, or strain
   private rest: Float32Array;
   private tetrahedra: Int32Array;
   private regionOf: Int32Array;
@@ -38,6 +39,7 @@ export class Tissue {
   private cutPositions: BufferAttribute;
   private cutColours: BufferAttribute;
   private side: Float32Array;
+  private strain: Strain | null = null;
 
   constructor(private description: DescribeReply) {
     this.regions = description.regions;
@@ -70,6 +72,12 @@ export class Tissue {
     const same = (a: Uint8Array, b: Uint8Array): boolean => a.length === b.length && a.every((byte, i) => byte === b[i]);
     return same(this.description.positions, other.positions) && same(this.description.tetrahedra, other.tetrahedra) &&
       same(this.description.tetrahedron_regions, other.tetrahedron_regions) && String(this.regions) === String(other.regions);
+  }
+
+  colourBy(colouring: Tissue["colouring"]): void {
+    if (colouring === this.colouring) return;
+    this.colouring = colouring;
+    this.paint();
   }
 
   set skinVisible(visible: boolean) {
@@ -105,7 +113,7 @@ export class Tissue {
       for (let k = 0; k < 3; ++k) {
         out[3 * vertex + k] = x[3 * a + k]! + share * (x[3 * b + k]! - x[3 * a + k]!);
         const own = k === 0 ? colour.r : k === 1 ? colour.g : colour.b;
-        paint[3 * vertex + k] = this.byDisplacement
+        paint[3 * vertex + k] = this.colouring !== "regions"
           ? shade[3 * a + k]! + share * (shade[3 * b + k]! - shade[3 * a + k]!)
           : own;
       }
@@ -170,22 +178,25 @@ export class Tissue {
 
   private paint(): void {
     const x = this.positions.array as Float32Array, colours = this.colours.array as Float32Array;
+    const byRegion = this.colouring === "regions";
     for (const [region, mesh] of this.skin.entries()) {
       const material = mesh.material as MeshLambertMaterial;
-      if (material.vertexColors === this.byDisplacement) continue;
-      material.vertexColors = this.byDisplacement;
-      material.color.set(this.byDisplacement ? 0xffffff : regionColour(region));
+      if (material.vertexColors !== byRegion) continue;
+      material.vertexColors = !byRegion;
+      material.color.set(byRegion ? regionColour(region) : 0xffffff);
       material.needsUpdate = true;
     }
-    let largest = 0;
-    for (let i = 0; i < x.length; i += 3)
-      largest = Math.max(largest, Math.hypot(x[i]! - this.rest[i]!, x[i + 1]! - this.rest[i + 1]!, x[i + 2]! - this.rest[i + 2]!));
-    this.largest = largest;
-    if (!this.byDisplacement) return;
-    for (let i = 0; i < x.length; i += 3) {
-      const moved = Math.hypot(x[i]! - this.rest[i]!, x[i + 1]! - this.rest[i + 1]!, x[i + 2]! - this.rest[i + 2]!);
-      scale(moved / Math.max(largest, 1e-6)).toArray(colours, i);
+    if (byRegion) return;
+    let value = (i: number): number =>
+      Math.hypot(x[3 * i]! - this.rest[3 * i]!, x[3 * i + 1]! - this.rest[3 * i + 1]!, x[3 * i + 2]! - this.rest[3 * i + 2]!);
+    if (this.colouring === "strain") {
+      const strain = (this.strain ??= new Strain(this.rest, this.tetrahedra));
+      strain.update(x);
+      value = (i) => strain.ofNode[i]!;
     }
+    this.largest = 0;
+    for (let i = 0; 3 * i < x.length; ++i) this.largest = Math.max(this.largest, value(i));
+    for (let i = 0; 3 * i < x.length; ++i) scale(value(i) / Math.max(this.largest, 1e-6)).toArray(colours, 3 * i);
     this.colours.needsUpdate = true;
   }
 }

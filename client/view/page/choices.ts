@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// What the gateway offers: scenes beside the first, recorded motions, and recordings to take home.
+import type { Choices } from "./messages.js";
+import { element } from "./panel.js";
+
+let offered: Choices = { scenes: [], motions: [], records: false };
+let shown = ""; // file
+
+const select = (id: string): HTMLSelectElement => element<HTMLSelectElement>(id);
+
+export function offer(choices: Choices): void {
+  offered = choices;
+  shown = "";
+  select("scenes").replaceChildren(...offered.scenes.map((name) => new Option(name.replaceAll("_", " "), name)));
+  select("motions").replaceChildren(...offered.motions.map((name) => new Option(name.replaceAll("_", " "), name)));
+  element("choices").hidden = offered.scenes.length === 0;
+  element("load").hidden = offered.scenes.length > 0;
+  element("record").hidden = !offered.records;
+}
+
+// The scene that runs, and the motion that is made for it: of its name, or the longest that its name begins with.
+export function showChoice(file: string): void {
+  if (file === shown) return;
+  shown = file;
+  const scene = file.replace(/\.yaml$/, "");
+  select("scenes").value = scene;
+  const fitting = offered.motions.filter((name) => scene.startsWith(name)).sort((a, b) => b.length - a.length);
+  select("motions").value = fitting[0] ?? "";
+}
+
+export const chosenScene = (): string => select("scenes").value;
+export const chosenMotion = (): string => select("motions").value;
+
+// A name for a recording of the scene that runs, with the time.
+export function recordingName(): string {
+  const time = new Date().toISOString().slice(0, 19).replaceAll(":", "-");
+  return `${shown.replace(/\.yaml$/, "").replace(/[^A-Za-z0-9_-]/g, "_").slice(0, 60) || "run"}-${time}.acus`;
+}
+
+// Lets the browser save it.
+export async function takeHome(name: string, token: string): Promise<boolean> {
+  const answer = await fetch(`/recordings/${name}`, { headers: { Authorization: `Bearer ${token}` } });
+  if (!answer.ok) return false;
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(await answer.blob());
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+  return true;
+}
