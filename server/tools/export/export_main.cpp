@@ -13,6 +13,7 @@
 #include "client/same_file.h"
 #include "server/recording/rerun.h"
 #include "server/runtime/convert.h"
+#include "server/tools/export/messages_export.h"
 #include "server/tools/export/shapes_export.h"
 #include "server/tools/export/vtk_export.h"
 
@@ -22,15 +23,18 @@ using namespace acus;
 
 enum ExitCode : int { kSame = 0, kBadArguments = 1, kUnusable = 2, kCannotWrite = 3, kDiffers = 4, kDamaged = 5 };
 
+constexpr double kVtkRate = 30, kMessagesRate = 60;  // Hz, of frames, unless told otherwise
+
 constexpr const char* kDescription =
     "Runs a recording of acus-server again and says whether it comes out the same to the last bit; writes the forces as "
-    "CSV, and the shapes for client/picture, for Python and for ParaView.";
+    "CSV, and the shapes for client/picture, for Python, for ParaView and for viewers.";
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-export RUN                      does this machine make the same of it?\n"
     "  acus-export RUN --csv run.csv        forces and events, as acus-replay --out writes them\n"
     "  acus-export RUN --csv run.csv --shapes run.shapes    then client/picture run.csv draws it\n"
     "  acus-export RUN --vtk frames         open frames/tissue.pvd, needles.pvd, paths.pvd in ParaView\n"
+    "  acus-export RUN --messages run.messages    the messages of the protocol that a viewer needs to show the run\n"
     "\nExit status: 0 it comes out the same, 1 bad arguments, 2 the recording cannot be used, 3 a file cannot be written,\n"
     "4 it comes out otherwise, and the first tick that does is named, 5 a part of it is damaged or not whole: what stands\n"
     "before comes out the same.";
@@ -40,7 +44,8 @@ struct Arguments {
   std::string csv;
   std::string shapes;
   std::string vtk;
-  double rate = 30;  // Hz, of frames
+  std::string messages;
+  std::optional<double> rate;  // Hz, of frames
   bool quiet = false;
 };
 
@@ -56,12 +61,18 @@ void declare(CLI::App& app, Arguments& arguments) {
                  "File to write with the shapes of needles and tissue, as acus-replay --shapes writes them; of the first "
                  "scene, where a client loaded another one")
       ->type_name("FILE");
-  CLI::Option* vtk =
-      app.add_option("--vtk", arguments.vtk, "Folder for VTK files; it is made where it is not there")->type_name("FOLDER");
-  app.add_option("--rate", arguments.rate, "Frames per second of simulation time (Hz), for --vtk")
-      ->needs(vtk)
+  app.add_option("--vtk", arguments.vtk, "Folder for VTK files; it is made where it is not there")->type_name("FOLDER");
+  app.add_option("--messages", arguments.messages,
+                 "File to write with the server's messages that show the run, frame by frame, usable while it grows; of "
+                 "the first scene, where a client loaded another one")
+      ->type_name("FILE");
+  app.add_option("--rate", arguments.rate, "Frames per second of simulation time (Hz), for --vtk and --messages")
       ->check(CLI::Range(0.001, 1e6))
-      ->capture_default_str();
+      ->default_str("30 for --vtk, 60 for --messages");
+  app.callback([&arguments] {
+    if (arguments.rate && arguments.vtk.empty() && arguments.messages.empty())
+      throw CLI::RequiresError("--rate", "--vtk or --messages");
+  });
   app.add_flag("--quiet", arguments.quiet, "Print nothing but errors");
 }
 
@@ -84,28 +95,19 @@ class Progress {
   double next_ = 0;  // s
 };
 
-// As the server published them, but for what a recording does not tell: how commands came in, and what a device was to
-// feel when they did not.
+// What a recording does not tell is no number.
 void write(client::RunLog& log, const Rerun& rerun) {
-  const Simulation& simulation = rerun.simulation();
-  const TickReport& report = simulation.report();
-  protocol::Force force;
-  force.epoch = rerun.epoch();
-  force.tick = report.tick;
-  force.time = report.time;
-  force.solver = report.solver;
-  force.flags = report.flags;
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  force.age = force.echo = force.fresh = kUnknown;
-  force.haptic_force.fill(kUnknown);
-  force.haptic_torque.fill(kUnknown);
-  for (std::size_t i = 0; i < report.needles.size(); ++i) {
-    put(report.needles[i], force);
-    force.needle = simulation.scene().needles[i].name;
+  for (int i = 0; i < needle_count(rerun); ++i) {
+    protocol::Force force = force_of(rerun, i);
+    force.age = force.echo = force.fresh = kUnknown;
+    force.haptic_force.fill(kUnknown);
+    force.haptic_torque.fill(kUnknown);
     log.write(force, 0);
   }
+  const TickReport& report = rerun.simulation().report();
   for (const Event& event : report.events)
-    log.write(to_wire(event, rerun.epoch(), report.time, simulation.scene()));
+    log.write(to_wire(event, rerun.epoch(), report.time, rerun.simulation().scene()));
 }
 
 // Of a recording, which may be anybody's: on one line, and not endless.
@@ -134,18 +136,31 @@ void print(const Rerun& rerun, const std::string& file) {
   }
 }
 
-// Throws if a result were to go into the recording.
+struct Result {
+  const char* option;
+  std::string path;
+};
+
+std::vector<Result> results_of(const Arguments& arguments) {
+  std::vector<Result> results;
+  if (!arguments.csv.empty())
+    results = {{"--csv", arguments.csv}, {"--csv", client::RunLog::events_path_beside(arguments.csv)}};
+  if (!arguments.shapes.empty()) results.push_back({"--shapes", arguments.shapes});
+  if (!arguments.messages.empty()) results.push_back({"--messages", arguments.messages});
+  return results;
+}
+
+// Throws if a result were to go into the recording, or into another result.
 void check_distinct(const Arguments& arguments) {
-  const auto check = [&](const char* option, const std::string& path) {
-    if (!path.empty() && client::same_file(path, arguments.recording))
+  const std::vector<Result> results = results_of(arguments);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const auto& [option, path] = results[i];
+    if (client::same_file(path, arguments.recording))
       throw std::runtime_error(std::string(option) + " would overwrite the recording, '" + path + "'; give it another name");
-  };
-  check("--shapes", arguments.shapes);
-  if (arguments.csv.empty()) return;
-  for (const std::string& path : {arguments.csv, client::RunLog::events_path_beside(arguments.csv)}) {
-    check("--csv", path);
-    if (!arguments.shapes.empty() && client::same_file(path, arguments.shapes))
-      throw std::runtime_error("--csv and --shapes would write the same file, '" + path + "'; give one another name");
+    for (std::size_t other = i + 1; other < results.size(); ++other)
+      if (client::same_file(path, results[other].path))
+        throw std::runtime_error(std::string(option) + " and " + results[other].option +
+                                 " would write the same file, '" + path + "'; give one another name");
   }
 }
 
@@ -157,19 +172,23 @@ int run(const Arguments& arguments) {
   std::optional<ShapesExport> shapes;
   if (!arguments.shapes.empty()) shapes.emplace(arguments.shapes, rerun);
   std::optional<VtkExport> vtk;
-  if (!arguments.vtk.empty()) vtk.emplace(arguments.vtk, arguments.rate);
+  if (!arguments.vtk.empty()) vtk.emplace(arguments.vtk, arguments.rate.value_or(kVtkRate));
+  std::optional<MessagesExport> messages;
+  if (!arguments.messages.empty()) messages.emplace(arguments.messages, arguments.rate.value_or(kMessagesRate), rerun);
   {
     Progress progress(!arguments.quiet);
     while (rerun.step()) {
       if (csv) write(*csv, rerun);
       if (shapes) shapes->take(rerun);
       if (vtk) vtk->take(rerun);
+      if (messages) messages->take(rerun);
       progress.show(rerun);
     }
   }
   if (csv) csv->close();
   if (shapes) shapes->close();
   if (vtk) vtk->close();
+  if (messages) messages->close(rerun);
   if (!arguments.quiet) print(rerun, arguments.recording);
   if (rerun.difference()) return kDiffers;
   if (rerun.damaged()) std::fprintf(stderr, "acus-export: %s: %s\n", arguments.recording.c_str(), rerun.problem().c_str());

@@ -11,27 +11,18 @@ ShapesExport::ShapesExport(const std::string& path, const Rerun& rerun)
       world_(rerun.worlds()),
       needle_ticks_(ticks_between(rerun.simulation().scene().rate, rerun.simulation().scene().publish.needle_rate)),
       tissue_ticks_(ticks_between(rerun.simulation().scene().rate, rerun.simulation().scene().publish.tissue_rate)),
-      path_points_(3, rerun.simulation().path_capacity()) {
-  const protocol::DescribeReply describe = describe_of(rerun.simulation());
-  tissue_.positions.resize(describe.positions.size());
-  log_.begin(hello_of(rerun.simulation()), describe);
+      shapes_(rerun) {
+  log_.begin(hello_of(rerun), describe_of(rerun));
 }
 
 void ShapesExport::take(const Rerun& rerun) {
   if (rerun.worlds() != world_) return;
   const Simulation& simulation = rerun.simulation();
   const std::uint64_t tick = simulation.report().tick;
-  for (int i = 0; tick % needle_ticks_ == 0 && i < static_cast<int>(simulation.scene().needles.size()); ++i) {
-    needle_.epoch = rerun.epoch();
-    needle_.needle = simulation.scene().needles[static_cast<std::size_t>(i)].name;
-    put(simulation, i, needle_);
-    log_.write(needle_);
-  }
+  for (int i = 0; tick % needle_ticks_ == 0 && i < needle_count(rerun); ++i) log_.write(shapes_.needle(rerun, i));
   if (tick % tissue_ticks_ != 0) return;
   write_guides(simulation);
-  tissue_.epoch = rerun.epoch();
-  put(simulation, path_points_, tissue_);
-  log_.write(tissue_);
+  log_.write(shapes_.tissue(rerun));
 }
 
 // Where they are, as states do not tell it.

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "client/shape_log.h"
-#include "server/recording/rerun.h"
+#include "server/tools/export/recorded_states.h"
 
 namespace acus {
 
@@ -26,9 +26,7 @@ class ShapesExport {
   client::ShapeLog log_;
   const int world_;
   const std::uint64_t needle_ticks_, tissue_ticks_;  // between two shapes
-  protocol::NeedleShape needle_;
-  protocol::TissueShape tissue_;
-  Matrix3X path_points_;  // scratch
+  RecordedShapes shapes_;
 };
 
 }  // namespace acus

@@ -110,7 +110,7 @@ VtkPiece forces_of(const Simulation& simulation) {
 
 }  // namespace
 
-VtkExport::VtkExport(const std::string& folder, double rate) : folder_(folder), period_(1 / rate) {
+VtkExport::VtkExport(const std::string& folder, double rate) : folder_(folder), clock_(rate) {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (error) throw std::runtime_error(folder + ": the folder cannot be made: " + error.message());
@@ -118,12 +118,10 @@ VtkExport::VtkExport(const std::string& folder, double rate) : folder_(folder), 
     throw std::runtime_error(folder + ": the folder is not empty; give another one for the frames");
 }
 
-// Half a tick of tolerance keeps sums of time steps from being a tick late.
 void VtkExport::take(const Rerun& rerun) {
+  if (!clock_.due(rerun)) return;
   const Simulation& simulation = rerun.simulation();
   const double time = rerun.seconds();
-  if (time + simulation.model().h / 2 < static_cast<double>(frames_) * period_) return;
-  while (time + simulation.model().h / 2 >= static_cast<double>(frames_) * period_) ++frames_;
   if (simulation.mesh().node_count() > 0) write_vtk(next_file(0, time), tissue_of(simulation));
   write_vtk(next_file(1, time), needles_of(simulation));
   write_vtk(next_file(2, time), paths_of(simulation));

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "server/recording/rerun.h"
+#include "server/tools/export/frame_clock.h"
 #include "server/tools/export/vtk_file.h"
 
 namespace acus {
@@ -37,8 +37,7 @@ class VtkExport {
   std::string next_file(int collection, double time);
 
   const std::filesystem::path folder_;
-  const double period_;  // s
-  std::uint64_t frames_ = 0;
+  FrameClock clock_;
   std::array<std::vector<VtkFrame>, kNames.size()> collections_;
 };
 
