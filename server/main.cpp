@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -14,9 +15,11 @@
 #include "protocol/endpoint_address.h"
 #include "protocol/key_file.h"
 #include "server/math/kernel_set.h"
+#include "server/recording/recording_file.h"
 #include "server/runtime/log.h"
 #include "server/runtime/privileges.h"
 #include "server/runtime/realtime_loop.h"
+#include "server/runtime/recorded_start.h"
 #include "server/runtime/rehearsal.h"
 #include "server/runtime/service_manager.h"
 #include "server/runtime/termination.h"
@@ -51,10 +54,11 @@ constexpr const char* kFooter =
     "  acus-server SCENE --check                             see whether the scene can be used, what it costs and "
     "leaves out\n"
     "  acus-server SCENE --lockstep                          ticks run when a client asks: for replays and tests\n"
+    "  acus-server RUN --at 12.5                             go on from there in what --record RUN wrote\n"
     "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
-    "\nExit status: 0 ended by SIGINT, SIGTERM, a client's shutdown, or --ticks; 1 bad command line; 2 the scene or the "
-    "snapshot cannot be used;\n3 an endpoint cannot be listened on; 4 anything else; 5 the recording cannot be written. Log "
-    "lines go to standard error.";
+    "\nExit status: 0 ended by SIGINT, SIGTERM, a client's shutdown, or --ticks; 1 bad command line; 2 the scene, "
+    "recording or snapshot cannot be used;\n3 an endpoint cannot be listened on; 4 anything else; 5 the recording "
+    "cannot be written. Log lines go to standard error.";
 
 struct Arguments {
   std::string scene;
@@ -62,6 +66,7 @@ struct Arguments {
   LoopOptions loop;
   LogOptions log;
   std::string restore;
+  std::optional<double> at;  // s
   std::string curve_server_key, curve_clients;  // files
   bool check = false;
 };
@@ -74,6 +79,12 @@ CLI::Validator rate_in_range() {
     return "expected a number " + describe(kRate) + " (Hz), found " + text;
   };
   return {check, "[" + format_number(kRate.min) + " - " + format_number(kRate.max) + "]", "rate"};
+}
+
+std::string check_moment(const std::string& text) {
+  double seconds = 0;
+  if (CLI::detail::lexical_cast(text, seconds) && seconds >= 0 && std::isfinite(seconds)) return "";
+  return "expected a number of seconds, at least 0, found " + text;
 }
 
 std::string check_endpoint(const std::string& endpoint) {
@@ -91,7 +102,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.set_version_flag("--version", ACUS_VERSION);
   app.add_option("SCENE", arguments.scene,
                  "Scene file (YAML; scenes/README.md describes the format), or the name of a scene in /etc/acus or of an "
-                 "installed one")
+                 "installed one; or a recording, to run it again and go on from its end")
       ->required();
   app.add_option("--commands", arguments.endpoint.commands, "ZeroMQ endpoint for commands (ROUTER)")
       ->check(check_endpoint)
@@ -125,6 +136,11 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--restore", arguments.restore,
                  "Go on from a snapshot of this scene, in a file: the bytes of a client's 'snapshot'")
       ->type_name("FILE");
+  app.add_option("--at", arguments.at,
+                 "Go on from so many seconds of simulation time after the beginning of the recording that SCENE is")
+      ->type_name("SECONDS")
+      ->check(check_moment)
+      ->default_str("its end");
   app.add_option(
          "--snapshot", arguments.endpoint.snapshot,
          "File for the snapshots that a scene asks for (publish.snapshot_every), the newest in place of the one "
@@ -239,6 +255,30 @@ void read_keys(Arguments& arguments) {
                                                    protocol::read_public_keys(arguments.curve_clients)};
 }
 
+// What does not go together, depending on what SCENE is; empty if all does.
+std::string problem_with(const Arguments& arguments) {
+  const std::string& scene = arguments.scene;
+  const bool recording = is_recording(scene);
+  if (arguments.at && !recording)
+    return "--at is for recordings, and " + scene + " is none; give one as SCENE, or leave --at out";
+  if (!recording) return "";
+  if (!arguments.restore.empty())
+    return "--restore is for scene files, and " + scene +
+           " is a recording; leave --restore out, and give the moment with --at";
+  if (arguments.endpoint.rate)
+    return "--rate is for scene files, and " + scene + " is a recording, which runs at its own rate; leave --rate out";
+  return "";
+}
+
+// Null if it was interrupted. Throws std::runtime_error.
+std::unique_ptr<LoadedScene> load(const Arguments& arguments, const Termination& termination) {
+  if (is_recording(arguments.scene))
+    return load_recorded({arguments.scene, arguments.at}, [&] { return termination.asked(); });
+  std::unique_ptr<LoadedScene> world = load_scene(read_scene(arguments.scene), arguments.endpoint.rate);
+  if (!arguments.restore.empty()) restore(arguments.restore, world->simulation);
+  return world;
+}
+
 int run(const Arguments& arguments) {
   const Termination termination;
   try {
@@ -249,11 +289,14 @@ int run(const Arguments& arguments) {
   }
   std::unique_ptr<LoadedScene> world;
   try {
-    world = load_scene(read_scene(arguments.scene), arguments.endpoint.rate);
-    if (!arguments.restore.empty()) restore(arguments.restore, world->simulation);
+    world = load(arguments, termination);
   } catch (const std::runtime_error& error) {
     spdlog::error("{}", error.what());
     return kBadScene;
+  }
+  if (!world) {
+    spdlog::info("ended while the recording was run again");
+    return kEnded;
   }
   if (arguments.check) {
     std::cout << summarise(world->simulation) << std::flush;
@@ -292,6 +335,10 @@ int main(int argc, char** argv) {
   }
   begin_log(arguments.log);
   arguments.scene = find_scene(arguments.scene, installed_scene_folders());
+  if (const std::string problem = problem_with(arguments); !problem.empty()) {
+    spdlog::error("{}", problem);
+    return kBadCommandLine;
+  }
   arguments.endpoint.lockstep = arguments.loop.lockstep;
   if (arguments.endpoint.folders.empty())
     arguments.endpoint.folders = {std::filesystem::path(arguments.scene).parent_path().string()};

@@ -216,7 +216,7 @@ recorded::World record_of(const Scene& scene, const TetrahedralMesh& own_mesh, s
   return world;
 }
 
-std::unique_ptr<Simulation> simulation_of(const recorded::World& world, const Progress& progress) {
+RecordedScene scene_of(const recorded::World& world) {
   Scene scene = parse_scene(world.text, world.file);
   scene.rate = world.rate;
   std::optional<TetrahedralMesh> mesh = world.own_mesh;
@@ -227,7 +227,12 @@ std::unique_ptr<Simulation> simulation_of(const recorded::World& world, const Pr
     } catch (const MeshError& error) {
       throw RecordingError(std::string("the mesh in the recording cannot be used: ") + error.what());
     }
-  auto simulation = std::make_unique<Simulation>(scene, progress, std::move(mesh));
+  return {std::move(scene), std::move(mesh)};
+}
+
+std::unique_ptr<Simulation> simulation_of(const recorded::World& world, const Progress& progress) {
+  RecordedScene recorded = scene_of(world);
+  auto simulation = std::make_unique<Simulation>(recorded.scene, progress, std::move(recorded.own_mesh));
   if (simulation->model().fingerprint != world.fingerprint)
     throw RecordingError("the scene in the recording means something else to this version of Acus than to that which recorded it");
   return simulation;

@@ -77,6 +77,14 @@ using Item = std::variant<Opening, World, Beginning, Told, Tick, StateAfter, End
 // Of a scene as it was loaded; `own_mesh` as read_mesh() gave it.
 recorded::World record_of(const Scene& scene, const TetrahedralMesh& own_mesh, std::uint64_t fingerprint);
 
+// The scene again, and what its mesh file held, with topology; nothing where it names no file. Throws SceneError,
+// RecordingError.
+struct RecordedScene {
+  Scene scene;
+  std::optional<TetrahedralMesh> own_mesh;
+};
+RecordedScene scene_of(const recorded::World& world);
+
 // The scene again, and a simulation of it; throws SceneError, and RecordingError if it is another one than was recorded.
 std::unique_ptr<Simulation> simulation_of(const recorded::World& world, const Progress& progress = {});
 

@@ -2,12 +2,16 @@
 #include "server/recording/recording_file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zstd.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <memory>
 
 namespace acus {
@@ -16,6 +20,7 @@ namespace {
 
 constexpr int kLevel = 3;                             // of compression
 constexpr std::size_t kChunk = std::size_t{1} << 16;  // bytes read at a time
+static_assert(std::endian::native == std::endian::little, "zstd's magic number is little-endian");
 constexpr std::size_t kMaxFrame = std::size_t{1} << 28;  // bytes, packed and unpacked: a mesh and a state stay below
 
 RecordingError system_error(const std::string& path, const char* what) {
@@ -145,6 +150,34 @@ bool RecordingReader::fill() {
   const ssize_t count = read_retrying(file_, buffer_.data() + before, wanted);
   buffer_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(0, count)));
   return count > 0;
+}
+
+// ---- Looking at ----
+
+bool is_recording(const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return false;
+  std::array<char, 4> first{};
+  std::ifstream(path, std::ios::binary).read(first.data(), first.size());
+  const std::uint32_t magic = ZSTD_MAGICNUMBER;
+  return std::memcmp(first.data(), &magic, first.size()) == 0;
+}
+
+RecordingLength length_of(const std::string& path) {
+  RecordingReader reader(path);
+  RecordingLength length;
+  length.opening = reader.opening();
+  double time_step = 0;
+  while (const std::optional<recorded::Item> item = reader.next()) {
+    if (const auto* world = std::get_if<recorded::World>(&*item)) time_step = 1 / world->rate;
+    if (std::holds_alternative<recorded::Beginning>(*item)) length.begun = true;
+    if (!std::holds_alternative<recorded::Tick>(*item)) continue;
+    length.seconds += time_step;
+    length.time_step = time_step;
+  }
+  length.problem = reader.problem();
+  length.damaged = reader.damaged();
+  return length;
 }
 
 }  // namespace acus

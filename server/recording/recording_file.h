@@ -75,4 +75,19 @@ class RecordingReader {
   bool damaged_ = false;
 };
 
+// Whether a file begins as recordings do, whatever its name. Of a pipe, from which nothing is read, it does not.
+bool is_recording(const std::string& path);
+
+// What a recording holds, found without running it again.
+struct RecordingLength {
+  recorded::Opening opening;
+  bool begun = false;    // a state to begin with is there
+  double seconds = 0;    // of simulation time: of all its ticks
+  double time_step = 0;  // s, of the last of them
+  std::string problem;   // as RecordingReader tells them
+  bool damaged = false;
+};
+// Throws RecordingError.
+RecordingLength length_of(const std::string& path);
+
 }  // namespace acus

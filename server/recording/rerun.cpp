@@ -28,7 +28,8 @@ void Rerun::handle(const recorded::Opening&) { throw RecordingError("the recordi
 
 void Rerun::handle(const recorded::World& world) {
   begun_ = false;
-  simulation_ = simulation_of(world, progress_);
+  world_ = world;
+  simulation_ = simulation_of(world_, progress_);
   ++worlds_;
 }
 

@@ -28,6 +28,7 @@ class Rerun {
 
   const recorded::Opening& opening() const { return reader_.opening(); }
   const Simulation& simulation() const { return *simulation_; }
+  const recorded::World& world() const { return world_; }  // whose simulation it is
   std::uint64_t epoch() const { return epoch_; }
   // Grows with every scene that the recording goes over to.
   int worlds() const { return worlds_; }
@@ -51,6 +52,7 @@ class Rerun {
 
   RecordingReader reader_;
   const Progress progress_;
+  recorded::World world_;
   std::unique_ptr<Simulation> simulation_;
   bool begun_ = false;  // a state to go on from was there
   bool ticked_ = false;

@@ -144,11 +144,18 @@ const std::string& LoadedScene::body_name(int body) const {
 std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate) {
   if (rate) scene.rate = *rate;
   const spdlog::stopwatch since_start;
-  const auto tell = [](const char* what) { spdlog::info("loading: {}", what); };
-  tell("mesh");
-  auto world = std::make_unique<LoadedScene>(scene, read_mesh(scene), tell);
+  tell_loading("mesh");
+  auto world = std::make_unique<LoadedScene>(scene, read_mesh(scene), tell_loading);
   spdlog::info("loaded in {:.2f} s", since_start);
   return world;
 }
+
+std::unique_ptr<LoadedScene> load_scene(const recorded::World& world) {
+  RecordedScene recorded = scene_of(world);
+  TetrahedralMesh mesh = recorded.own_mesh ? std::move(*recorded.own_mesh) : read_mesh(recorded.scene);
+  return std::make_unique<LoadedScene>(recorded.scene, std::move(mesh), Progress());
+}
+
+void tell_loading(const char* what) { spdlog::info("loading: {}", what); }
 
 }  // namespace acus

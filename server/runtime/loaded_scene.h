@@ -66,5 +66,9 @@ std::uint64_t ticks_between(double rate, double published_rate);
 
 // Builds the world of a scene, step by step as the log says; `rate` (Hz) replaces the scene's. Throws SceneError.
 std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate);
+// That of a recorded scene, which the log has heard of already. Throws RecordingError, too.
+std::unique_ptr<LoadedScene> load_scene(const recorded::World& world);
+// Tells the log what is done.
+void tell_loading(const char* what);
 
 }  // namespace acus

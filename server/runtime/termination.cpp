@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/runtime/termination.h"
 
+#include <poll.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sys/epoll.h>
@@ -55,6 +56,11 @@ Termination::Termination() {
   action.sa_flags = SA_RESTART;
   checked(sigaction(SIGINT, &action, nullptr));
   checked(sigaction(SIGTERM, &action, nullptr));
+}
+
+bool Termination::asked() const {
+  pollfd item{either_, POLLIN, 0};
+  return poll(&item, 1, 0) == 1;
 }
 
 // The signal may still be on its way to a library's thread, where the default would end the process with it.

@@ -15,6 +15,8 @@ class Termination {
 
   // Readable once a signal has come.
   int file() const { return either_; }
+  // Whether one has come.
+  bool asked() const;
 
  private:
   int blocked_ = -1;  // signals that all threads block: ours do

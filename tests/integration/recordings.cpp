@@ -7,6 +7,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <thread>
 
@@ -53,6 +54,19 @@ void push(client::CommandLink& commands, client::StateLink& states, int ticks, s
     REQUIRE(commands.send(pose_at(0.5 - 1e-4 * static_cast<double>(i), i)));
     receive<protocol::Force>(states);
   }
+}
+
+// The same in lockstep, each pose with a tick.
+void step_down(client::CommandLink& commands, std::uint64_t from, std::uint64_t ticks) {
+  for (std::uint64_t i = from + 1; i <= from + ticks; ++i) {
+    REQUIRE(commands.send(pose_at(0.5 - 1e-4 * static_cast<double>(i), i)));
+    commands.step(1, kPatience);
+  }
+}
+
+std::string contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 std::string refusal(client::CommandLink& commands, const std::string& file) {
@@ -210,6 +224,73 @@ TEST_CASE("a server whose recording ended by itself says so when it ends") {
   while (receive<protocol::Stats>(states).recording == protocol::RecordingState::on) commands.step(500, kPatience);
   commands.shutdown(kPatience);
   CHECK(server.process().wait(kPatience) == 5);
+}
+
+TEST_CASE("a server goes on from a moment of a recording, bit by bit, and its own run is recorded from there") {
+  const TemporaryFolder folder;
+  const std::string first = folder / "first", second = folder / "second";
+  ServerProcess recorded({"--lockstep", "--record", first});
+  client::CommandLink commands = hold(recorded);
+  step_down(commands, 0, 20);
+  const protocol::HashReply middle = commands.hash(kPatience);
+  step_down(commands, 20, 20);
+  const protocol::HashReply end = commands.hash(kPatience);
+  commands.shutdown(kPatience);
+  CHECK(recorded.process().wait(kPatience) == 0);
+
+  ServerProcess from_middle({"--lockstep", "--at", "0.1", "--record", second}, contents(first));  // 200 Hz
+  client::CommandLink others = hold(from_middle);
+  const protocol::HashReply there = others.hash(kPatience);
+  CHECK(there.hash == middle.hash);
+  CHECK(there.tick == 20);
+  CHECK(there.epoch == 0);
+  step_down(others, 20, 20);
+  CHECK(others.hash(kPatience).hash == end.hash);
+  others.shutdown(kPatience);
+  CHECK(from_middle.process().wait(kPatience) == 0);
+  CHECK(rerun(folder, second).says("run again   20 ticks"));
+
+  ServerProcess from_end({"--lockstep"}, contents(second));
+  client::CommandLink again(from_end.commands());
+  CHECK(again.hash(kPatience).hash == end.hash);
+  CHECK(again.hash(kPatience).tick == 40);
+}
+
+TEST_CASE("in real time a server goes on from a recording, and its needles rest where they were going") {
+  const TemporaryFolder folder;
+  ServerProcess recorded({"--lockstep", "--record", folder / "run"});
+  client::CommandLink commands = hold(recorded);
+  step_down(commands, 0, 20);
+  commands.shutdown(kPatience);
+  CHECK(recorded.process().wait(kPatience) == 0);
+  ServerProcess server({}, contents(folder / "run"));
+  client::StateLink states = subscribe(server, {"force"});
+  protocol::Force force;
+  do force = receive<protocol::Force>(states);
+  while (force.tick < 220);  // a second later
+  CHECK(force.epoch == 0);
+  CHECK(force.base_position[2] == doctest::Approx(0.5 - 20e-4));
+}
+
+TEST_CASE("options that do not go with a recording, or without one, and recordings that cannot be used, are refused") {
+  const TemporaryFolder folder;
+  ServerProcess recorded({"--lockstep", "--record", folder / "run"});
+  client::CommandLink commands(recorded.commands());
+  commands.step(20, kPatience);
+  commands.shutdown(kPatience);
+  CHECK(recorded.process().wait(kPatience) == 0);
+  const std::string run = contents(folder / "run"), damaged = run.substr(0, run.size() - 1);
+  const auto status = [](const std::vector<std::string>& options, const std::string& scene) {
+    return ServerProcess(options, scene).process().wait(kPatience);
+  };
+  CHECK(status({"--at", "0"}, small_scene("small")) == 1);
+  CHECK(status({"--restore", folder / "run"}, run) == 1);
+  CHECK(status({"--rate", "100"}, run) == 1);
+  for (const char* at : {"-1", "nan", "inf", "soon"}) CHECK(status({"--at", at}, run) == 1);
+  CHECK(status({"--at", "0.2"}, run) == 2);
+  CHECK(status({}, damaged) == 2);
+  CHECK(status({}, run.substr(0, 10)) == 2);
+  CHECK(status({"--check", "--at", "0.05"}, run) == 0);
 }
 
 TEST_CASE("a recording without a name is no recording") {

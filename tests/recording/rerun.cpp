@@ -4,55 +4,14 @@
 
 #include <doctest/doctest.h>
 
-#include "server/simulation/snapshot.h"
-#include "server/simulation/state_bytes.h"
+#include "tests/support/recorded_run.h"
 #include "tests/support/small_block.h"
 #include "tests/support/temporary_folder.h"
 
 namespace acus {
 namespace {
 
-// Goes in at 0.1 m/s and writes down what it does.
-class Run {
- public:
-  explicit Run(const std::string& path) : writer_(path), simulation_(test::small_block()) {
-    writer_.add(recorded::Opening{1, "0.1", ""});
-    writer_.add(record_of(simulation_.scene(), simulation_.mesh(), simulation_.model().fingerprint));
-    begin(0);
-  }
-
-  void begin(std::uint64_t epoch) {
-    writer_.add(recorded::Beginning{epoch, make_snapshot(simulation_.model().fingerprint, simulation_.state())});
-  }
-
-  void tick(bool economizing = false) {
-    const Pose& base = simulation_.scene().needles[0].base;
-    Pose pose = base;
-    pose.position.z() -= 2e-4 * static_cast<double>(++seq_);
-    const recorded::Told told{0, {.seq = seq_, .pose = pose, .spin = {}}};
-    REQUIRE(simulation_.command(0, told.command));
-    writer_.add(told);
-    simulation_.economize(economizing);
-    simulation_.step();
-    writer_.add(recorded::Tick{simulation_.report().tick, digest(hasher_, simulation_.report()) ^ wrong_, economizing});
-  }
-
-  void state() {
-    State copy = simulation_.state();
-    writer_.add(recorded::StateAfter{copy.tick, comparable_hash(copy) ^ wrong_});
-  }
-
-  void go_wrong() { wrong_ = 1; }
-  void go_right() { wrong_ = 0; }
-  Simulation& simulation() { return simulation_; }
-  RecordingWriter& writer() { return writer_; }
-
- private:
-  RecordingWriter writer_;
-  Simulation simulation_;
-  Hasher hasher_;
-  std::uint64_t seq_ = 0, wrong_ = 0;
-};
+using Run = test::RecordedRun;
 
 struct RunAgain {
   std::uint64_t ticks = 0;
