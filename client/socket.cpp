@@ -86,8 +86,8 @@ std::string Socket::why_no_peer() const {
       return keyed_
                  ? "the connection ended in the handshake; perhaps the server's public key given here is not that of "
                    "this server"
-                 : "the connection ended in the handshake; perhaps somebody else than an acus-server listens there, or "
-                   "it has as many connections as it may";
+                 : "the connection ended in the handshake; perhaps the server admits only clients with keys or has "
+                   "as many connections as it may, or somebody else than an acus-server listens there";
   }
   return {};
 }

@@ -50,6 +50,10 @@ class Watch:
         """Why the server that is there does not admit this client, None if none is or it does."""
         return self._link.why_no_peer() if not self._link.connected() and self._link.refused() else None
 
+    def broken_off(self):
+        """Why the handshake with somebody who is there ended each time; None if nobody is, or one did not."""
+        return self._link.why_no_peer() if not self._link.connected() and self._link.broken_off() else None
+
     def complete(self):
         """Whether there is a whole page to show: a force of every needle, unless none comes."""
         return self.stats is not None and self._sampled and self._sampling is None

@@ -54,6 +54,11 @@ class Link:
         who asks both and then waits for the monitor has missed no event."""
         return not self._connected and self._failure in (OTHER_MECHANISM, REFUSED)
 
+    def broken_off(self):
+        """Whether somebody is there who ended the handshake. A server with keys may do so before it has said that it has
+        them, however often a client without tries."""
+        return not self._connected and self._failure != NOBODY
+
     def why_no_peer(self):
         if self._failure == REFUSED:
             return ("the server refuses this client's key; its public key has to be among those of the server's "
@@ -65,7 +70,7 @@ class Link:
         if self._failure == BROKEN_OFF:
             return "the connection ended in the handshake; perhaps " + (
                 "the server's public key given here is not that of this server" if self._keyed else
-                "somebody else than an acus-server listens there")
+                "the server admits only clients with keys, or somebody else than an acus-server listens there")
         return "nobody is there"
 
     def _take_event(self, number, value):
