@@ -8,8 +8,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "client/command_line.h"
@@ -27,15 +29,19 @@ enum ExitCode : int { kEnded = 0, kBadCommandLine = 1, kNoServer = 2, kCannotLis
 constexpr const char* kDescription =
     "Shows a running simulation in a browser: tissue, needles, forces; whoever opens the page may take a needle in "
     "hand. "
-    "With SCENE it starts a server of its own, which ends with it; without, it shows one that runs already.";
+    "With SCENE it starts a server of its own, which ends with it; without, it shows one that runs already. SCENE may "
+    "be "
+    "a recording, which is shown with a time line, and gone on with from any moment.";
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-view insertion_pullback        an installed scene, or a file, with a server of its own\n"
+    "  acus-view run.acus                  a recording, of acus-server --record or of the page\n"
     "  acus-view                           the server at the default endpoints\n"
     "  acus-view --commands ipc:///run/acus/liver/commands --states ipc:///run/acus/liver/states\n"
     "\nThe page is for this machine alone, and for those who know its URL. From another machine: ssh -L "
     "8080:127.0.0.1:PORT.\n"
-    "\nExit status: 0 ended by SIGINT or SIGTERM; 1 bad command line; 2 the server that it started has ended; 3 the "
+    "\nExit status: 0 ended by SIGINT or SIGTERM; 1 bad command line; 2 the server that it started has ended, or the "
+    "recording cannot be used; 3 the "
     "port "
     "is not free, or the page's files are missing; 4 anything else.";
 
@@ -52,7 +58,8 @@ struct Arguments {
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
-  const auto scene = app.add_option("SCENE", arguments.scene, "Scene to start a server with, as for acus-server");
+  const auto scene =
+      app.add_option("SCENE", arguments.scene, "Scene to start a server with, as for acus-server, or a recording");
   app.add_option("--commands", arguments.commands, "Commands endpoint of a server that runs already")
       ->check(client::check_endpoint)
       ->capture_default_str()
@@ -79,6 +86,15 @@ void open_browser(const std::string& url) {
   if (std::system(command.c_str()) != 0) std::fprintf(stderr, "acus-view: no program opened the page; open its URL\n");
 }
 
+// A file that begins as zstd's frames do, of which recordings are made.
+bool is_recording(const std::string& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return false;
+  char begin[4] = {};
+  std::ifstream(file, std::ios::binary).read(begin, sizeof begin);
+  return std::string_view(begin, sizeof begin) == "\x28\xb5\x2f\xfd";
+}
+
 std::vector<std::string> replay_options(const Arguments& arguments, const view::ServerAddress& server) {
   std::vector<std::string> options{"--commands", server.commands, "--states", server.states};
   if (!arguments.keys.server.empty())
@@ -103,7 +119,13 @@ int run(const Arguments& arguments) {
   bool gone = false;
   std::optional<view::StartedServer> server;
   options.server = {arguments.commands, arguments.states, client::read_keys(arguments.keys)};
-  if (!arguments.scene.empty()) {
+  if (is_recording(arguments.scene)) {
+    options.run = arguments.scene;
+    options.run_is_unusable = [&] {
+      gone = true;
+      context.stop();
+    };
+  } else if (!arguments.scene.empty()) {
     server.emplace(context, arguments.scene,
                    arguments.lockstep ? std::vector<std::string>{"--lockstep"} : std::vector<std::string>{},
                    [&](int status) {

@@ -9,6 +9,7 @@
 #include <boost/beast/websocket.hpp>
 #include <cctype>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -152,19 +153,18 @@ Gateway::Gateway(asio::io_context& context, Options options)
       token_(draw_token()),
       acceptor_(context, tcp::endpoint(asio::ip::address_v4::loopback(), options_.port)),
       pause_(context),
-      server_(context, options_.server,
-              {[this](const Frame& frame) {
-                 for (Viewer* viewer : viewers_) viewer->put(frame);
-               },
-               [this](const Frame& frame) {
-                 if (driver_ != nullptr) driver_->put(frame);
-               },
-               [this] { play_first(); }}),
+      context_(context),
       player_(context, options_.replay, [this](const std::string& why) { say(why); }) {
   choices_ = nlohmann::json{{"scenes", options_.scenes.scenes},
                             {"motions", options_.scenes.motions},
                             {"records", !options_.recordings.empty()}}
                  .dump();
+  if (options_.run.empty()) {
+    server_ = std::make_unique<ServerLink>(context_, options_.server, listener());
+    source_ = server_.get();
+  } else {
+    begin_run();
+  }
   fcntl(acceptor_.native_handle(), F_SETFD, FD_CLOEXEC);  // the browser that is opened must not inherit it
   accept();
 }
@@ -204,7 +204,7 @@ bool Gateway::is_token(std::string_view token) const {
 bool Gateway::add(Viewer& viewer) {
   if (viewers_.size() >= kMostViewers) return false;
   viewers_.insert(&viewer);
-  server_.watch(true);
+  source_->watch(true);
   play_first();
   return true;
 }
@@ -212,13 +212,13 @@ bool Gateway::add(Viewer& viewer) {
 void Gateway::remove(Viewer& viewer) {
   end_driving(viewer);
   viewers_.erase(&viewer);
-  server_.watch(!viewers_.empty());
+  source_->watch(!viewers_.empty());
 }
 
 void Gateway::begin_driving(Viewer& viewer) {
   if (driver_ != nullptr) return;
   try {
-    server_.begin_driving();
+    source_->begin_driving();
     driver_ = &viewer;
   } catch (const std::exception&) {  // out of descriptors: nobody drives
   }
@@ -227,24 +227,106 @@ void Gateway::begin_driving(Viewer& viewer) {
 void Gateway::end_driving(Viewer& viewer) {
   if (driver_ != &viewer) return;
   driver_ = nullptr;
-  server_.end_driving();
+  source_->end_driving();
 }
 
 void Gateway::drive(Viewer& viewer, std::string_view message) {
-  if (driver_ == &viewer) server_.drive(message);
+  if (driver_ == &viewer) source_->drive(message);
+}
+
+Source::Listener Gateway::listener() {
+  return {[this](const Frame& frame) {
+            for (Viewer* viewer : viewers_) viewer->put(frame);
+          },
+          [this](const Frame& frame) {
+            if (driver_ != nullptr) driver_->put(frame);
+          },
+          [this] { play_first(); }};
+}
+
+void Gateway::begin_run() {
+  Playback::Told told{[this] {
+                        for (Viewer* viewer : viewers_) viewer->jump(run_->at());
+                      },
+                      [this](const Frame& frame) {
+                        for (Viewer* viewer : viewers_) viewer->recall(frame);
+                      },
+                      [this](int status) { end_of_export(status); }};
+  run_ = std::make_unique<Playback>(context_, options_.run, listener(), std::move(told));
+  source_ = run_.get();
+}
+
+// Exit statuses of acus-export.
+void Gateway::end_of_export(int status) {
+  if (status == 4) return say("on this machine the recording comes out otherwise: shown is what comes out here");
+  if (status == 5) return say("a part of the recording is damaged: shown is what stands before it");
+  if (status != 0) options_.run_is_unusable();
+}
+
+void Gateway::show(Source& source) {
+  if (driver_ != nullptr) end_driving(*driver_);
+  source_->watch(false);
+  source_ = &source;
+  source_->watch(!viewers_.empty());
+}
+
+void Gateway::welcome() {
+  if (run_ && !live()) run_->show_again();
+}
+
+void Gateway::play_run(bool wanted) {
+  if (run_ && !live()) run_->play(wanted);
+}
+
+void Gateway::seek(double seconds) {
+  if (run_ && !live()) run_->seek(seconds);
+}
+
+void Gateway::branch(Viewer& viewer, bool wanted) {
+  if (!run_ || wanted == live() || (driver_ != nullptr && driver_ != &viewer)) return;
+  try {
+    if (wanted) {
+      go_live();
+    } else {
+      back_to_the_run();
+    }
+  } catch (const std::exception& error) {
+    say(error.what());
+  }
+}
+
+void Gateway::go_live() {
+  run_->play(false);
+  char moment[32];
+  std::snprintf(moment, sizeof moment, "%.6f", run_->at());
+  branched_ = std::make_unique<StartedServer>(context_, options_.run, std::vector<std::string>{"--at", moment},
+                                              [this](int status) {
+                                                back_to_the_run();
+                                                say("the server has ended with status " + std::to_string(status));
+                                              });
+  server_ = std::make_unique<ServerLink>(context_, branched_->address(), listener());
+  show(*server_);
+}
+
+void Gateway::back_to_the_run() {
+  show(*run_);
+  server_.reset();
+  branched_.reset();
+  for (Viewer* viewer : viewers_) viewer->tell_of_the_scene();
+  run_->show_again();
 }
 
 void Gateway::play_first() {
-  if (options_.first_motion.empty() || viewers_.empty() || !server_.here()) return;
+  if (options_.first_motion.empty() || viewers_.empty() || !source_->here()) return;
   const std::string motion = std::exchange(options_.first_motion, "");
-  player_.play(motion, options_.scenes.motion(motion), server_.lockstep());
+  player_.play(motion, options_.scenes.motion(motion), source_->lockstep());
 }
 
 void Gateway::play(Viewer& viewer, const std::string& motion) {
   const auto& motions = options_.scenes.motions;
   if (driver_ != nullptr && driver_ != &viewer) return;
   if (std::find(motions.begin(), motions.end(), motion) == motions.end()) return;
-  player_.play(motion, options_.scenes.motion(motion), server_.lockstep());
+  player_.play(motion, options_.scenes.motion(motion), source_->lockstep());
 }
 
 void Gateway::stop_playing(Viewer& viewer) {

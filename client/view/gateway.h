@@ -7,13 +7,19 @@
 //   page     {"token": "..."}     first of all: that of the URL
 //            {"drive": true}      asks to drive; {"drive": false} gives it back
 //            {"play": "NAME"}     asks for a motion of `choices`; {"play": null} ends it. Not while another page drives
+//            {"run": bool}        plays the recording, or stops it; {"seek": s} shows another moment
+//            {"branch": bool}     goes on from the moment that is shown, with a server; or back to the recording
 //            {"beat": k}          has taken in all that came before the gateway's own; a page that is slower gets less
 //   gateway  {"scenes": [NAME...], "motions": [NAME...], "records": bool}
 //            what there is to choose from, and whether GET /recordings/NAME (Authorization: Bearer TOKEN) gives what
 //            the server has recorded
-//            {"server": bool, "driving": bool, "driven": bool, "playing": NAME, "viewers": n, "lost": n}
+//            {"server": bool, "driving": bool, "driven": bool, "playing": NAME, "viewers": n, "lost": n, "run": null or
+//             {"at": s, "length": s, "whole": bool, "playing": bool, "live": bool}}
 //            whether the server answers, whether this page drives, whether any does, which motion is played, how many
-//            look, how many events this page was not sent
+//            look, how many events this page was not sent; of a recording which moment is shown, how much of it is
+//            there, whether that is all, whether it plays, whether a server has gone on from it
+//            {"jump": s}          what was told so far is void: another moment is shown. Forces and events of before
+//                                 follow, then its shapes
 //            {"notice": "..."}    a sentence to show
 //            {"beat": k}          behind what left at one time
 //
@@ -25,6 +31,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -35,8 +42,10 @@
 
 #include "client/view/motion_player.h"
 #include "client/view/page_files.h"
+#include "client/view/playback.h"
 #include "client/view/scene_folder.h"
 #include "client/view/server_link.h"
+#include "client/view/started_server.h"
 
 namespace acus::view {
 
@@ -62,6 +71,8 @@ class Gateway {
   struct Options {
     unsigned short port = 0;  // 0: any that is free
     ServerAddress server;
+    std::string run;                        // a recording to show instead of a server; empty: none
+    std::function<void()> run_is_unusable;  // acus-export has said why
     std::map<std::string, PageFile> page;
     SceneFolder scenes;
     std::string recordings;           // folder that the server records into; empty: not known
@@ -78,7 +89,7 @@ class Gateway {
   // For connections and viewers.
   const Options& options() const { return options_; }
   bool is_token(std::string_view token) const;
-  ServerLink& server() { return server_; }
+  const Source& source() const { return *source_; }
   bool driven() const { return driver_ != nullptr; }
   std::size_t viewers() const { return viewers_.size(); }
   bool add(Viewer& viewer);  // false: there are too many
@@ -91,10 +102,23 @@ class Gateway {
   const std::string& playing() const { return player_.playing(); }
   void play(Viewer& viewer, const std::string& motion);
   void stop_playing(Viewer& viewer);
+  // Of the recording, where one is shown.
+  const Playback* run() const { return run_.get(); }
+  bool live() const { return source_ != run_.get(); }
+  void welcome();  // shows one who has come what is shown
+  void play_run(bool wanted);
+  void seek(double seconds);
+  void branch(Viewer& viewer, bool wanted);
 
  private:
   void accept();
   void accept_later();
+  Source::Listener listener();
+  void begin_run();
+  void show(Source& source);
+  void go_live();
+  void back_to_the_run();
+  void end_of_export(int status);
   void play_first();
   void say(const std::string& words);
 
@@ -106,7 +130,11 @@ class Gateway {
   std::set<Viewer*> viewers_;
   Viewer* driver_ = nullptr;
   std::string choices_;  // JSON
-  ServerLink server_;
+  boost::asio::io_context& context_;
+  std::unique_ptr<Playback> run_;
+  std::unique_ptr<StartedServer> branched_;
+  std::unique_ptr<ServerLink> server_;
+  Source* source_ = nullptr;  // one of them
   MotionPlayer player_;
 };
 

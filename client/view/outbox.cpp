@@ -2,8 +2,45 @@
 #include "client/view/outbox.h"
 
 #include <algorithm>
+#include <cmath>
+#include <variant>
+
+#include "protocol/codec.h"
 
 namespace acus::view {
+
+namespace {
+
+template <class... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+template <class... F>
+Overloaded(F...) -> Overloaded<F...>;
+
+}  // namespace
+
+Frame frame_of(std::string_view bytes) {
+  Frame frame;
+  frame.bytes = std::make_shared<const std::string>(bytes);
+  try {
+    std::visit(Overloaded{[&](const protocol::Force& state) {
+                            frame.topic = "force";
+                            frame.needle = state.needle;
+                            frame.force = std::hypot(state.base_force[0], state.base_force[1], state.base_force[2]);
+                          },
+                          [&](const protocol::NeedleShape& state) {
+                            frame.topic = "needle";
+                            frame.needle = state.needle;
+                          },
+                          [&](const protocol::TissueShape&) { frame.topic = "tissue"; },
+                          [&](const protocol::Event&) { frame.topic = "event"; },
+                          [&](const protocol::Stats&) { frame.topic = "stats"; }, [](const auto&) {}},
+               protocol::decode_state(bytes));
+  } catch (const protocol::DecodeError&) {  // the page tells of it
+  }
+  return frame;
+}
 
 void Outbox::put(const Frame& frame) {
   ++count_;

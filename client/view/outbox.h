@@ -18,6 +18,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace acus::view {
@@ -29,6 +30,9 @@ struct Frame {
   double force = 0;    // N, of a `force`: of the base
   std::shared_ptr<const std::string> bytes;
 };
+
+// Of a message of the states socket.
+Frame frame_of(std::string_view bytes);
 
 class Outbox {
  public:

@@ -2,7 +2,6 @@
 #include "client/view/server_link.h"
 
 #include <chrono>
-#include <cmath>
 #include <variant>
 
 #include "client/view/watched_socket.h"
@@ -13,39 +12,10 @@ namespace acus::view {
 namespace {
 
 constexpr auto kHelloPeriod = std::chrono::milliseconds(500);  // between two `hello`
-constexpr int kUnansweredHellos = 4;                      // `hello` without an answer until the server counts as gone
-constexpr int kWaiting = 20'000;                          // states that may wait; viewers get the newest
-constexpr int kCommandsWaiting = 8;                       // for a server that takes none; further ones are dropped
+constexpr int kUnansweredHellos = 4;  // `hello` without an answer until the server counts as gone
+constexpr int kWaiting = 20'000;      // states that may wait; viewers get the newest
+constexpr int kCommandsWaiting = 8;   // for a server that takes none; further ones are dropped
 constexpr const char* kTopics[] = {"force", "needle", "tissue", "event", "stats"};
-
-template <class... F>
-struct Overloaded : F... {
-  using F::operator()...;
-};
-template <class... F>
-Overloaded(F...) -> Overloaded<F...>;
-
-Frame frame_of(std::string_view bytes) {
-  Frame frame;
-  frame.bytes = std::make_shared<const std::string>(bytes);
-  try {
-    std::visit(Overloaded{[&](const protocol::Force& state) {
-                            frame.topic = "force";
-                            frame.needle = state.needle;
-                            frame.force = std::hypot(state.base_force[0], state.base_force[1], state.base_force[2]);
-                          },
-                          [&](const protocol::NeedleShape& state) {
-                            frame.topic = "needle";
-                            frame.needle = state.needle;
-                          },
-                          [&](const protocol::TissueShape&) { frame.topic = "tissue"; },
-                          [&](const protocol::Event&) { frame.topic = "event"; },
-                          [&](const protocol::Stats&) { frame.topic = "stats"; }, [](const auto&) {}},
-               protocol::decode_state(bytes));
-  } catch (const protocol::DecodeError&) {  // the page tells of it
-  }
-  return frame;
-}
 
 }  // namespace
 

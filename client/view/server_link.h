@@ -7,7 +7,6 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,7 +14,7 @@
 #include <utility>
 
 #include "client/client.h"
-#include "client/view/outbox.h"
+#include "client/view/source.h"
 
 namespace acus::view {
 
@@ -27,31 +26,21 @@ struct ServerAddress {
 // A ZeroMQ socket whose messages a context's thread takes in.
 class WatchedSocket;
 
-class ServerLink {
+class ServerLink : public Source {
  public:
-  struct Listener {
-    std::function<void(const Frame&)> state;   // of the states socket
-    std::function<void(const Frame&)> answer;  // to what drive() sent
-    std::function<void()> arrived;             // the server is here, which it was not
-  };
-
   ServerLink(boost::asio::io_context& context, ServerAddress address, Listener listener);
-  ~ServerLink();
+  ~ServerLink() override;
 
   // Whether the server has answered within the last seconds.
-  bool here() const { return here_; }
-  bool lockstep() const { return lockstep_; }
-  // The server's newest `hello_reply` and the `describe_reply` of its epoch's scene, as they came; null: none yet.
-  const std::shared_ptr<const std::string>& hello() const { return hello_; }
-  const std::shared_ptr<const std::string>& describe() const { return describe_; }
-
-  // Whether states are asked for: only while somebody looks.
-  void watch(bool wanted);
-
-  // A connection of its own for the commands of one viewer. What it holds is released when it ends.
-  void begin_driving();
-  void end_driving();
-  void drive(std::string_view message);  // nothing happens while no server is here
+  bool here() const override { return here_; }
+  bool lockstep() const override { return lockstep_; }
+  Bytes hello() const override { return hello_; }
+  Bytes describe() const override { return describe_; }
+  void watch(bool wanted) override;
+  // A connection of its own.
+  void begin_driving() override;
+  void end_driving() override;
+  void drive(std::string_view message) override;
 
  private:
   void ask_again();
@@ -67,7 +56,7 @@ class ServerLink {
   int unanswered_ = 0;  // times that `hello` was sent since the last answer
   std::uint64_t seq_ = 0;
   std::optional<std::pair<std::uint64_t, std::uint64_t>> described_;  // instance and epoch
-  std::shared_ptr<const std::string> hello_, describe_;
+  Bytes hello_, describe_;
 };
 
 }  // namespace acus::view

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace acus::view {
@@ -14,9 +15,21 @@ namespace websocket = beast::websocket;
 using nlohmann::json;
 
 constexpr auto kBeat = std::chrono::microseconds(16'666);
-constexpr std::uint64_t kOnTheWay = 3;                // departures that the page has not told that it has taken in
-constexpr auto kTokenPatience = std::chrono::seconds(10);                // for the token
+constexpr std::uint64_t kOnTheWay = 3;                     // departures that the page has not told that it has taken in
+constexpr auto kTokenPatience = std::chrono::seconds(10);  // for the token
+constexpr std::size_t kMostRecalled = 10'000;              // messages that may wait
 constexpr std::size_t kLargestToken = 1000, kLargestMessage = 32 << 20;  // bytes; a `restore` is as large
+
+json run_of(const Gateway& gateway) {
+  const Playback* run = gateway.run();
+  if (run == nullptr) return nullptr;
+  const auto rounded = [](double seconds) { return std::round(1e3 * seconds) / 1e3; };
+  return {{"at", rounded(run->at())},
+          {"length", rounded(run->length())},
+          {"whole", run->whole()},
+          {"playing", run->playing()},
+          {"live", gateway.live()}};
+}
 
 }  // namespace
 
@@ -79,6 +92,8 @@ void Viewer::take_text(const std::string& text) {
     admitted_ = true;
     socket_.read_message_max(kLargestMessage);
     send(true, std::make_shared<const std::string>(gateway_.choices()));
+    tell_of_the_scene();
+    gateway_.welcome();
     return beat();
   }
   if (const auto beat = message.find("beat"); beat != message.end() && beat->is_number_unsigned())
@@ -93,6 +108,22 @@ void Viewer::take_text(const std::string& text) {
   const auto play = message.find("play");
   if (play != message.end() && play->is_string()) gateway_.play(*this, play->get<std::string>());
   if (play != message.end() && play->is_null()) gateway_.stop_playing(*this);
+  if (const auto run = message.find("run"); run != message.end() && run->is_boolean())
+    gateway_.play_run(run->get<bool>());
+  if (const auto seek = message.find("seek"); seek != message.end() && seek->is_number())
+    gateway_.seek(seek->get<double>());
+  if (const auto branch = message.find("branch"); branch != message.end() && branch->is_boolean())
+    gateway_.branch(*this, branch->get<bool>());
+}
+
+void Viewer::jump(double moment) {
+  if (leaving_.size() > kMostRecalled) return;
+  outbox_.take();  // void
+  send(true, std::make_shared<const std::string>(json{{"jump", moment}}.dump()));
+}
+
+void Viewer::recall(const Frame& frame) {
+  if (leaving_.size() <= kMostRecalled) send(false, frame.bytes);
 }
 
 void Viewer::say(const std::string& words) {
@@ -101,17 +132,20 @@ void Viewer::say(const std::string& words) {
 }
 
 void Viewer::tell() {
-  const std::string text =
-      json{{"server", gateway_.server().here()}, {"driving", gateway_.is_driver(*this)}, {"driven", gateway_.driven()},
-           {"playing", gateway_.playing()},      {"viewers", gateway_.viewers()},        {"lost", outbox_.lost()}}
-          .dump();
+  json standing{{"server", gateway_.source().here()}, {"driving", gateway_.is_driver(*this)}};
+  standing["driven"] = gateway_.driven();
+  standing["playing"] = gateway_.playing();
+  standing["viewers"] = gateway_.viewers();
+  standing["lost"] = outbox_.lost();
+  standing["run"] = run_of(gateway_);
+  const std::string text = standing.dump();
   if (text == told_) return;
   told_ = text;
   send(true, std::make_shared<const std::string>(text));
 }
 
 void Viewer::tell_of_the_scene() {
-  const Bytes hello = gateway_.server().hello(), describe = gateway_.server().describe();
+  const Bytes hello = gateway_.source().hello(), describe = gateway_.source().describe();
   if (hello && hello != hello_) send(false, hello);
   if (describe && describe != describe_) send(false, describe);
   hello_ = hello;

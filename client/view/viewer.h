@@ -24,6 +24,10 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   // What the server said, to leave when there is room.
   void put(const Frame& frame) { outbox_.put(frame); }
   void say(const std::string& words);
+  void tell_of_the_scene();  // its `hello_reply` and `describe_reply`, if they have changed
+  // What follows is of another moment (s) of the recording, and before that come messages of its past.
+  void jump(double moment);
+  void recall(const Frame& frame);
 
  private:
   using Bytes = std::shared_ptr<const std::string>;
@@ -38,8 +42,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void take(const std::string& message);
   void beat();  // sends what there is, some sixty times a second, if the page keeps up
   void depart();
-  void tell();               // how things stand, if that has changed
-  void tell_of_the_scene();  // its `hello_reply` and `describe_reply`, if they have
+  void tell();  // how things stand, if that has changed
   void send(bool text, Bytes bytes);
   void write();
   void close(const char* why);

@@ -185,6 +185,15 @@ class Gateway(WithGateway):
             time.sleep(0.05)
         self.assertLess(time.monotonic(), deadline)
 
+    def test_a_recording_that_cannot_be_used_is_named(self):
+        run = self.path("run.acus")
+        with open(run, "wb") as file:
+            file.write(b"\x28\xb5\x2f\xfd and nothing that zstd knows")
+        process = self.launch("acus-view", "--no-browser", run)
+        _, words = process.communicate(timeout=PATIENCE)
+        self.assertEqual(process.returncode, 2)
+        self.assertIn("run.acus", words)
+
     def test_what_cannot_be_used_is_named(self):
         for arguments, status, words in (
             (["no_such_scene.yaml"], 2, "the server has ended with status 2"),

@@ -11,7 +11,7 @@ import sys
 import time
 import unittest
 
-from viewed import PATIENCE, WithGateway, scene
+from viewed import PATIENCE, ROOT, WithGateway, scene
 
 try:
     from PIL import Image
@@ -315,6 +315,49 @@ class Together(Page):
             time.sleep(0.02)
         again = self.launch("acus-export", file, "--quiet")
         self.assertEqual(again.wait(PATIENCE), 0)
+
+    def record(self, seconds):
+        """A recording of the needle that is pushed through a slab, as far as it comes in that time."""
+        run = self.path("run.acus")
+        server = self.serve(scene("through"), "--lockstep", "--record", run)
+        with open(os.path.join(ROOT, "scenes", "trajectories", "through.csv"), encoding="utf-8") as file:
+            rows = [row for row in file if row.startswith("t") or float(row.split(",")[0]) <= seconds]
+        replay = self.launch("acus-replay", self.write("short.csv", "".join(rows)), "--lockstep", "--shutdown",
+                             "--commands", self.commands, "--states", self.states)
+        replay.communicate(timeout=PATIENCE)
+        server.communicate(timeout=PATIENCE)
+        self.assertEqual((replay.returncode, server.returncode), (0, 0))
+        return run
+
+    def seek(self, seconds):
+        self.browser.execute_script("const at = document.getElementById('at'); at.value = arguments[0];"
+                                    "at.dispatchEvent(new Event('input'))", seconds)
+
+    def test_a_recording_is_shown_with_a_time_line_and_gone_on_with(self):
+        _, url = self.view(self.record(2))
+        self.look(url)
+        self.wait_for("window.acus && acus.standing.run && acus.standing.run.whole")
+        self.wait_for("!acus.standing.run.playing")  # it has come to the end
+        length, end = self.get("acus.standing.run.length"), self.get("acus.force('needle')")
+        self.assertAlmostEqual(length, 2, delta=0.1)
+        self.seek(1)
+        self.wait_for("acus.standing.run.at === 1 && Math.abs(acus.force('needle').time - 1) < 0.02")
+        middle = self.get("acus.force('needle')")
+        self.assertLess(middle["base_position"][2], self.get("acus.hello.needles[0].base_position[2]"))
+        self.assertGreater(middle["base_position"][2], end["base_position"][2])  # it goes down
+        self.drawn()
+        self.take()  # from here
+        self.assertTrue(self.get("acus.standing.run.live"))
+        live = self.get("acus.force('needle')")
+        self.assertGreaterEqual(live["time"], 1)
+        for axis in range(3):
+            self.assertAlmostEqual(live["base_position"][axis], middle["base_position"][axis], delta=0.002)
+        self.press("hold")
+        self.press("run-back")
+        self.wait_for("!acus.standing.run.live && acus.force('needle')?.time < 1.02")
+        self.press("run-play")
+        self.wait_for("acus.force('needle')?.time > 1.1")
+        self.assertEqual(self.errors(), [])
 
     def test_a_paused_simulation_goes_on_for_whoever_asks(self):
         _, url = self.view(scene("insertion_pullback"))

@@ -14,7 +14,6 @@ export function offer(choices: Choices): void {
   select("scenes").replaceChildren(...offered.scenes.map((name) => new Option(name.replaceAll("_", " "), name)));
   select("motions").replaceChildren(...offered.motions.map((name) => new Option(name.replaceAll("_", " "), name)));
   element("choices").hidden = offered.scenes.length === 0;
-  element("load").hidden = offered.scenes.length > 0;
   element("record").hidden = !offered.records;
 }
 

@@ -114,7 +114,7 @@ export class Hands {
     this.quick = event.shiftKey;
     const key = event.key.toLowerCase();
     if (!down) return void this.keys.delete(key);
-    const writing = event.target instanceof HTMLInputElement && event.target.type !== "checkbox";
+    const writing = event.target instanceof HTMLInputElement && !["checkbox", "range"].includes(event.target.type);
     if (writing || event.target instanceof HTMLSelectElement || event.ctrlKey || event.metaKey) return;
     if (!["w", "s", "q", "e"].includes(key) && !key.startsWith("arrow")) return;
     if (this.holding) event.preventDefault();

@@ -8,6 +8,7 @@ export interface Listener {
   standing(standing: Standing): void;
   choices(choices: Choices): void;
   notice(words: string): void;
+  jumped(): void; // another moment of a recording: what was told is void
   lost(why: string): void; // no connection to the gateway
   damaged(why: string): void; // a frame that cannot be read was left out
 }
@@ -51,9 +52,10 @@ export class Link {
   private take(data: string | ArrayBuffer): void {
     try {
       if (typeof data === "string") {
-        const words = JSON.parse(data) as Standing | Choices | { beat: number } | { notice: string };
-        if ("beat" in words) return this.say(data); // all before it has been taken in
+        const words = JSON.parse(data) as Standing | Choices | { beat: number } | { notice: string } | { jump: number };
+        if ("beat" in words) return this.put(data); // all before it has been taken in
         if ("notice" in words) return this.listener.notice(words.notice);
+        if ("jump" in words) return this.listener.jumped();
         if ("scenes" in words) return this.listener.choices(words);
         return this.listener.standing(words);
       }
@@ -73,23 +75,23 @@ export class Link {
     }
   }
 
-  private say(bytes: string | Uint8Array<ArrayBuffer>): void {
+  private put(bytes: string | Uint8Array<ArrayBuffer>): void {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(bytes);
+  }
+
+  // To the gateway (client/view/gateway.h).
+  say(words: object): void {
+    this.put(JSON.stringify(words));
   }
 
   drive(wanted: boolean): void {
     this.wantsToDrive = wanted;
-    this.say(JSON.stringify({ drive: wanted }));
-  }
-
-  // A motion of `choices`; null: no more.
-  play(motion: string | null): void {
-    this.say(JSON.stringify({ play: motion }));
+    this.say({ drive: wanted });
   }
 
   // A stream, which has no answer. Numbers that are to be floats must not be integers in msgpack: the server takes both.
   send(type: string, fields: object): void {
-    this.say(encode({ v: 2, type, ...fields }) as Uint8Array<ArrayBuffer>);
+    this.put(encode({ v: 2, type, ...fields }) as Uint8Array<ArrayBuffer>);
   }
 
   // Only the page that drives gets answers.

@@ -10,10 +10,11 @@ import { guideRing, NeedleTube } from "./needles.js";
 import { addEvent, clearEvents, element, notice, showFelt, showFigures, showLegend, showScene, showStatus } from "./panel.js";
 import { Plots } from "./plots.js";
 import { Stage } from "./stage.js";
+import { Timeline } from "./timeline.js";
 import { Tissue } from "./tissue.js";
 
 let hello: HelloReply | null = null;
-let standing: Standing = { server: false, driving: false, driven: false, playing: "", viewers: 0, lost: 0 };
+let standing: Standing = { server: false, driving: false, driven: false, playing: "", viewers: 0, lost: 0, run: null };
 let stats: Stats | null = null;
 let tissue: Tissue | null = null;
 let needles = new Map<string, NeedleTube>();
@@ -27,7 +28,8 @@ const marks = new Marks();
 const plots = new Plots(element("plots"));
 const stage = new Stage(element("stage"), beforeDrawing);
 stage.scene.add(marks.group, guides);
-const link = new Link(location.hash.slice(1), { message, standing: stand, choices: chooseFrom, notice, lost, damaged });
+const link = new Link(location.hash.slice(1), { message, standing: stand, choices: chooseFrom, notice, jumped: forget, lost, damaged });
+const timeline = new Timeline(link);
 const hands = new Hands(stage, link, () => needles.get(hands.holding ?? chosen()));
 
 function chosen(): string {
@@ -57,6 +59,10 @@ function beforeDrawing(): void {
 function renew(next: number): void {
   if (next === epoch) return;
   epoch = next;
+  forget();
+}
+
+function forget(): void {
   forces = new Map();
   marks.clear();
   plots.clear();
@@ -161,16 +167,19 @@ function message(message: Message): void {
 function show(): void {
   const driven = standing.playing ? `plays ${standing.playing.replaceAll("_", " ")}`
     : standing.driving ? "you drive" : standing.driven ? "another page drives" : "nobody drives";
+  const replayed = standing.run !== null && !standing.run.live;
   const words = standing.server
-    ? `${hello?.paused ? "paused, " : hello?.lockstep ? "lockstep, " : ""}${standing.viewers} looking, ${driven}` +
+    ? replayed ? `a recording, ${standing.viewers} looking` : `${hello?.paused ? "paused, " : hello?.lockstep ? "lockstep, " : ""}${standing.viewers} looking, ${driven}` +
       (standing.lost > 0 ? `, ${standing.lost} events lost` : "")
+    : replayed ? "the recording is being read" : standing.run ? "the server runs the recording again up to there"
     : "the server does not answer";
-  showStatus(words, !standing.server);
+  showStatus(words, !standing.server && !standing.run);
+  timeline.show(standing.run);
   showFigures(hello, forces.get(chosen()) ?? null, stats);
   const mine = standing.server && (standing.driving || !standing.driven), free = mine && !standing.playing;
   showChoice(hello?.file ?? "");
   const hold = element<HTMLButtonElement>("hold");
-  hold.textContent = hands.holding ? "Let it go" : "Take the needle";
+  hold.textContent = hands.holding ? "Let it go" : replayed ? "Take the needle from here" : "Take the needle";
   hold.setAttribute("aria-pressed", String(hands.holding !== null));
   hold.disabled = !mine || needles.size === 0;
   const play = element<HTMLButtonElement>("play"), record = element<HTMLButtonElement>("record");
@@ -181,8 +190,10 @@ function show(): void {
   for (const id of ["scenes", "motions"]) element<HTMLSelectElement>(id).disabled = !free;
   element("pause").textContent = hello?.paused ? "Go on" : "Pause";
   for (const id of ["pause", "reset", "keep", "step", "record"]) element<HTMLButtonElement>(id).disabled = !free;
-  element("step").hidden = !hello?.lockstep;
-  element("pause").hidden = hello?.lockstep ?? false;
+  for (const id of ["reset", "keep", "back"]) element(id).hidden = replayed;
+  element("load").hidden = standing.run !== null || !element("choices").hidden;
+  element("step").hidden = replayed || !hello?.lockstep;
+  element("pause").hidden = replayed || (hello?.lockstep ?? false);
   element<HTMLButtonElement>("back").disabled = !free || kept === null;
   for (const [name, needle] of needles) needle.held = hands.holding === name;
 }
@@ -209,9 +220,9 @@ function damaged(why: string): void {
   notice(`a damaged message was left out: ${why}`);
 }
 
-// Waits for it, at most a second.
-async function waitFor(what: () => boolean): Promise<boolean> {
-  for (let i = 0; i < 40 && !what(); ++i) await new Promise((done) => setTimeout(done, 25));
+// Waits for it, at most so many seconds.
+async function waitFor(what: () => boolean, seconds = 1): Promise<boolean> {
+  for (let i = 0; i < 40 * seconds && !what(); ++i) await new Promise((done) => setTimeout(done, 25));
   return what();
 }
 
@@ -234,7 +245,7 @@ async function takeOrLet(): Promise<void> {
     letGo();
     return show();
   }
-  if (!(await stopMotion()) || !(await drive())) return;
+  if (!(await goLive()) || !(await stopMotion()) || !(await drive())) return;
   const answer = await link.request("acquire", { needles: [chosen()] });
   if (hello?.lockstep) await link.request("step", { ticks: 1 });
   const force = await told(chosen(), hello?.epoch ?? 0);
@@ -286,15 +297,23 @@ async function jump(type: string, fields: object): Promise<void> {
 
 // From the scene's start; whoever takes the needle ends it.
 async function playOrStop(): Promise<void> {
-  if (standing.playing) return link.play(null);
+  if (standing.playing) return link.say({ play: null });
   const motion = chosenMotion();
   letGo();
-  if ((await ask("reset"))?.type === "done") link.play(motion);
+  if ((await ask("reset"))?.type === "done") link.say({ play: motion });
+}
+
+// From the moment of the recording that is shown.
+async function goLive(): Promise<boolean> {
+  if (!standing.run || standing.run.live) return true;
+  link.say({ branch: true });
+  const instance = hello?.instance;
+  return waitFor(() => standing.run?.live === true && standing.server && hello?.instance !== instance, 600);
 }
 
 async function stopMotion(): Promise<boolean> {
   if (!standing.playing) return true;
-  link.play(null);
+  link.say({ play: null });
   const free = await waitFor(() => !standing.playing && !hello?.held.includes(chosen()));
   if (!free) notice("the motion does not end");
   return free;

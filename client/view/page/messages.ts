@@ -41,7 +41,8 @@ export type Message =
   | HelloReply | DescribeReply | Force | NeedleShape | TissueShape | Event | Stats | ServerError | Done | Holding | SnapshotReply;
 
 // What the gateway says (client/view/gateway.h).
-export interface Standing { server: boolean; driving: boolean; driven: boolean; playing: string; viewers: number; lost: number }
+export interface Standing { server: boolean; driving: boolean; driven: boolean; playing: string; viewers: number; lost: number; run: Run | null }
+export interface Run { at: number; length: number; whole: boolean; playing: boolean; live: boolean } // s
 export interface Choices { scenes: string[]; motions: string[]; records: boolean }
 
 const copy = (bytes: Uint8Array): ArrayBuffer => bytes.slice().buffer as ArrayBuffer; // aligned
