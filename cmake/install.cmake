@@ -1,6 +1,7 @@
 # Installs the programs, the scenes, and the protocol and client libraries for find_package(acus), which offers
 # acus::protocol, acus::client and acus::haptics. Headers are included as in the sources: "client/client.h" from
 # include/acus.
+# With COMPONENTS engine it offers acus::engine, too, the simulation as a library.
 # Components are the Debian packages of packages.cmake: server, client, python, dev, scenes; licences go into no package, which
 # has a file `copyright` instead.
 include(GNUInstallDirs)
@@ -14,6 +15,17 @@ install(DIRECTORY protocol client DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/acus C
         FILES_MATCHING PATTERN "*.h" PATTERN "socket.h" EXCLUDE PATTERN "command_line.h" EXCLUDE PATTERN "packer.h" EXCLUDE
         PATTERN "client/haptics/devices" EXCLUDE PATTERN "client/haptics/program" EXCLUDE PATTERN "client/view" EXCLUDE)
 install(EXPORT acus_targets NAMESPACE acus:: FILE acusTargets.cmake DESTINATION ${acus_package_dir} COMPONENT dev)
+
+if(TARGET acus_engine)
+  install(TARGETS acus_engine acus_engine_flags EXPORT acus_engine_targets
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT engine)
+  install(DIRECTORY server/engine DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/acus/server COMPONENT engine
+          FILES_MATCHING PATTERN "*.h" PATTERN "example" EXCLUDE)
+  install(DIRECTORY server/engine/example DESTINATION ${CMAKE_INSTALL_DOCDIR}/server/engine COMPONENT scenes)
+  install(FILES protocol/packer.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/acus/protocol COMPONENT engine)
+  install(EXPORT acus_engine_targets NAMESPACE acus:: FILE acusEngineTargets.cmake DESTINATION ${acus_package_dir}
+          COMPONENT engine)
+endif()
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/acusConfig.cmake.in ${PROJECT_BINARY_DIR}/acusConfig.cmake
                               INSTALL_DESTINATION ${acus_package_dir})

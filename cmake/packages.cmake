@@ -1,13 +1,14 @@
-# Debian packages, which scripts/package builds: acus-server, acus-client, python3-acus, libacus-dev and acus-scenes, each
+# Debian packages, which scripts/package builds: acus-server, acus-client, python3-acus, libacus-dev, libacus-engine-dev and acus-scenes, each
 # with what install.cmake gives its component. Files that only packages have are of the same components, and left out of
 # `cmake --install`.
 set(ACUS_MAINTAINER "The Acus authors <authors@acus.example>" CACHE STRING "Who answers for the Debian packages")
 set(acus_debian_revision 1)
-set(acus_components server client python dev scenes)
+set(acus_components server client python dev engine scenes)
 set(acus_package_server acus-server)
 set(acus_package_client acus-client)
 set(acus_package_python python3-acus)
 set(acus_package_dev libacus-dev)
+set(acus_package_engine libacus-engine-dev)
 set(acus_package_scenes acus-scenes)
 
 set(CPACK_GENERATOR DEB)
@@ -53,6 +54,10 @@ set(CPACK_DEBIAN_DEV_DESCRIPTION "client library of Acus, development files
 Acus simulates needles in soft tissue in real time. This package has headers,
 static libraries and the CMake package of its protocol, of its C++ client
 library and of its haptic kit.")
+set(CPACK_DEBIAN_ENGINE_DESCRIPTION "simulation of Acus as a library, development files
+Acus simulates needles in soft tissue in real time. This package has headers
+and a static library of its engine, for programs that step scenes themselves,
+without a server. They need a processor of the level x86-64-v3.")
 set(CPACK_DEBIAN_SCENES_DESCRIPTION "scenes and documents of Acus
 Acus simulates needles in soft tissue in real time. This package has scenes for
 its server, with their meshes and recorded motions, and the documents.")
@@ -69,6 +74,10 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-msgpack, python3-numpy
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "acus-server, python3-matplotlib")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libzmq3-dev, pkg-config")
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_ENGINE_PACKAGE_DEPENDS
+    "libacus-dev (= ${PROJECT_VERSION}-${acus_debian_revision}), libeigen3-dev, libsuitesparse-dev, libxxhash-dev, libyaml-cpp-dev, libzstd-dev")
+set(CPACK_DEBIAN_ENGINE_PACKAGE_RECOMMENDS "acus-server, libopenblas0-serial")
+set(CPACK_DEBIAN_ENGINE_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_SCENES_PACKAGE_ARCHITECTURE all)
 
 set(acus_debian_dir ${PROJECT_SOURCE_DIR}/cmake/debian)

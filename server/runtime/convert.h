@@ -3,10 +3,10 @@
 #pragma once
 
 #include "protocol/messages.h"
-#include "server/math/rotation.h"
-#include "server/math/types.h"
-#include "server/simulation/report.h"
-#include "server/simulation/simulation.h"
+#include "server/engine/math/rotation.h"
+#include "server/engine/math/types.h"
+#include "server/engine/state/report.h"
+#include "server/engine/tick/simulation.h"
 
 namespace acus {
 

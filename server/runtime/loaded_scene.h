@@ -9,9 +9,9 @@
 #include <string>
 
 #include "protocol/messages.h"
-#include "server/recording/recording.h"
+#include "server/engine/recording/recording.h"
+#include "server/engine/tick/simulation.h"
 #include "server/runtime/exchange.h"
-#include "server/simulation/simulation.h"
 
 namespace acus {
 

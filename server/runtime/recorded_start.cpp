@@ -8,7 +8,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "server/recording/rerun.h"
+#include "server/engine/recording/rerun.h"
 
 namespace acus {
 

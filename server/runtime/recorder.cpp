@@ -6,9 +6,9 @@
 
 #include <ctime>
 
+#include "server/engine/state/snapshot.h"
+#include "server/engine/state/state_bytes.h"
 #include "server/runtime/privileges.h"
-#include "server/simulation/snapshot.h"
-#include "server/simulation/state_bytes.h"
 
 namespace acus {
 

@@ -15,7 +15,7 @@
 #include <thread>
 #include <variant>
 
-#include "server/recording/recording_file.h"
+#include "server/engine/recording/recording_file.h"
 #include "server/runtime/exchange.h"
 #include "server/runtime/loaded_scene.h"
 

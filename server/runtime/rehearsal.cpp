@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <span>
 
-#include "server/math/nearest_rank.h"
-#include "server/math/processor_time.h"
-#include "server/scene/text_table.h"
+#include "server/engine/math/nearest_rank.h"
+#include "server/engine/math/processor_time.h"
+#include "server/engine/scene/text_table.h"
 
 namespace acus {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/simulation/simulation.h"
+#include "server/engine/tick/simulation.h"
 
 namespace acus {
 

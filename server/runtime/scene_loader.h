@@ -10,10 +10,10 @@
 #include <string>
 #include <thread>
 
+#include "server/engine/scene/scene_folders.h"
 #include "server/runtime/loaded_scene.h"
 #include "server/runtime/privileges.h"
 #include "server/runtime/wakeup.h"
-#include "server/scene/scene_folders.h"
 
 namespace acus {
 

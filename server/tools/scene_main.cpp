@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "server/scene/scene_json.h"
-#include "server/scene/scene_reference.h"
+#include "server/engine/scene/scene_json.h"
+#include "server/engine/scene/scene_reference.h"
 
 namespace {
 

@@ -7,9 +7,9 @@
 #include <array>
 #include <random>
 
+#include "server/engine/state/snapshot.h"
+#include "server/engine/state/state_bytes.h"
 #include "server/runtime/convert.h"
-#include "server/simulation/snapshot.h"
-#include "server/simulation/state_bytes.h"
 #include "server/transport/readable_text.h"
 
 namespace acus {

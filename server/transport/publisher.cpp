@@ -8,7 +8,7 @@
 #include <random>
 
 #include "protocol/codec.h"
-#include "server/math/rotation.h"
+#include "server/engine/math/rotation.h"
 #include "server/runtime/convert.h"
 
 namespace acus {

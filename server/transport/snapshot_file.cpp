@@ -10,7 +10,7 @@
 #include <span>
 #include <system_error>
 
-#include "server/simulation/snapshot.h"
+#include "server/engine/state/snapshot.h"
 
 namespace acus {
 

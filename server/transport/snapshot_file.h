@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "server/simulation/state.h"
+#include "server/engine/state/state.h"
 
 namespace acus {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "protocol/messages.h"
-#include "server/math/nearest_rank.h"
+#include "server/engine/math/nearest_rank.h"
 #include "server/runtime/link.h"
 
 namespace acus {

@@ -2,64 +2,55 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Checks that every include between two folders of the project goes in a direction that is allowed.
 
-ROOMS is the whole rule: what a folder may include besides itself. EXCEPTIONS are single includes that break it today,
-each with its reason. Prints each violation as file:line, and ends with 1 if there is one."""
+Inside the engine a folder may include what its target links, as server/engine/CMakeLists.txt says: ENGINE_ROOMS is the file
+that CMake writes of it, a line "FOLDER: FOLDER..." each. `rooms` is the rule for all others. EXCEPTIONS are single includes
+that break it today, each with its reason. Prints each violation as file:line, and ends with 1 if there is one."""
 
 import argparse
 import os
 import re
 import sys
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
-# A file belongs to the longest of these paths that it lies in.
-PROTOCOL = ["protocol"]
-MATH = [*PROTOCOL, "server/math"]
-MODELS = [*MATH, "server/models"]
-CONSTRAINTS = [*MODELS, "server/constraints", "server/constraints/compliance"]
-SCENE = [*MODELS, "server/constraints/compliance", "server/scene"]
-SIMULATION = [*CONSTRAINTS, "server/scene", "server/simulation"]
-RECORDING = [*SIMULATION, "server/recording"]
-RUNTIME = [*RECORDING, "server/runtime"]
-TRANSPORT = [*RUNTIME, "server/transport"]
-HAPTICS = ["client/haptics", "client/haptics/devices", "client/haptics/program"]
-TOOLS = [*TRANSPORT, "server/tools", "client", *HAPTICS]
-VIEW = [*PROTOCOL, "client", "client/view"]
-ROOMS = {
-    "protocol": PROTOCOL,
-    "client": [*PROTOCOL, "client"],
-    "client/haptics": ["client/haptics"],
-    "client/haptics/devices": ["client/haptics", "client/haptics/devices"],
-    "client/haptics/program": [*PROTOCOL, "client", *HAPTICS],
-    "client/view": VIEW,
-    "server/math": MATH,
-    "server/models": MODELS,
-    "server/constraints/compliance": [*MODELS, "server/constraints/compliance"],
-    "server/constraints": CONSTRAINTS,
-    "server/scene": SCENE,
-    "server/simulation": SIMULATION,
-    "server/recording": RECORDING,
-    "server/runtime": RUNTIME,
-    "server/transport": TRANSPORT,
-    "server/main.cpp": TRANSPORT,
-    "server/precompiled.cpp": [],
-    "server/tools": TOOLS,
-    "tests": [*TOOLS, "client/view", "tests"],
-}
+
+def rooms(engine_rooms):
+    """What a folder may include, itself among it. A file belongs to the longest of these paths that it lies in."""
+    protocol = ["protocol"]
+    found = {}
+    for line in engine_rooms.splitlines():
+        name, links = line.split(":")
+        found["server/engine/" + name] = [*protocol, *("server/engine/" + each for each in (name, *links.split()))]
+    runtime = [*protocol, *found, "server/runtime"]
+    transport = [*runtime, "server/transport"]
+    haptics = ["client/haptics", "client/haptics/devices", "client/haptics/program"]
+    tools = [*transport, "server/tools", "client", *haptics]
+    return found | {
+        "protocol": protocol,
+        "client": [*protocol, "client"],
+        "client/haptics": ["client/haptics"],
+        "client/haptics/devices": ["client/haptics", "client/haptics/devices"],
+        "client/haptics/program": [*protocol, "client", *haptics],
+        "client/view": [*protocol, "client", "client/view"],
+        "server/engine/example": [*found],
+        "server/runtime": runtime,
+        "server/transport": transport,
+        "server/main.cpp": transport,
+        "server/precompiled.cpp": [],
+        "server/tools": tools,
+        "tests": [*tools, "client/view", "tests"],
+    }
+
 
 # (file, what it includes): why.
-EXCEPTIONS = {
-    ("server/scene/scene.h", "server/constraints/solver/law_method.h"):
-        "a scene names the solver of its laws; the header includes nothing of the project",
-}
+EXCEPTIONS = {}
 
 INCLUDE = re.compile(r'\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')
-TOP_FOLDERS = sorted({room.split("/")[0] for room in ROOMS})
+TOP_FOLDERS = ["client", "protocol", "server", "tests"]
 
 
-def room_of(path):
+def room_of(path, allowed):
     """The room of a file, None if it has none."""
-    fitting = [room for room in ROOMS if path == room or path.startswith(room + "/")]
+    fitting = [room for room in allowed if path == room or path.startswith(room + "/")]
     return max(fitting, key=len, default=None)
 
 
@@ -88,24 +79,24 @@ def includes(root, path):
                     break
 
 
-def fault(path, included):
+def fault(path, included, allowed):
     """Why a file may not include another, None if it may."""
-    room, other = room_of(path), room_of(included)
+    room, other = room_of(path, allowed), room_of(included, allowed)
     if room is None or other is None:
         homeless = path if room is None else included
-        return f"{homeless} lies in no folder of ROOMS; move it to one, or say there what the new folder may include"
-    if other in ROOMS[room] or path == included:
+        return f"{homeless} lies in no folder of rooms(); move it to one, or say there what the new folder may include"
+    if other in allowed[room] or path == included:
         return None
-    allowed = ", ".join(each for each in ROOMS[room] if each != room) or "nothing of the project"
-    return f"{room} may include {allowed}, but not {other}"
+    others = ", ".join(each for each in allowed[room] if each != room) or "nothing of the project"
+    return f"{room} may include {others}, but not {other}"
 
 
-def violations(root, exceptions):
+def violations(root, allowed, exceptions):
     """Messages, one for each include in a direction that is not allowed and for each exception that nothing needs."""
     found, used = [], set()
     for path in sources(root):
         for line, included in includes(root, path):
-            why = fault(path, included)
+            why = fault(path, included, allowed)
             if why and (path, included) in exceptions:
                 used.add((path, included))
             elif why:
@@ -117,11 +108,15 @@ def violations(root, exceptions):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("root", metavar="ROOT", nargs="?", default=ROOT, help="of the sources (default: here)")
-    root = parser.parse_args().root
+    parser.add_argument("root", metavar="ROOT", help="of the sources")
+    parser.add_argument("engine_rooms", metavar="ENGINE_ROOMS", help="file that CMake writes into the build")
+    arguments = parser.parse_args()
+    root = arguments.root
+    with open(arguments.engine_rooms, encoding="utf-8") as file:
+        allowed = rooms(file.read())
     if not any(True for _ in sources(root)):
         sys.exit(f"{root}: expected folders with C++ files ({', '.join(TOP_FOLDERS)}), found none")
-    found = violations(root, EXCEPTIONS)
+    found = violations(root, allowed, EXCEPTIONS)
     print("\n".join(found) if found else "all includes go in allowed directions")
     sys.exit(1 if found else 0)
 

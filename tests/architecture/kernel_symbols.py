@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Looks at object files of kernels (server/math/kernel_set.h): what such a file defines for the whole program must be
+"""Looks at object files of kernels (server/engine/math/kernel_set.h): what such a file defines for the whole program must be
 in the namespace of its instruction set, so that the linker never takes it for code of another one.
 Usage: kernel_symbols.py NAMESPACE OBJECT..."""
 

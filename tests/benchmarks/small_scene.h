@@ -3,7 +3,7 @@
 #pragma once
 
 #include "client/trajectory.h"
-#include "server/scene/scene.h"
+#include "server/engine/scene/scene.h"
 
 namespace acus::test {
 

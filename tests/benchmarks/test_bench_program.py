@@ -12,7 +12,7 @@ BENCH = sys.argv.pop()
 SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scenes")
 TRAJECTORY = os.path.join(SCENES, "benchmark", "insertion_60mm.csv")
 DISTRIBUTION = {"p50_ms", "p99_ms", "max_ms"}
-# kStageNames of server/simulation/report.h.
+# kStageNames of server/engine/state/report.h.
 STAGES = ["take_commands", "needle_free_motion", "tissue_free_motion", "locate", "build_rows"]
 STAGES += ["compute_compliance", "solve_laws", "correct", "transitions", "report"]
 

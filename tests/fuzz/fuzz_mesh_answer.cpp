@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What acus-mesh answers, whatever Gmsh did to it.
-#include "server/models/tetrahedral_mesh.h"
-#include "server/scene/mesh_answer.h"
+#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/scene/mesh_answer.h"
 #include "tests/fuzz/fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -5,8 +5,8 @@
 
 #include <fstream>
 
-#include "server/recording/rerun.h"
-#include "server/simulation/snapshot.h"
+#include "server/engine/recording/rerun.h"
+#include "server/engine/state/snapshot.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/samples.h"
 #include "tests/support/small_block.h"

@@ -2,7 +2,7 @@
 // Scenes: a text is a scene whose values are in range, or refused with a place in it.
 #include <string>
 
-#include "server/scene/scene.h"
+#include "server/engine/scene/scene.h"
 #include "tests/fuzz/fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

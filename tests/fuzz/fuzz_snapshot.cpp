@@ -2,9 +2,9 @@
 // Images of states with a header and a checksum that are right: what is accepted is a state that ticks can go on from.
 #include <cstring>
 
-#include "server/math/hasher.h"
-#include "server/simulation/snapshot.h"
-#include "server/simulation/state_bytes.h"
+#include "server/engine/math/hasher.h"
+#include "server/engine/state/snapshot.h"
+#include "server/engine/state/state_bytes.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/samples.h"
 #include "tests/support/small_block.h"

@@ -7,10 +7,10 @@
 #include <stdexcept>
 
 #include "protocol/codec.h"
-#include "server/recording/recording.h"
-#include "server/scene/mesh_answer.h"
-#include "server/simulation/snapshot.h"
-#include "server/simulation/state_bytes.h"
+#include "server/engine/recording/recording.h"
+#include "server/engine/scene/mesh_answer.h"
+#include "server/engine/state/snapshot.h"
+#include "server/engine/state/state_bytes.h"
 #include "tests/support/places.h"
 #include "tests/support/small_block.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "server/simulation/simulation.h"
+#include "server/engine/tick/simulation.h"
 
 namespace acus::fuzz {
 

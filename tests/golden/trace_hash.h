@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "server/math/hasher.h"
-#include "server/simulation/simulation.h"
+#include "server/engine/math/hasher.h"
+#include "server/engine/tick/simulation.h"
 
 namespace acus::test {
 

@@ -19,6 +19,16 @@ run(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/build -G ${GENERATOR} -D 
     -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_FLAGS=${flags})
 run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
 run(${WORK_DIR}/build/consumer)
+if(EXAMPLE_DIR)
+  run(${CMAKE_COMMAND} -S ${EXAMPLE_DIR} -B ${WORK_DIR}/example -G ${GENERATOR} -D CMAKE_PREFIX_PATH=${prefix}
+      -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_FLAGS=${flags})
+  run(${CMAKE_COMMAND} --build ${WORK_DIR}/example)
+  execute_process(COMMAND ${WORK_DIR}/example/push ${prefix}/share/acus/scenes/layers.yaml
+                  OUTPUT_VARIABLE forces COMMAND_ERROR_IS_FATAL ANY)
+  if(NOT forces MATCHES "\n7.9 [3-9][0-9].[0-9]+ [0-9].[0-9]+\n") # it is deep in the tissue, and bears a force
+    message(FATAL_ERROR "push printed\n${forces}")
+  endif()
+endif()
 run(${prefix}/bin/acus-replay --help)
 run(${prefix}/bin/acus-keygen --help)
 run(${prefix}/bin/acus-haptic --help)

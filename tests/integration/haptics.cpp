@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The topic `haptics` over the wire. Its numbers are held by tests/simulation/test_base_stiffness.cpp.
+// The topic `haptics` over the wire. Its numbers are held by tests/tick/test_base_stiffness.cpp.
 #include <doctest/doctest.h>
 
 #include <algorithm>

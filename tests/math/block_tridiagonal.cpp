@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The block-tridiagonal factor against the dense Cholesky factorisation.
-#include "server/math/block_tridiagonal.h"
+#include "server/engine/math/block_tridiagonal.h"
 
 #include <doctest/doctest.h>
 
+#include "server/engine/math/random.h"
 #include "tests/support/dense.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The kernels of every instruction set that this processor has compute the same bits.
-#include "server/math/kernel_set.h"
+#include "server/engine/math/kernel_set.h"
 
 #include <doctest/doctest.h>
 
@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "server/math/lanes.h"
-#include "server/math/panel_kernel.h"
-#include "server/math/random.h"
-#include "server/models/element_kernel.h"
+#include "server/engine/math/lanes.h"
+#include "server/engine/math/panel_kernel.h"
+#include "server/engine/math/random.h"
+#include "server/engine/models/element_kernel.h"
 #include "tests/support/kernel_sets.h"
 
 namespace acus {

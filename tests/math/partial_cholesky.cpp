@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Eliminating some unknowns of a dense matrix leaves their factor, the coupling and the Schur complement.
-#include "server/math/partial_cholesky.h"
+#include "server/engine/math/partial_cholesky.h"
 
 #include <doctest/doctest.h>
 
-#include "server/math/random.h"
+#include "server/engine/math/random.h"
 
 namespace acus {
 namespace {

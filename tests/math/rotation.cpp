@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Rotation vectors and the basis across a direction, at their difficult places: angle 0, angle pi, the poles.
-#include "server/math/rotation.h"
+#include "server/engine/math/rotation.h"
 
 #include <doctest/doctest.h>
 
 #include <vector>
 
-#include "server/math/random.h"
+#include "server/engine/math/random.h"
 
 namespace acus {
 namespace {

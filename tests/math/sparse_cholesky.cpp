@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The sparse factor and its substitutions against Eigen's dense Cholesky factorisation.
-#include "server/math/sparse_cholesky.h"
+#include "server/engine/math/sparse_cholesky.h"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cstring>
 
+#include "server/engine/math/random.h"
 #include "tests/support/dense.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

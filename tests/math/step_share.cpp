@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/math/step_share.h"
+#include "server/engine/math/step_share.h"
 
 #include <doctest/doctest.h>
 

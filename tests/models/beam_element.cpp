@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The beam element: forces and tangents against differences of the energy, balance, frame invariance, and the textbook
 // stiffness where it is straight.
-#include "server/models/beam_element.h"
+#include "server/engine/models/beam_element.h"
 
 #include <doctest/doctest.h>
 
-#include "server/math/rotation.h"
+#include "server/engine/math/random.h"
+#include "server/engine/math/rotation.h"
 #include "tests/support/dense.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <doctest/doctest.h>
 
-#include "server/models/needle_motion.h"
+#include "server/engine/models/needle_motion.h"
 
 namespace acus {
 

@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
-#include "server/models/tissue_assembler.h"
-#include "server/models/tissue_motion.h"
+#include "server/engine/models/tissue_assembler.h"
+#include "server/engine/models/tissue_motion.h"
 
 namespace acus {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The corotational tetrahedron: polar rotation against Eigen's singular value decomposition, forces and tangents
 // against differences, balance, lanes against the single element, and what happens when it collapses.
-#include "server/models/corotational_energy.h"
+#include "server/engine/models/corotational_energy.h"
 
 #include <doctest/doctest.h>
 
+#include "server/engine/math/random.h"
 #include "tests/models/bench_tissue.h"
 #include "tests/support/dense.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

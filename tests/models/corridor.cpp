@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The corridor's columns against the dense inverse, and how its slots are given away.
-#include "server/models/corridor.h"
+#include "server/engine/models/corridor.h"
 
 #include <doctest/doctest.h>
 
+#include "server/engine/math/random.h"
 #include "tests/models/bench_tissue.h"
 #include "tests/support/dense.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -3,9 +3,9 @@
 // passive.
 #include <doctest/doctest.h>
 
-#include "server/math/random.h"
-#include "server/math/rotation.h"
-#include "server/models/held_base.h"
+#include "server/engine/math/random.h"
+#include "server/engine/math/rotation.h"
+#include "server/engine/models/held_base.h"
 #include "tests/models/bench_needle.h"
 
 namespace acus {

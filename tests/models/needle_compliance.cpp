@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The compliance that rows see of a needle is H A⁻¹ Hᵀ of the dense matrix, wherever they stand and in any order.
-#include "server/models/needle_compliance.h"
+#include "server/engine/models/needle_compliance.h"
 
 #include <doctest/doctest.h>
 
+#include "server/engine/math/random.h"
 #include "tests/support/dense.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

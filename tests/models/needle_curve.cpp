@@ -2,9 +2,9 @@
 // The needle's curve between its nodes: continuity, tangent, and the forces that belong to it.
 #include <doctest/doctest.h>
 
-#include "server/math/rotation.h"
+#include "server/engine/math/random.h"
+#include "server/engine/math/rotation.h"
 #include "tests/models/bench_needle.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -2,9 +2,9 @@
 // Needles in motion: free vibration against beam theory, spin, rest, and the balance of a tick.
 #include <doctest/doctest.h>
 
-#include "server/math/rotation.h"
+#include "server/engine/math/random.h"
+#include "server/engine/math/rotation.h"
 #include "tests/models/bench_needle.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -2,8 +2,8 @@
 // What a tick says of a needle's energy and strain.
 #include <doctest/doctest.h>
 
-#include "server/math/random.h"
-#include "server/math/rotation.h"
+#include "server/engine/math/random.h"
+#include "server/engine/math/rotation.h"
 #include "tests/models/bench_needle.h"
 
 namespace acus {

@@ -5,9 +5,9 @@
 
 #include <numbers>
 
-#include "server/math/rotation.h"
+#include "server/engine/math/random.h"
+#include "server/engine/math/rotation.h"
 #include "tests/models/bench_needle.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <limits>
 
-#include "server/math/rotation.h"
+#include "server/engine/math/random.h"
+#include "server/engine/math/rotation.h"
 #include "tests/models/bench_needle.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

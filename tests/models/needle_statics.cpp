@@ -2,9 +2,9 @@
 // Needles at rest under load, against the elastica, the circular arc, and the balance of forces and moments.
 #include <doctest/doctest.h>
 
-#include "server/math/rotation.h"
+#include "server/engine/math/random.h"
+#include "server/engine/math/rotation.h"
 #include "tests/models/bench_needle.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

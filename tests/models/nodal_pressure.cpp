@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Element `nodal_pressure`: its forces against its energy, its matrices against its forces, what it shares with the
 // linear element, and that it moves where that one locks.
-#include "server/models/nodal_pressure.h"
+#include "server/engine/models/nodal_pressure.h"
 
 #include <doctest/doctest.h>
 
@@ -9,10 +9,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/models/tissue_motion.h"
+#include "server/engine/math/random.h"
+#include "server/engine/models/tissue_motion.h"
 #include "tests/models/bench_tissue.h"
 #include "tests/support/dense.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Rotations of nodes, averaged over several elements.
-#include "server/models/rotation_grid.h"
+#include "server/engine/models/rotation_grid.h"
 
 #include <doctest/doctest.h>
 
 #include <numbers>
 
-#include "server/math/random.h"
-#include "server/math/rotation.h"
+#include "server/engine/math/random.h"
+#include "server/engine/math/rotation.h"
 
 namespace acus {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Finding the tissue's surface and walking through its tetrahedra, on a box whose answers are known.
-#include "server/models/surface.h"
+#include "server/engine/models/surface.h"
 
 #include <doctest/doctest.h>
 
-#include "server/math/random.h"
-#include "server/models/clusters.h"
-#include "server/models/triangle.h"
+#include "server/engine/math/random.h"
+#include "server/engine/models/clusters.h"
+#include "server/engine/models/triangle.h"
 #include "tests/support/places.h"
 
 namespace acus {

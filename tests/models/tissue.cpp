@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The tissue's forces and matrices: patch test, uniform stretch, rigid motions, masses.
-#include "server/models/tissue.h"
+#include "server/engine/models/tissue.h"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 
-#include "server/models/tissue_motion.h"
+#include "server/engine/math/random.h"
+#include "server/engine/models/tissue_motion.h"
 #include "tests/models/bench_tissue.h"
 #include "tests/support/dense.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The tissue's tick: rest under gravity, momentum, and rows against the dense inverse, for both matrices.
-#include "server/models/tissue_motion.h"
+#include "server/engine/models/tissue_motion.h"
 
 #include <doctest/doctest.h>
 
 #include <functional>
 
-#include "server/models/surface.h"
+#include "server/engine/math/random.h"
+#include "server/engine/models/surface.h"
 #include "tests/models/bench_tissue.h"
 #include "tests/support/dense.h"
-#include "server/math/random.h"
 
 namespace acus {
 namespace {

@@ -15,7 +15,7 @@ BUILD, CPACK, CMAKE = (os.environ["ACUS_" + name] for name in ("BUILD", "CPACK",
 VERSION = os.environ["ACUS_VERSION"]
 CONSUMER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "install", "consumer")
 TOOLS = ["dpkg", "dpkg-deb", "dpkg-shlibdeps", "help2man"]
-PACKAGES = ["acus-client", "acus-scenes", "acus-server", "libacus-dev", "python3-acus"]
+PACKAGES = ["acus-client", "acus-scenes", "acus-server", "libacus-dev", "libacus-engine-dev", "python3-acus"]
 SOME_FILES = {
     "acus-server": ["usr/bin/acus-server", "usr/bin/acus-mesh", "usr/bin/acus-bench", "usr/bin/acus-export", "usr/bin/acus-scene",
                     "usr/lib/systemd/system/acus-server@.service", "usr/share/man/man1/acus-server.1.gz"],
@@ -24,6 +24,8 @@ SOME_FILES = {
                     "usr/share/man/man1/acus-top.1.gz"],
     "libacus-dev": ["usr/include/acus/client/client.h", "usr/include/acus/client/haptics/kit.h",
                     "usr/lib/libacus_client.a", "usr/lib/libacus_haptics.a", "usr/lib/cmake/acus/acusConfig.cmake"],
+    "libacus-engine-dev": ["usr/include/acus/server/engine/tick/simulation.h", "usr/lib/libacus_engine.a",
+                           "usr/lib/cmake/acus/acusEngineTargets.cmake"],
     "python3-acus": ["usr/lib/python3/dist-packages/acus/__init__.py", "usr/lib/python3/dist-packages/acus/client.py"],
     "acus-scenes": ["usr/share/acus/scenes/insertion_pullback.yaml", "usr/share/acus/scenes/meshes/prostate.msh",
                     "usr/share/acus/scenes/trajectories/through.csv", "usr/share/doc/acus/README.md"],

@@ -7,7 +7,7 @@
 
 #include <thread>
 
-#include "server/recording/rerun.h"
+#include "server/engine/recording/rerun.h"
 #include "server/runtime/realtime_loop.h"
 #include "tests/support/scenes.h"
 #include "tests/support/temporary_folder.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a recording's file gives back, whole, cut, and damaged.
-#include "server/recording/recording_file.h"
+#include "server/engine/recording/recording_file.h"
 
 #include <doctest/doctest.h>
 #include <sys/resource.h>

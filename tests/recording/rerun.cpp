@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Recordings that were written by hand and run again.
-#include "server/recording/rerun.h"
+#include "server/engine/recording/rerun.h"
 
 #include <doctest/doctest.h>
 

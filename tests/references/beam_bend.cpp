@@ -16,7 +16,7 @@
 // What differs here. A circular section bends alike in all directions, as the square does, and has GJ = EI for nu = 0,
 // which is the J = 1/6 of the square: both are met exactly. EA is set to that of the square (a circle of the same I has
 // 2.3 % more). Shear is rigid, which moves the tip by 0.004.
-#include "server/math/rotation.h"
+#include "server/engine/math/rotation.h"
 #include "tests/models/bench_needle.h"
 #include "tests/references/figure.h"
 #include "tests/support/dense.h"

@@ -5,7 +5,7 @@
 // The laws meet their lines in exactly one point, as the graphs are monotone and W is positive definite (R. W. Cottle,
 // J.-S. Pang, R. E. Stone, "The Linear Complementarity Problem", 1992, Theorem 3.1.6: a symmetric positive definite
 // matrix gives each complementarity problem one solution). So the oracle must find one consistent combination,
-// and all that are consistent must be the same point. tests/constraints holds well-conditioned systems against such an
+// and all that are consistent must be the same point. tests/laws holds well-conditioned systems against such an
 // oracle; here the directions differ by up to 1e10 in compliance, and the oracle computes in extended precision.
 //
 // How far the answers may be off: the solvers end where no law is violated by more than 1e-10 of the largest force. A
@@ -19,7 +19,7 @@
 
 #include <numbers>
 
-#include "tests/constraints/law_problems.h"
+#include "tests/laws/law_problems.h"
 #include "tests/references/figure.h"
 #include "tests/support/dense.h"
 

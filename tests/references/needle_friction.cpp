@@ -11,7 +11,7 @@
 //   Mathematics of Diffusion" (1975), eq. 4.17.
 #include <numbers>
 
-#include "server/constraints/solver/constraint_solver.h"
+#include "server/engine/laws/solver/constraint_solver.h"
 #include "tests/models/bench_needle.h"
 #include "tests/references/figure.h"
 #include "tests/references/rigid_ground.h"

@@ -4,7 +4,7 @@
 // Source: needle_in_block.py, which meshes a block with the needle in it and has CalculiX solve it: a rigid needle of 1 mm,
 // guided, 20, 40 and 70 mm deep in 100 mm of tissue of 10 kPa, goes aside by 0.1 mm.
 #include "tests/references/figure.h"
-#include "tests/simulation/bench.h"
+#include "tests/tick/bench.h"
 
 namespace acus::test {
 namespace {

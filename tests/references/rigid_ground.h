@@ -2,7 +2,7 @@
 // Scenes with a needle above, or in, tissue so stiff that the needle's own mechanics and the laws are all there is.
 #pragma once
 
-#include "tests/simulation/bench.h"
+#include "tests/tick/bench.h"
 
 namespace acus::test {
 

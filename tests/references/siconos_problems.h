@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The laws of server/constraints/laws/laws.h as problems of Siconos (V. Acary, F. Perignon et al., "An introduction to
+// The laws of server/engine/laws/laws.h as problems of Siconos (V. Acary, F. Perignon et al., "An introduction to
 // Siconos", INRIA TR-0340, 2019; Apache-2.0), whose solvers share no code and no method with ours.
 //
 // Relay problem: z within [low, high], w = M z + q with w >= 0 where z = low, w <= 0 where z = high, w = 0 between.
@@ -12,7 +12,7 @@
 
 #include <optional>
 
-#include "tests/constraints/law_problems.h"
+#include "tests/laws/law_problems.h"
 
 namespace acus {
 

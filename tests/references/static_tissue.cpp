@@ -5,8 +5,8 @@
 
 #include <Eigen/IterativeLinearSolvers>
 
-#include "server/models/material_point.h"
-#include "server/models/rest_stiffness.h"
+#include "server/engine/models/material_point.h"
+#include "server/engine/models/rest_stiffness.h"
 
 namespace acus {
 namespace {

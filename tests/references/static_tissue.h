@@ -6,8 +6,8 @@
 
 #include <functional>
 
+#include "server/engine/math/random.h"
 #include "tests/models/bench_tissue.h"
-#include "server/math/random.h"
 
 namespace acus {
 

@@ -18,8 +18,8 @@
 
 #include <numbers>
 
-#include "server/math/rotation.h"
-#include "server/models/tissue_motion.h"
+#include "server/engine/math/rotation.h"
+#include "server/engine/models/tissue_motion.h"
 #include "tests/models/bench_needle.h"
 #include "tests/models/bench_tissue.h"
 #include "tests/references/figure.h"

@@ -2,7 +2,7 @@
 // Homogeneous strains of an irregular mesh, as large as they come: every element is strained alike, so forces inside
 // vanish and the force on a face is the first Piola-Kirchhoff stress P times its area at rest.
 //
-// Source: the corotational energy mu |S - I|² + lambda/2 tr(S - I)² of server/models/corotational_tetrahedron.h, F = R
+// Source: the corotational energy mu |S - I|² + lambda/2 tr(S - I)² of server/engine/models/corotational_tetrahedron.h, F = R
 // S, also called linear corotational (E. Sifakis, J. Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH Courses
 // 2012, sec. 3.4), worked out by hand:
 //   hydrostatic, F = s I:                 P = (2 mu + 3 lambda)(s - 1) I = 3 K (s - 1) I

@@ -7,7 +7,7 @@
 #include <limits>
 #include <set>
 
-#include "server/models/tetrahedral_mesh.h"
+#include "server/engine/models/tetrahedral_mesh.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/temporary_folder.h"
 

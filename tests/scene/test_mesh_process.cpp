@@ -14,9 +14,9 @@
 #include <limits>
 #include <random>
 
-#include "server/scene/mesh_answer.h"
-#include "server/scene/mesh_process.h"
-#include "server/models/tetrahedral_mesh.h"
+#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/scene/mesh_answer.h"
+#include "server/engine/scene/mesh_process.h"
 #include "tests/support/temporary_folder.h"
 
 namespace acus {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "server/scene/scene.h"
+#include "server/engine/scene/scene.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "server/scene/scene.h"
+#include "server/engine/scene/scene.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/temporary_folder.h"
 

@@ -11,9 +11,9 @@
 #include <sstream>
 #include <vector>
 
-#include "server/scene/scene_fields.h"
-#include "server/scene/scene_json.h"
-#include "server/scene/scene_reference.h"
+#include "server/engine/scene/scene_fields.h"
+#include "server/engine/scene/scene_json.h"
+#include "server/engine/scene/scene_reference.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 

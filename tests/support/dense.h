@@ -3,7 +3,7 @@
 // takes seconds longer to compile. Units are the caller's. Shapes that do not fit fail an assertion.
 #pragma once
 
-#include "server/math/types.h"
+#include "server/engine/math/types.h"
 
 namespace acus::test {
 

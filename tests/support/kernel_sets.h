@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "server/math/kernel_set.h"
+#include "server/engine/math/kernel_set.h"
 #include "tests/support/shared_data.h"
 
 namespace acus::test {

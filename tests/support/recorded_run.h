@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
-#include "server/recording/recording_file.h"
-#include "server/simulation/snapshot.h"
-#include "server/simulation/state_bytes.h"
+#include "server/engine/recording/recording_file.h"
+#include "server/engine/state/snapshot.h"
+#include "server/engine/state/state_bytes.h"
 #include "tests/support/small_block.h"
 
 namespace acus::test {

@@ -2,7 +2,7 @@
 // A block of 64 nodes and a needle of six nodes half a millimetre above it, for runs that must be short.
 #pragma once
 
-#include "server/scene/scene.h"
+#include "server/engine/scene/scene.h"
 
 namespace acus::test {
 

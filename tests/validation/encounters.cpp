@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "server/math/rotation.h"
+#include "server/engine/math/rotation.h"
 #include "tests/validation/insertion_run.h"
 
 namespace acus::test {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <span>
 
-#include "server/math/random.h"
+#include "server/engine/math/random.h"
 #include "server/tools/study/force_jumps.h"
 #include "tests/support/scenes.h"
 #include "tests/validation/scene_run.h"

@@ -2,7 +2,7 @@
 // Where the world stands must not matter, nor how often a run is repeated.
 #include <doctest/doctest.h>
 
-#include "server/math/rotation.h"
+#include "server/engine/math/rotation.h"
 #include "tests/validation/insertion_run.h"
 
 namespace acus::test {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "server/scene/scene_fields.h"
+#include "server/engine/scene/scene_fields.h"
 #include "tests/validation/insertion_run.h"
 
 namespace acus::test {

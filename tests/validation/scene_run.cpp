@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/models/surface.h"
+#include "server/engine/models/surface.h"
 #include "server/runtime/convert.h"
 #include "server/tools/study/ghosts.h"
 #include "server/tools/study/parabola.h"

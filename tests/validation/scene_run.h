@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "client/trajectory.h"
-#include "server/models/surface.h"
+#include "server/engine/models/surface.h"
+#include "server/engine/tick/simulation.h"
 #include "server/tools/bench/trajectory_driver.h"
-#include "server/simulation/simulation.h"
 
 namespace acus::test {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "server/math/rotation.h"
+#include "server/engine/math/rotation.h"
 #include "tests/support/places.h"
 #include "tests/support/shared_data.h"
 #include "tests/validation/scene_run.h"

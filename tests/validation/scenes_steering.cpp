@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-#include "server/math/rotation.h"
+#include "server/engine/math/rotation.h"
 #include "tests/validation/scene_run.h"
 
 namespace acus::test {

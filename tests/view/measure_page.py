@@ -106,6 +106,7 @@ class Measure(test_page.Page):
         self.look(url)
         self.wait_for("window.acus && acus.frames > 0 && acus.force('needle')")
         drawn = time.monotonic() - begun
+        self.wait_for("performance.getEntriesByName('first-contentful-paint').length > 0")
         paint = self.get("performance.getEntriesByName('first-contentful-paint')[0].startTime")
         print(f"page visible {paint / 1000:.2f} s after it was asked for, tissue and needle drawn after {drawn:.2f} s")
         self.take()

@@ -16,8 +16,8 @@
 #include <system_error>
 
 #include "client/timing_limits.h"
-#include "server/math/kernel_set.h"
-#include "server/scene/scene_fields.h"
+#include "server/engine/math/kernel_set.h"
+#include "server/engine/scene/scene_fields.h"
 #include "server/tools/bench/bench_report.h"
 
 namespace {

@@ -11,10 +11,10 @@
 
 #include "client/latency.h"
 #include "protocol/messages.h"
-#include "server/math/kernel_set.h"
-#include "server/scene/scene_fields.h"
-#include "server/scene/text_table.h"
-#include "server/simulation/state_bytes.h"
+#include "server/engine/math/kernel_set.h"
+#include "server/engine/scene/scene_fields.h"
+#include "server/engine/scene/text_table.h"
+#include "server/engine/state/state_bytes.h"
 
 namespace acus {
 

@@ -13,9 +13,9 @@
 
 #include <vector>
 
-#include "server/math/sparse_cholesky.h"
-#include "server/math/types.h"
-#include "server/simulation/simulation.h"
+#include "server/engine/math/sparse_cholesky.h"
+#include "server/engine/math/types.h"
+#include "server/engine/tick/simulation.h"
 
 namespace acus {
 

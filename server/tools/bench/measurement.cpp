@@ -5,7 +5,7 @@
 #include <chrono>
 #include <string_view>
 
-#include "server/math/processor_time.h"
+#include "server/engine/math/processor_time.h"
 #include "server/tools/bench/allocation_count.h"
 
 namespace acus {

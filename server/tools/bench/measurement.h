@@ -11,9 +11,9 @@
 #include <optional>
 #include <vector>
 
+#include "server/engine/state/report.h"
 #include "server/tools/bench/calibration.h"
 #include "server/tools/bench/trajectory_driver.h"
-#include "server/simulation/report.h"
 
 namespace acus {
 

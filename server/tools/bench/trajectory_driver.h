@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client/trajectory.h"
-#include "server/simulation/simulation.h"
+#include "server/engine/tick/simulation.h"
 
 namespace acus {
 

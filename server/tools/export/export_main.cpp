@@ -11,7 +11,7 @@
 
 #include "client/run_log.h"
 #include "client/same_file.h"
-#include "server/recording/rerun.h"
+#include "server/engine/recording/rerun.h"
 #include "server/runtime/convert.h"
 #include "server/tools/export/messages_export.h"
 #include "server/tools/export/shapes_export.h"

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "server/recording/rerun.h"
+#include "server/engine/recording/rerun.h"
 
 namespace acus {
 

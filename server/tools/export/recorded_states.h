@@ -3,7 +3,7 @@
 #pragma once
 
 #include "protocol/messages.h"
-#include "server/recording/rerun.h"
+#include "server/engine/recording/rerun.h"
 
 namespace acus {
 

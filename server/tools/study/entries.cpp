@@ -7,12 +7,12 @@
 #include <filesystem>
 #include <numbers>
 
-#include "server/constraints/compliance/local_compliance.h"
-#include "server/math/processor_time.h"
-#include "server/math/random.h"
-#include "server/math/rotation.h"
-#include "server/models/surface.h"
-#include "server/simulation/simulation.h"
+#include "server/engine/math/processor_time.h"
+#include "server/engine/math/random.h"
+#include "server/engine/math/rotation.h"
+#include "server/engine/models/local_compliance.h"
+#include "server/engine/models/surface.h"
+#include "server/engine/tick/simulation.h"
 #include "server/tools/study/experiment.h"
 #include "server/tools/study/ghosts.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "server/scene/field.h"
+#include "server/engine/scene/field.h"
 
 namespace acus {
 

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "server/scene/scene.h"
+#include "server/engine/scene/scene.h"
 
 namespace acus {
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/math/processor_time.h"
+#include "server/engine/math/processor_time.h"
+#include "server/engine/models/material_point.h"
+#include "server/engine/models/surface.h"
 #include "server/tools/bench/calibration.h"
 #include "server/tools/bench/trajectory_driver.h"
-#include "server/models/material_point.h"
-#include "server/models/surface.h"
 
 namespace acus {
 

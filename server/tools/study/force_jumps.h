@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "server/simulation/report.h"
+#include "server/engine/state/report.h"
 
 namespace acus {
 

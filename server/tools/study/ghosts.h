@@ -2,9 +2,9 @@
 // The invariant that every lay person takes for granted: a tip inside the deformed tissue is in a path or in contact.
 #pragma once
 
-#include "server/models/surface.h"
-#include "server/simulation/insertion/transitions.h"
-#include "server/simulation/simulation.h"
+#include "server/engine/models/surface.h"
+#include "server/engine/tick/insertion/transition.h"
+#include "server/engine/tick/simulation.h"
 
 namespace acus {
 

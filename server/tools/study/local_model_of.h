@@ -4,7 +4,7 @@
 #pragma once
 
 #include "client/haptics/local_model.h"
-#include "server/simulation/simulation.h"
+#include "server/engine/tick/simulation.h"
 
 namespace acus {
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/constraints/compliance/local_compliance.h"
 #include "server/tools/study/locking.h"
+#include "server/engine/models/local_compliance.h"
 
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <random>
 
-#include "server/math/sparse_cholesky.h"
-#include "server/models/material_point.h"
-#include "server/models/tissue_assembler.h"
-#include "server/scene/scene.h"
-#include "server/scene/scene_fields.h"
+#include "server/engine/math/sparse_cholesky.h"
+#include "server/engine/models/material_point.h"
+#include "server/engine/models/tissue_assembler.h"
+#include "server/engine/scene/scene.h"
+#include "server/engine/scene/scene_fields.h"
 #include "server/tools/study/csv.h"
 
 namespace acus {

@@ -22,7 +22,7 @@
 #include <string>
 #include <vector>
 
-#include "server/models/tissue_element.h"
+#include "server/engine/models/tissue_element.h"
 #include "server/tools/study/study.h"
 
 namespace acus {

@@ -6,9 +6,9 @@
 #include <limits>
 #include <numbers>
 
-#include "server/math/rotation.h"
-#include "server/scene/scene_fields.h"
-#include "server/simulation/simulation.h"
+#include "server/engine/math/rotation.h"
+#include "server/engine/scene/scene_fields.h"
+#include "server/engine/tick/simulation.h"
 #include "server/tools/study/csv.h"
 #include "server/tools/study/parabola.h"
 

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "server/scene/scene.h"
+#include "server/engine/scene/scene.h"
 #include "server/tools/study/study.h"
 
 namespace acus {

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "server/math/types.h"
+#include "server/engine/math/types.h"
 
 namespace acus {
 

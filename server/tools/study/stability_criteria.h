@@ -31,8 +31,8 @@
 #include <string>
 #include <vector>
 
-#include "server/simulation/report.h"
-#include "server/simulation/simulation.h"
+#include "server/engine/state/report.h"
+#include "server/engine/tick/simulation.h"
 
 namespace acus {
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/math/processor_time.h"
+#include "server/engine/math/processor_time.h"
+#include "server/engine/math/rotation.h"
 #include "server/tools/bench/trajectory_driver.h"
-#include "server/math/rotation.h"
 #include "server/tools/study/stability_mesh.h"
 
 namespace acus {

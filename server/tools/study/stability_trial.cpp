@@ -4,7 +4,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "server/math/rotation.h"
+#include "server/engine/math/rotation.h"
 #include "server/tools/study/stability_cases.h"
 #include "server/tools/study/stability_mesh.h"
 

@@ -3,7 +3,7 @@
 #include <limits>
 #include <numbers>
 
-#include "server/scene/scene_fields.h"
+#include "server/engine/scene/scene_fields.h"
 #include "server/tools/study/csv.h"
 #include "server/tools/study/entries.h"
 #include "server/tools/study/study.h"

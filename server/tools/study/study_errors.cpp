@@ -2,7 +2,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "server/scene/scene_fields.h"
+#include "server/engine/scene/scene_fields.h"
 #include "server/tools/study/csv.h"
 #include "server/tools/study/error_settings.h"
 #include "server/tools/study/errors.h"

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "client/trajectory.h"
-#include "server/math/random.h"
+#include "server/engine/math/random.h"
 #include "server/tools/bench/trajectory_driver.h"
 #include "server/tools/study/csv.h"
 #include "server/tools/study/force_jumps.h"

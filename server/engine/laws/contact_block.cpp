@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/laws/contact_block.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace acus {
+
+namespace {
+
+using Vector2 = Eigen::Vector2d;
+
+constexpr int kBisections = 60;
+constexpr int kDoublings = 40;
+
+// Where in (low, high) a function changes its sign from plus to minus.
+template <class Function>
+double bisect(double low, double high, Function f) {
+  for (int i = 0; i < kBisections; ++i) {
+    const double middle = 0.5 * (low + high);
+    (f(middle) > 0 ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+// The a in (0, infinity) at which `excess` changes its sign from plus to minus.
+template <class Excess>
+double find_rim(double scale, Excess excess) {
+  const auto multiplier = [&](double s) { return scale * s / (1 - s); };
+  constexpr double kAlmostOne = 1 - 1e-15;  // keeps the multiplier finite
+  return multiplier(bisect(0, kAlmostOne, [&](double s) { return excess(multiplier(s)); }));
+}
+
+// t for a given n: the rim's radius is known.
+Vector2 friction_force(double radius, const Eigen::Matrix2d& W, const Vector2& delta_bar) {
+  if (radius <= 0) return Vector2::Zero();
+  const auto force = [&](double a) { return Vector2(-(W + a * Eigen::Matrix2d::Identity()).inverse() * delta_bar); };
+  if (force(0).norm() <= radius) return force(0);
+  return force(find_rim(W.trace(), [&](double a) { return force(a).norm() - radius; })).normalized() * radius;
+}
+
+}  // namespace
+
+Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& delta_bar) {
+  assert(law.limit >= 0 && law.friction >= 0 && law.cohesion >= 0 && !(W.diagonal().minCoeff() <= 0));
+  const auto with_normal = [&](double n) {
+    const Vector2 bar = delta_bar.tail<2>() + n * W.block<2, 1>(1, 0);
+    const Vector2 t = friction_force(law.cohesion + law.friction * n, W.bottomRightCorner<2, 2>(), bar);
+    return Vector3(n, t[0], t[1]);
+  };
+  const auto force = [&](double a) {
+    Matrix3 system = W;
+    system.diagonal().tail<2>().array() += a;
+    return Vector3(-system.inverse() * delta_bar);
+  };
+  const auto excess = [&](const Vector3& lambda) {
+    return lambda.tail<2>().norm() - (law.cohesion + law.friction * lambda[0]);
+  };
+
+  Vector3 lambda = force(0);
+  if (excess(lambda) > 0) {
+    const Vector3 without_friction(-delta_bar[0] / W(0, 0), 0, 0);
+    lambda = excess(without_friction) < 0 ? force(find_rim(W.trace(), [&](double a) { return excess(force(a)); }))
+                                          : without_friction;
+  }
+  if (lambda[0] > 0 && lambda[0] < law.limit) return lambda;
+  // Open or at its cap, unless the friction of that would press the tip on, or off.
+  const auto approach = [&](double n) { return -(W.row(0).dot(with_normal(n)) + delta_bar[0]); };
+  if (approach(0) <= 0) return with_normal(0);
+  if (std::isfinite(law.limit) && approach(law.limit) >= 0) return with_normal(law.limit);
+  double high = std::min(law.limit, delta_bar.norm() / W(0, 0));
+  for (int i = 0; i < kDoublings && approach(high) > 0 && high < law.limit; ++i) high = std::min(2 * high, law.limit);
+  return with_normal(bisect(0, high, approach));
+}
+
+}  // namespace acus

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The three laws of one contact with friction, solved together: the force lambda = (n, t1, t2) on the line
+// delta = W lambda + delta_bar with
+//
+//   n:      0 <= n <= f, delta_n = 0 between, delta_n >= 0 at 0, <= 0 at f         (unilateral, capped)
+//   t:      |t| <= C + mu n, delta_t = 0 inside, delta_t = -a t with a >= 0 on the rim
+//
+// Row by row the sweeps may never settle: a needle that bends sideways far more easily than along itself, W_tt >> W_nn,
+// and that is tilted, W_nt ~ W_nn / mu, turns a change of friction into one of the normal force as large as itself. A
+// needle is about a hundred times softer sideways than along itself; a little tilted, it does not settle at mu = 0.3
+// already, and the tip jumps on and off the surface.
+//
+// With a the multiplier of the rim, (W_tt + a I) t = -delta_t - W_tn n and W_nn n + W_nt t = -delta_n are linear in
+// (n, t), with a positive definite matrix for every a >= 0. a = 0 is sticking; sliding is the a at which |t| reaches
+// C + mu n, found by bisection, as a = infinity, no friction at all, lies inside the cone.
+#pragma once
+
+#include "server/engine/math/types.h"
+
+namespace acus {
+
+struct ContactLaw {
+  double limit = 0;     // f (N), may be infinite
+  double friction = 0;  // mu (-)
+  double cohesion = 0;  // C (N)
+};
+
+// W symmetric positive definite (m/N), rows n, t1, t2; delta_bar (m). Returns lambda (N).
+Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& delta_bar);
+
+}  // namespace acus

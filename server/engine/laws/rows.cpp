@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/laws/rows.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace acus {
+
+namespace {
+
+// Below this compliance (m/N) a row has nothing that gives: a rigid needle in fixed material.
+constexpr double kLeastCompliance = 1e-9;
+
+Vector12 needle_force(const NeedleShape& shape, const Row& row) {
+  return row.role == RowRole::torsion ? curve_torque(row.on_needle, row.radius * row.n)
+                                      : curve_force(shape, row.on_needle, row.n);
+}
+
+int add_to_tissue(TissueMotion& tissue, const Row& row) {
+  if (row.role == RowRole::torsion) return tissue.add_couple(row.in_tissue.a.tetrahedron, -row.radius * row.n);
+  if (!row.patch.empty()) return tissue.add_row(row.patch, -row.n);
+  return acts_on_tissue(row.role) ? tissue.add_row(row.in_tissue, -row.n) : tissue.add_empty_row();
+}
+
+}  // namespace
+
+Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
+  const auto n = static_cast<std::size_t>(capacity);
+  rows_.reserve(n);
+  laws_.reserve(n);
+  places_.resize(n);
+  lambda_.resize(n);
+  delta_.resize(n);
+  delta_free_.resize(n);
+  needle_lambda_.resize(n);
+  storage_.setZero(static_cast<Eigen::Index>(capacity) * capacity);
+}
+
+void Rows::clear() {
+  rows_.clear();
+  laws_.clear();
+}
+
+bool Rows::add(const Row& row, const Law& law, double warm_start) {
+  assert(row.needle >= 0 && row.compliance >= 0 && law.limit >= 0);
+  assert(!(std::abs(row.n.squaredNorm() - 1) > 1e-6));
+  if (full()) return false;
+  lambda_[rows_.size()] = warm_start;
+  rows_.push_back(row);
+  laws_.push_back(law);
+  return true;
+}
+
+void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
+  for (NeedleMotion& needle : needles) needle.clear_rows();
+  tissue.clear_rows();
+  const int n = count();
+  for (int i = 0; i < n; ++i) {
+    const Row& r = rows_[i];
+    NeedleMotion& needle = needles[r.needle];
+    const int needle_row = needle.add_row(r.on_needle.beam, needle_force(needle.shape(), r));
+    delta_free_[i] = r.gap + needle.free_displacement(needle_row);
+    [[maybe_unused]] const int tissue_row = add_to_tissue(tissue, r);
+    assert(tissue_row == i);
+  }
+  auto W = this->W();
+  W.triangularView<Eigen::Lower>().setZero();
+  for (std::size_t k = 0; k < needles.size(); ++k) needles[k].add_compliances(places_of(static_cast<int>(k)), W);
+  tissue.add_compliance(W, delta_free_);
+  W.diagonal() = W.diagonal().cwiseMax(kLeastCompliance);
+  W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
+  for (int i = 0; i < n; ++i) W(i, i) += rows_[i].compliance;
+}
+
+SolverResult Rows::solve(LawMethod method, int max_steps, double tolerance) {
+  const std::size_t n = rows_.size();
+  return solver_.solve(method, W(), laws_, {delta_free_.data(), n}, max_steps, tolerance, {lambda_.data(), n},
+                       {delta_.data(), n});
+}
+
+std::span<const int> Rows::places_of(int needle) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    if (rows_[i].needle == needle) places_[count++] = static_cast<int>(i);
+  return {places_.data(), count};
+}
+
+std::span<const double> Rows::needle_forces(int needle) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    if (rows_[i].needle == needle) needle_lambda_[count++] = lambda_[i];
+  return {needle_lambda_.data(), count};
+}
+
+double Rows::elastic_energy() const {
+  double energy = 0;
+  for (int i = 0; i < count(); ++i)
+    energy += (laws_[i].compliance + rows_[i].compliance) * lambda_[i] * lambda_[i] / 2;
+  return energy;
+}
+
+}  // namespace acus

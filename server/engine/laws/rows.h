@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The rows of a tick: pairs of a point on a needle's curve and a point of the tissue's material, a direction n and a
+// law. delta = nᵀ(Q - P) for laws on positions, its change during the tick for friction; H_n and H_t follow from the
+// pair (paper, eq. 1), with forces +n lambda on the needle and -n lambda on the tissue.
+//
+// Torsion rows act by couples instead: lambda (N) is the force on the needle's surface, r lambda about n the couple on
+// the needle and its opposite on the material, delta = r nᵀ(theta - omega) the slip of the surface in the tick.
+// Guide rows act on the needle alone: a guide is held from outside.
+//
+// A row may stand in series with a spring of its own, the material that the mesh does not resolve: delta is then what
+// is left for the law,
+//
+//   delta = W lambda + delta_free + e lambda,
+//
+// and a row on displacements takes what the spring already bore off its gap, e lambda_n with lambda_n the force at the
+// start of the tick. The spring stores e lambda²/2, which comes back in full while the law sticks. In contrast to a
+// law's compliance, which is a foundation under a bilateral row, this one is part of W for the solver and goes with any
+// law.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/engine/laws/solver/constraint_solver.h"
+#include "server/engine/models/needle_motion.h"
+#include "server/engine/models/tissue_motion.h"
+
+namespace acus {
+
+// What a row's force is counted as.
+enum class RowRole : std::uint8_t {
+  contact,           // of the tip with a surface, along its normal
+  contact_friction,  // along the surface
+  cutting,
+  tip_lateral,
+  lateral,  // of the shaft
+  friction,
+  torsion,
+  guide,          // across the guide
+  guide_friction  // along it
+};
+
+constexpr bool acts_on_tissue(RowRole role) { return role != RowRole::guide && role != RowRole::guide_friction; }
+
+struct Row {
+  int needle = 0;
+  RowRole role = RowRole::lateral;
+  int index = -1;  // vertex of the path for shaft rows, number of the guide for its rows
+  CurvePoint on_needle{};
+  TissuePoint in_tissue;
+  Vector3 n = Vector3::Zero();  // unit, world
+  double gap = 0;               // m, delta at q_k, before this iteration's correction
+  double radius = 0;            // r (m), torsion only
+  double compliance = 0;        // e (m/N), >= 0, of the spring in series
+  std::span<const MaterialPoint> patch{};  // not empty: in place of in_tissue; all weights together sum to 1
+};
+
+class Rows {
+ public:
+  explicit Rows(int capacity);
+
+  void clear();
+  bool full() const { return count() == capacity_; }
+  int count() const { return static_cast<int>(rows_.size()); }
+
+  // Adds a row with a first guess of its force (N); false if there is no room.
+  bool add(const Row& row, const Law& law, double warm_start);
+
+  // Stage 6: W = W_n + W_t and delta_free. The corridor must have room for all rows' nodes.
+  void assemble(std::span<NeedleMotion> needles, TissueMotion& tissue);
+  // Stage 7.
+  SolverResult solve(LawMethod method, int max_steps, double tolerance);
+  // Forces per needle in the order in which its rows were added, as NeedleMotion::correct() wants them.
+  std::span<const double> needle_forces(int needle);
+
+  const Row& row(int i) const { return rows_[i]; }
+  const Law& law(int i) const { return laws_[i]; }
+  std::span<const double> lambda() const { return {lambda_.data(), rows_.size()}; }  // N
+  std::span<const double> delta() const { return {delta_.data(), rows_.size()}; }    // m
+  // W (m/N), of the last assemble().
+  Eigen::Map<const MatrixX> compliance() const { return {storage_.data(), count(), count()}; }
+  // Of the rows that give way by themselves (J), at the forces of the last solve.
+  double elastic_energy() const;
+  Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }                     // on the needle, N
+
+ private:
+  std::span<const int> places_of(int needle);
+  // Packed, so that few rows of many take little room in the caches.
+  Eigen::Map<MatrixX> W() { return {storage_.data(), count(), count()}; }
+
+  int capacity_;
+  std::vector<Row> rows_;
+  std::vector<Law> laws_;
+  std::vector<int> places_;  // of one needle's rows
+  std::vector<double> lambda_, delta_, delta_free_, needle_lambda_;
+  VectorX storage_;  // of W()
+  ConstraintSolver solver_;
+};
+
+}  // namespace acus

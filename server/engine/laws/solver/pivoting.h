@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Laws without bilateral rows, by their pieces. Every law of one row is a chain of straight ones: bounds, where the
+// force is known (open, capped, sliding), and lines, where the displacement is (closed, sticking) or is proportional to
+// the force (sliding with viscosity c: delta = (T - lambda)/c). With the pieces known the forces follow from one
+// Cholesky factorisation over the rows on lines; then every row whose law is violated picks its piece anew. That is
+// block principal pivoting [Judice, Pires 1994, "A block principal pivoting algorithm for large-scale strictly monotone
+// linear complementarity problems"], or Newton's method on the pieces: semismooth, and at the answer as soon as the
+// pieces are right. One to three picks are usual. Nothing proves that the picks end; where the rows that pick anew have
+// not become fewer for kPatience picks, or at kMaxPicks, it gives up (interior_point.h is what does not).
+//
+// A contact with friction is no chain of pieces. It is solved exactly (contact_block.h) at every pick, on the block
+// K = W_CC - W_CS W_SS⁻¹ W_SC that the rows S on lines leave of it; several contacts in turn, until none moves.
+//
+// A row keeps its piece while it violates its law by less than kPickAbove of the largest force, and so a row that
+// stands between two pieces does not swing between them by rounding. Rows on lines get kRegularization of their mean
+// diagonal, and one step of refinement for it, so that points that mesh and beams cannot tell apart share their force.
+#pragma once
+
+#include <vector>
+
+#include "server/engine/laws/solver/law_method.h"
+#include "server/engine/laws/solver/law_system.h"
+
+namespace acus {
+
+class Pivoting {
+ public:
+  static constexpr double kRegularization = 1e-12;
+  static constexpr double kPickAbove = 1e-12;    // violation, as share of the largest force, see force_scale()
+  static constexpr double kContactsEnd = 1e-12;  // change of a contact's force, as share of it or of 1 N
+  static constexpr double kAtBound = 1 - 1e-9;   // a force of that share of a bound stands on it
+  static constexpr int kMaxPicks = 12;
+  static constexpr int kPatience = 3;
+  static constexpr int kMaxContactRounds = 100;
+
+  explicit Pivoting(int capacity);
+
+  // Starts on the pieces on which the forces given stand, and leaves the forces that violate the laws least, these or
+  // better ones, with their displacements. Disks that do not stand behind their normal row keep their forces. Returns
+  // the number of picks, each of which it takes from `budget`.
+  int solve(const LawSystem& system, const LawState& state, StepBudget& budget);
+
+ private:
+  // Where a row stands. `force` (N) at a bound; of a row that slides with viscosity the threshold with its sign.
+  struct Piece {
+    enum Kind : std::uint8_t { bound, rest, sliding, contact } kind = bound;
+    double force = 0;
+    bool on_line() const { return kind == rest || kind == sliding; }
+    bool operator==(const Piece&) const = default;
+  };
+
+  static Piece piece_at(const Law& law, double step, double lambda);
+  void start(const LawSystem& system, const LawState& state);
+  int pick_anew(const LawSystem& system, const LawState& state);
+
+  bool move(const LawSystem& system, const LawState& state);
+  void number_rows(int rows);
+  void fill(const LawSystem& system, const LawState& state);
+  void solve_contacts(const LawSystem& system);
+  void refine(const LawSystem& system, const LawState& state);
+
+  std::vector<Piece> pieces_;
+  std::vector<int> rows_;   // on lines, then of contacts: the numbering of all below
+  Eigen::Index lines_ = 0;  // how many of them are on lines
+  MatrixX matrix_;          // W of rows_, lower triangle; factor, coupling and K after elimination
+  VectorX viscous_;         // 1/c (m/N) of sliding rows, else zero
+  VectorX rhs_;             // m
+  VectorX forces_;          // N, of rows_
+  std::vector<double> trial_lambda_, trial_delta_;
+};
+
+}  // namespace acus

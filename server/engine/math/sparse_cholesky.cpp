@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/math/sparse_cholesky.h"
+
+#include <cholmod.h>
+
+#include <algorithm>
+#include <cassert>
+
+// Present when the BLAS behind CHOLMOD is OpenBLAS. One thread: the simulation owns one core, and sums must not depend
+// on how they were shared out.
+extern "C" void openblas_set_num_threads(int) __attribute__((weak));
+
+namespace acus {
+
+namespace {
+
+cholmod_sparse view_of(const SparseMatrix& lower) {
+  cholmod_sparse view{};
+  view.nrow = static_cast<std::size_t>(lower.rows());
+  view.ncol = static_cast<std::size_t>(lower.cols());
+  view.nzmax = static_cast<std::size_t>(lower.nonZeros());
+  view.p = const_cast<int*>(lower.outerIndexPtr());
+  view.i = const_cast<int*>(lower.innerIndexPtr());
+  view.x = const_cast<double*>(lower.valuePtr());
+  view.stype = -1;  // lower triangle of a symmetric matrix
+  view.itype = CHOLMOD_INT;
+  view.xtype = CHOLMOD_REAL;
+  view.dtype = CHOLMOD_DOUBLE;
+  view.sorted = 1;
+  view.packed = 1;
+  return view;
+}
+
+// The pattern of a matrix by blocks of unknowns that are all coupled, lower triangle.
+SparseMatrix block_pattern(const SparseMatrix& lower, int block) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int column = 0; column < lower.outerSize(); column += block)
+    for (SparseMatrix::InnerIterator it(lower, column); it; ++it)
+      if (it.row() % block == 0) entries.emplace_back(it.row() / block, column / block, 1.0);
+  SparseMatrix pattern(lower.rows() / block, lower.cols() / block);
+  pattern.setFromTriplets(entries.begin(), entries.end());
+  return pattern;
+}
+
+enum class Ordering { minimum_degree, metis, nested_dissection };
+
+// The blocks in the order of elimination; empty if the method failed.
+std::vector<int> order(const SparseMatrix& pattern, Ordering ordering, cholmod_common& common) {
+  cholmod_sparse graph = view_of(pattern);
+  graph.xtype = CHOLMOD_PATTERN;
+  std::vector<int> blocks(graph.nrow), parents(graph.nrow), components(graph.nrow);
+  bool done = false;
+  switch (ordering) {
+    case Ordering::minimum_degree:
+      done = cholmod_amd(&graph, nullptr, 0, blocks.data(), &common);
+      break;
+    case Ordering::metis:
+      done = cholmod_metis(&graph, nullptr, 0, 1, blocks.data(), &common);
+      break;
+    case Ordering::nested_dissection:
+      done = cholmod_nested_dissection(&graph, nullptr, 0, blocks.data(), parents.data(), components.data(),
+                                       &common) >= 0;
+      break;
+  }
+  return done ? blocks : std::vector<int>{};
+}
+
+std::vector<int> expand(const std::vector<int>& blocks, int block) {
+  std::vector<int> unknowns;
+  for (const int b : blocks)
+    for (int k = 0; k < block; ++k) unknowns.push_back(block * b + k);
+  return unknowns;
+}
+
+}  // namespace
+
+struct SparseCholesky::Factor {
+  cholmod_common common{};
+  cholmod_factor* L = nullptr;
+
+  Factor() {
+    if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
+    cholmod_start(&common);
+    common.supernodal = CHOLMOD_SUPERNODAL;
+    common.final_ll = 1;
+    common.print = 0;
+    common.try_catch = 1;  // failures are returned, not printed
+  }
+  ~Factor() {
+    cholmod_free_factor(&L, &common);
+    cholmod_finish(&common);
+  }
+  Factor(const Factor&) = delete;
+  Factor& operator=(const Factor&) = delete;
+
+  // The given order, or another of the same quality that suits panels better; null when memory runs out.
+  cholmod_factor* analyze(const SparseMatrix& lower, std::vector<int> permutation) {
+    cholmod_sparse view = view_of(lower);
+    common.nmethods = 1;
+    common.method[0].ordering = CHOLMOD_GIVEN;
+    return cholmod_analyze_p(&view, permutation.data(), nullptr, 0, &common);
+  }
+  PanelTree tree() const {
+    return make_panel_tree(static_cast<int>(L->nsuper), static_cast<const int*>(L->super),
+                           static_cast<const int*>(L->pi), static_cast<const int*>(L->s));
+  }
+};
+
+SparseCholesky::SparseCholesky() : factor_(std::make_unique<Factor>()) {}
+SparseCholesky::~SparseCholesky() = default;
+SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
+SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
+
+void SparseCholesky::analyze(const SparseMatrix& lower, int block) {
+  Factor& f = *factor_;
+  cholmod_free_factor(&f.L, &f.common);
+  const SparseMatrix pattern = block_pattern(lower, block);
+  double fewest = 0;
+  for (const Ordering ordering : {Ordering::minimum_degree, Ordering::metis, Ordering::nested_dissection}) {
+    const std::vector<int> blocks = order(pattern, ordering, f.common);
+    cholmod_factor* L = blocks.empty() ? nullptr : f.analyze(lower, expand(blocks, block));
+    if (L != nullptr && (f.L == nullptr || f.common.lnz < fewest)) {
+      std::swap(f.L, L);
+      fewest = f.common.lnz;
+    }
+    cholmod_free_factor(&L, &f.common);
+  }
+  if (f.L == nullptr) throw std::runtime_error("the tissue matrix could not be analysed: out of memory");
+
+  const auto* permutation = static_cast<const int*>(f.L->Perm);
+  position_.resize(static_cast<std::size_t>(lower.rows()));
+  for (int i = 0; i < size(); ++i) position_[static_cast<std::size_t>(permutation[i])] = i;
+  tree_ = f.tree();
+  panel_.setZero(tree_.widest + kTileRows, 3);
+}
+
+bool SparseCholesky::factorize(const SparseMatrix& lower, Precision precision) {
+  Factor& f = *factor_;
+  assert(f.L != nullptr);
+  cholmod_sparse view = view_of(lower);
+  cholmod_factorize(&view, f.L, &f.common);
+  if (f.common.status != CHOLMOD_OK) return false;
+  if (precision == Precision::single_precision) {
+    if (values_.index() != 0) values_.emplace<0>();
+  } else if (values_.index() != 1) {
+    values_.emplace<1>();
+  }
+  std::visit([&](auto& values) {
+    values.pack(tree_, static_cast<const double*>(f.L->x), static_cast<const int*>(f.L->px));
+  }, values_);
+  return true;
+}
+
+void SparseCholesky::finish() { cholmod_free_factor(&factor_->L, &factor_->common); }
+
+std::size_t SparseCholesky::factor_entries() const {
+  return std::visit([](const auto& values) { return values.entries(); }, values_);
+}
+
+Precision SparseCholesky::precision() const {
+  return values_.index() == 0 ? Precision::single_precision : Precision::double_precision;
+}
+
+void SparseCholesky::forward(Eigen::Ref<VectorX> x) const {
+  double* w = panel_.data();
+  std::visit([&](const auto& values) {
+    for (int s = 0; s < static_cast<int>(tree_.panels.size()); ++s) {
+      const PanelTree::Panel& panel = tree_.panels[s];
+      const int* rows = tree_.rows.data() + panel.first_row;
+      double* columns = x.data() + panel.first;
+      double* below = std::copy_n(columns, panel.columns, w);
+      std::fill_n(below, panel.below + kTileRows, 0.0);
+      values.forward(tree_, s, w);
+      std::copy_n(w, panel.columns, columns);
+      for (int i = 0; i < panel.below; ++i) x[rows[i]] += below[i];
+    }
+  }, values_);
+}
+
+void SparseCholesky::backward(Eigen::Ref<VectorX> x) const {
+  double* w = panel_.data();
+  std::visit([&](const auto& values) {
+    for (int s = static_cast<int>(tree_.panels.size()) - 1; s >= 0; --s) {
+      const PanelTree::Panel& panel = tree_.panels[s];
+      const int* rows = tree_.rows.data() + panel.first_row;
+      double* columns = x.data() + panel.first;
+      double* below = std::copy_n(columns, panel.columns, w);
+      for (int i = 0; i < panel.below; ++i) below[i] = x[rows[i]];
+      std::fill_n(below + panel.below, kTileRows, 0.0);
+      values.backward(tree_, s, w);
+      std::copy_n(w, panel.columns, columns);
+    }
+  }, values_);
+}
+
+void SparseCholesky::unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns) const {
+  const int leaf = tree_.panel_of[position];
+  assert(tree_.panel_of[position + 2] == leaf);
+  const int length = tree_.panels[leaf].to_root;
+  columns.topRows(length).setZero();
+  columns.block<3, 3>(length - tree_.from_root[position], 0).setIdentity();
+  std::visit([&](const auto& values) {
+    for (int s = leaf; s >= 0; s = tree_.panels[s].parent) {
+      const PanelTree::Panel& panel = tree_.panels[s];
+      auto own = columns.middleRows(length - panel.to_root, panel.columns);
+      panel_.topRows(panel.columns) = own;
+      panel_.middleRows(panel.columns, panel.below + kTileRows).setZero();
+      values.forward_three(tree_, s, panel_.data(), panel_.rows());
+      own = panel_.topRows(panel.columns);
+      for (int i = 0; i < panel.below; ++i)
+        columns.row(length - tree_.from_root[tree_.rows[panel.first_row + i]]) += panel_.row(panel.columns + i);
+    }
+  }, values_);
+}
+
+}  // namespace acus

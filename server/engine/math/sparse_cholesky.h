@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Sparse Cholesky factorisation P A Pᵀ = L Lᵀ by CHOLMOD's supernodal code (Chen, Davis, Hager, Rajamanickam 2008,
+// "Algorithm 887: CHOLMOD"), with our own substitutions on its factor: they can be called one at a time, allocate
+// nothing, give the same bits every time, and can read L rounded to single precision (panel_values.h).
+// Vectors handed to forward() and backward() are in the permuted order, unknown i at position(i).
+#pragma once
+
+#include <Eigen/Sparse>
+#include <memory>
+#include <stdexcept>
+#include <variant>
+#include <vector>
+
+#include "server/engine/math/panel_tree.h"
+#include "server/engine/math/panel_values.h"
+#include "server/engine/math/types.h"
+
+namespace acus {
+
+using SparseMatrix = Eigen::SparseMatrix<double>;
+
+enum class Precision { single_precision, double_precision };
+
+class SparseCholesky {
+ public:
+  SparseCholesky();
+  ~SparseCholesky();
+  SparseCholesky(SparseCholesky&&) noexcept;
+  SparseCholesky& operator=(SparseCholesky&&) noexcept;
+
+  // Orders and analyses the pattern of the symmetric matrix whose lower triangle is given. `block` unknowns that follow
+  // each other, like the three of a node, are all coupled and keep together. Of minimum degree, METIS and nested
+  // dissection the ordering with the smallest factor is taken. Throws std::runtime_error when memory runs out.
+  void analyze(const SparseMatrix& lower_triangle, int block = 1);
+
+  // Numeric factorisation of a matrix with the analysed pattern; false if it is not positive definite.
+  bool factorize(const SparseMatrix& lower_triangle, Precision precision = Precision::double_precision);
+
+  // Frees what only another factorisation needs: factorize() must not be called again.
+  void finish();
+
+  int size() const { return static_cast<int>(position_.size()); }
+  std::size_t factor_entries() const;  // stored entries of L, padding included
+  Precision precision() const;
+
+  // position(i): where unknown i stands in the permuted order. A block's unknowns follow each other there too.
+  int position(int unknown) const { return position_[static_cast<std::size_t>(unknown)]; }
+
+  // x <- L⁻¹ x.
+  void forward(Eigen::Ref<VectorX> x) const;
+  // x <- L⁻ᵀ x.
+  void backward(Eigen::Ref<VectorX> x) const;
+
+  const PanelTree& tree() const { return tree_; }
+  // columns <- L⁻¹ of the unit vectors at three positions from `position` on, all in one panel; only the way of that
+  // panel to the root (panel_tree.h), longest_way entries at most. The rest of `columns` is left alone.
+  void unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns) const;
+
+ private:
+  struct Factor;
+  std::unique_ptr<Factor> factor_;
+  std::vector<int> position_;
+  PanelTree tree_;
+  std::variant<PanelValues<float>, PanelValues<double>> values_;
+  mutable MatrixX panel_;  // scratch: the rows of one panel, three right-hand sides
+};
+
+}  // namespace acus

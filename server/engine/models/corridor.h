@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The corridor: the tissue nodes that needles touch. For each of them the three columns Y = L⁻¹ eᵢ of the tissue's
+// factor are kept, as far as they are not zero (panel_tree.h), and their Gram matrix G = YᵀY, which is the exact
+// compliance between corridor nodes. With y = L⁻¹ r the free displacement of a corridor node is Yᵀ y, and forces on
+// corridor nodes enter a tick's one backward substitution as y + Y f. Everything is in the frame of the factor (rest
+// frame of the nodes for the rung `warped`).
+//
+// Slots are fixed in number; when all are taken, the one that was used longest ago is given to the new node.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/engine/math/sparse_cholesky.h"
+#include "server/engine/math/types.h"
+
+namespace acus {
+
+class Corridor {
+ public:
+  // Unknowns of the factor are 3 * node + axis; the factor has been analysed with blocks of 3. It must outlive this.
+  Corridor(const SparseCholesky& factor, int capacity);
+
+  // Forgets all columns: the factor has changed.
+  void clear();
+
+  // A new tick: slots asked for before may be given away from here on.
+  void begin_use() { ++use_; }
+
+  // The slot of a free node, its columns computed if they are not there yet; -1 if every slot is in use already.
+  int slot(int node);
+  bool holds(int node) const { return slot_of_node_[node] >= 0; }
+
+  int capacity() const { return static_cast<int>(slots_.size()); }
+  int used() const { return used_; }                // slots 0 .. used - 1 hold columns
+  const MatrixX& gram() const { return gram_; }     // 3 used x 3 used in the top left corner (m/N)
+  int node(int slot) const { return slots_[slot].node; }
+  Vector3 free_displacement(int slot, const VectorX& y) const;       // Yᵀ y (m)
+  void add_force(int slot, const Vector3& force, VectorX& y) const;  // y <- y + Y f
+
+ private:
+  struct Slot {
+    int node = -1;
+    int panel = 0;  // of the node: its columns are the way from there to the root
+    std::uint64_t last_use = 0;
+  };
+
+  int take_slot();
+  void fill(int slot, int node);
+  Matrix3 product(int a, int b) const;
+
+  const SparseCholesky& factor_;
+  std::vector<Slot> slots_;
+  std::vector<int> slot_of_node_;
+  std::vector<Eigen::MatrixX3d> columns_;  // longest_way x 3 each
+  MatrixX gram_;
+  int used_ = 0;
+  std::uint64_t use_ = 1;
+};
+
+}  // namespace acus

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/models/tissue_system.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace acus {
+
+namespace {
+
+// The free nodes of tetrahedra and patches that have a fixed node.
+std::vector<int> nodes_beside_supports(const TissueModel& model) {
+  std::vector<bool> beside(static_cast<std::size_t>(model.nodes()));
+  const auto mark = [&](std::span<const int> nodes) {
+    const auto is_fixed = [&](int node) { return model.free_index[node] < 0; };
+    if (std::none_of(nodes.begin(), nodes.end(), is_fixed)) return;
+    for (const int node : nodes) beside[node] = beside[node] || !is_fixed(node);
+  };
+  for (const auto& nodes : model.mesh->tetrahedra) mark(nodes);
+  for (int patch = 0; patch < model.pressure.patches(); ++patch) mark(model.pressure.nodes_of(patch));
+  std::vector<int> list;
+  for (const int node : model.free_nodes)
+    if (beside[node]) list.push_back(node);
+  return list;
+}
+
+// Sum of all rows of beta K0 restricted to free unknowns, three rows: the damping force that the free nodes receive in
+// total is this times their velocity, and the supports take the opposite. Zero but beside supports, since no element
+// answers a translation.
+Matrix3X stiffness_damping_sums(const SparseMatrix& lower) {
+  Matrix3X sums = Matrix3X::Zero(3, lower.cols());
+  for (int column = 0; column < lower.outerSize(); ++column)
+    for (SparseMatrix::InnerIterator it(lower, column); it; ++it) {
+      sums(it.row() % 3, column) += it.value();
+      if (it.row() != column) sums(column % 3, it.row()) += it.value();
+    }
+  return sums;
+}
+
+bool has_stiffness_damping(const TissueModel& model) {
+  return std::any_of(model.rayleigh_stiffness.begin(), model.rayleigh_stiffness.end(), [](double b) { return b > 0; });
+}
+
+// How far L Lᵀ is from A: the largest relative error of A⁻¹ A z for displacements z, the three translations and one
+// that differs from node to node.
+double factor_error(const SparseCholesky& factor, const SparseMatrix& lower) {
+  double largest = 0;
+  VectorX z(lower.cols()), solution(lower.cols());
+  for (int k = 0; k < 4; ++k) {
+    for (int i = 0; i < z.size(); ++i) z[i] = k == 3 ? std::sin(1.0 + i) : i % 3 == k ? 1 : 0;
+    const VectorX force = lower.selfadjointView<Eigen::Lower>() * z;
+    for (int i = 0; i < z.size(); ++i) solution[factor.position(i)] = force[i];
+    factor.forward(solution);
+    factor.backward(solution);
+    for (int i = 0; i < z.size(); ++i) {
+      const double error = std::abs(solution[factor.position(i)] - z[i]);
+      if (!(error <= largest)) largest = error;  // not-a-number is the largest of all
+    }
+  }
+  return largest;
+}
+
+void factorize_rest(TissueSystem& system, const ElementRotations& upright) {
+  SparseMatrix rest;
+  const Matrix3X& nodes = system.model.mesh->nodes;
+  system.assembler.assemble(nodes, upright, Tangent::rest, tick_factors(system.h), rest);
+  system.factor.analyze(rest, 3);
+  const auto factorize = [&](Precision precision) {
+    if (!system.factor.factorize(rest, precision)) {
+      throw std::runtime_error(
+          "tissue: expected a stiffness that can be factorised, found a matrix that is not positive definite; bring "
+          "young_modulus and density of its regions closer together, or poisson_ratio further from 0.5");
+    }
+  };
+  if (system.matrix == TissueMatrix::refactorized) return factorize(Precision::double_precision);
+  factorize(Precision::single_precision);
+  if (!(factor_error(system.factor, rest) < TissueSystem::kSinglePrecisionError))
+    factorize(Precision::double_precision);
+  system.factor.finish();
+}
+
+void sum_damping_beside_supports(TissueSystem& system, const ElementRotations& upright) {
+  SparseMatrix damping;
+  system.assembler.assemble(system.model.mesh->nodes, upright, Tangent::rest, {.stiffness_damping = 1}, damping);
+  system.beside_supports = nodes_beside_supports(system.model);
+  const Matrix3X sums = stiffness_damping_sums(damping);
+  for (const int node : system.beside_supports)
+    system.damping_sums.push_back(sums.middleCols<3>(3 * system.model.free_index[node]));
+}
+
+}  // namespace
+
+TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMatrix kind)
+    : model(tissue), h(time_step), matrix(kind), damped(has_stiffness_damping(tissue)), assembler(tissue) {
+  large_step = kLargeStep * mean_element_size(*model.mesh);
+  for (const double beta : model.rayleigh_stiffness) largest_damping = std::max(largest_damping, beta);
+  for (const int i : model.free_nodes) weight += model.mass[i] * model.gravity;
+  if (matrix == TissueMatrix::constant) stiffness.emplace(model);
+  if (matrix == TissueMatrix::turned) rotation_grid = make_rotation_grid(*model.mesh);
+  if (empty()) return;
+  const ElementRotations upright(model);
+  factorize_rest(*this, upright);
+  for (int f = 0; f < static_cast<int>(model.free_nodes.size()); ++f) position.push_back(factor.position(3 * f));
+  if (damped && matrix != TissueMatrix::refactorized) sum_damping_beside_supports(*this, upright);
+}
+
+double elastic_energy(const TissueSystem& system, const Matrix3X& x, const ElementRotations& rotations) {
+  if (!system.stiffness) return elastic_energy(system.model, x, rotations);
+  Matrix3X displacement, forces;
+  system.stiffness->forces(x, displacement, forces);
+  return forces.cwiseProduct(displacement).sum() / 2;
+}
+
+}  // namespace acus

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a tick of the tissue needs and never changes: the factorised matrix of the rest shape and what goes with it.
+//
+// Matrix `constant` (rung linear): A0 = M/h² + B0/h + K0, factorised once, and K0 itself.
+// Matrix `turned` (rungs warped, refined): the same A0, whose unknowns a tick turns by the nodes' rotations.
+// Matrix `refactorized` (rung exact): its pattern alone; a tick factorises M/h² + B/h + K(x_k).
+//
+// A matrix that is factorised once is kept in single precision (panel_values.h) unless that moves a test displacement
+// by more than kSinglePrecisionError, as a stiff inclusion that only soft tissue holds does. Test displacements z are
+// the three translations and one rough one; A⁻¹ A z is compared with z. The residual of a tick is always in double
+// precision, so neither rest shapes nor converged iterations depend on the rounding of the factor.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "server/engine/models/rest_stiffness.h"
+#include "server/engine/models/rotation_grid.h"
+#include "server/engine/models/tissue.h"
+#include "server/engine/models/tissue_assembler.h"
+
+namespace acus {
+
+enum class TissueMatrix { constant, turned, refactorized };
+
+struct TissueSystem {
+  static constexpr double kSinglePrecisionError = 1e-4;  // -
+  static constexpr double kLargeStep = 0.1;              // -, of the mean element size
+
+  // Throws std::runtime_error if the factorisation fails. The model must outlive the system. One without free nodes is no
+  // tissue: nothing is computed.
+  TissueSystem(const TissueModel& model, double h, TissueMatrix matrix);
+  TissueSystem(const TissueSystem&) = delete;
+  TissueSystem& operator=(const TissueSystem&) = delete;
+
+  bool empty() const { return model.free_nodes.empty(); }
+
+  const TissueModel& model;
+  double h;                                 // s
+  TissueMatrix matrix;
+  bool damped;                              // beta is not zero everywhere
+  double largest_damping = 0;               // s, largest beta
+  double large_step = 0;                    // m, of a node, to be looked at
+  Vector3 weight = Vector3::Zero();         // of the free nodes (N)
+  TissueAssembler assembler;
+  SparseCholesky factor;                    // of the rest shape's matrix
+  std::vector<int> position;                // per free node, of its first unknown in the factor
+  std::optional<RestStiffness> stiffness;   // constant
+  RotationGrid rotation_grid;               // turned
+  std::vector<int> beside_supports;         // free nodes that a matrix entry couples to a fixed one
+  std::vector<Matrix3> damping_sums;        // for each of them, sum over free rows of beta K0
+};
+
+// Energy of the rung's own elastic forces at x (3 x nodes, m), in J, with the elements' rotations found last.
+double elastic_energy(const TissueSystem& system, const Matrix3X& x, const ElementRotations& rotations);
+
+}  // namespace acus

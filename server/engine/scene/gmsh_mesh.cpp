@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The mesh reader of tetrahedral_mesh.h. Gmsh itself runs in acus-mesh (mesh_program.cpp).
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string_view>
+
+#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/scene/mesh_answer.h"
+#include "server/engine/scene/mesh_process.h"
+
+namespace acus {
+namespace {
+
+// Gmsh runs whatever it does not recognise as a script, which may start programs. A file with one of these endings
+// always meets a mesh reader, except .msh, where its first line decides. Gmsh compares their case too.
+constexpr std::array<std::string_view, 7> kMeshEndings{".msh", ".vtk", ".unv", ".mesh", ".bdf", ".nas", ".med"};
+
+std::string check_ending(const std::string& path) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  if (std::find(kMeshEndings.begin(), kMeshEndings.end(), ending) != kMeshEndings.end()) return ending;
+  std::string known;
+  for (const std::string_view word : kMeshEndings) known.append(known.empty() ? "" : ", ").append(word);
+  throw MeshError("expected a mesh file (" + known + "), found the ending \"" + ending + "\"");
+}
+
+TetrahedralMesh convert(RawMesh raw, double metres_per_unit) {
+  TetrahedralMesh mesh;
+  const auto nodes = static_cast<Eigen::Index>(raw.coordinates.size() / 3);
+  mesh.nodes = metres_per_unit * Eigen::Map<const Matrix3X>(raw.coordinates.data(), 3, nodes);
+  mesh.tag = std::move(raw.groups);
+  mesh.tag_names = std::move(raw.group_names);
+  mesh.tetrahedra.resize(mesh.tag.size());
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
+    std::array<int, 4>& corners = mesh.tetrahedra[t];
+    std::copy_n(&raw.tetrahedra[4 * static_cast<std::size_t>(t)], 4, corners.begin());
+    if (rest_volume(mesh, t) < 0) std::swap(corners[2], corners[3]);
+  }
+  return mesh;
+}
+
+TetrahedralMesh read_file(const std::string& path, double metres_per_unit) {
+  if (!(metres_per_unit > 0) || !std::isfinite(metres_per_unit)) throw MeshError("expected metres_per_unit > 0");
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) throw MeshError("there is no such file");
+  const std::string ending = check_ending(path);
+  const std::vector<char> answer = run_mesh_program(mesh_program_path(), path, ending, MeshReadingLimits());
+  TetrahedralMesh mesh = convert(decode_mesh_answer(answer), metres_per_unit);
+  build_topology(mesh);
+  return mesh;
+}
+
+}  // namespace
+
+TetrahedralMesh read_gmsh_mesh(const std::string& path, double metres_per_unit) {
+  try {
+    return read_file(path, metres_per_unit);
+  } catch (const MeshError& error) {
+    throw MeshError(path + ": " + error.what());
+  }
+}
+
+}  // namespace acus

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Mesh files are read by a program of its own, acus-mesh: Gmsh can crash, hang or ask for any amount of memory where a
+// file is damaged, and looks for scripts beside the files that it opens. The program gets the opened file and an empty
+// folder, limits, none of this process's descriptors and signals, and never a real-time priority.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "server/engine/scene/mesh_answer.h"
+
+namespace acus {
+
+struct MeshReadingLimits {
+  std::uint64_t file_bytes = std::uint64_t{1} << 30;    // size of the mesh file
+  std::uint64_t memory_bytes = std::uint64_t{8} << 30;  // address space of acus-mesh
+  std::uint64_t processor_seconds = 60;
+  std::uint64_t answer_bytes = kMaxAnswerBytes;
+  std::chrono::milliseconds time{300'000};  // from start to the complete answer, on the wall's clock
+};
+
+// acus-mesh stands beside the running program.
+std::string mesh_program_path();
+
+// The answer of `program`, which reads a mesh file of the given ending (".vtk"), for decode_mesh_answer(). Safe in a
+// process with several threads. When it returns or throws, the program has ended. Throws MeshError.
+std::vector<char> run_mesh_program(const std::string& program, const std::string& mesh_path, const std::string& ending,
+                                   const MeshReadingLimits& limits);
+
+}  // namespace acus

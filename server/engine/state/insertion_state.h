@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a needle remembers of its way through the tissue from tick to tick.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "server/engine/math/types.h"
+#include "server/engine/models/material_point.h"
+#include "server/engine/state/enums.h"
+
+namespace acus {
+
+// Of a path vertex, after the last tick in which it stood alongside the shaft.
+struct VertexMemory {
+  double s = 0;                       // m, where it stands along the needle
+  bool sliding = true;
+  double friction = 0;                // N
+  double traction = 0;                // t_n, N/m: friction per length owned
+  bool turning = true;                // slips about the axis
+  double torsion = 0;                 // N
+  Vector3 lateral = Vector3::Zero();  // N, world
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("s", self.s);
+    visit("sliding", self.sliding);
+    visit("friction", self.friction);
+    visit("traction", self.traction);
+    visit("turning", self.turning);
+    visit("torsion", self.torsion);
+    visit("lateral", self.lateral);
+  }
+};
+
+struct TipMemory {
+  double contact = 0;                 // N
+  double cutting = 0;                 // N
+  Vector3 lateral = Vector3::Zero();  // N, contact friction or tip path
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("contact", self.contact);
+    visit("cutting", self.cutting);
+    visit("lateral", self.lateral);
+  }
+};
+
+struct Insertion {
+  Phase phase = Phase::free;
+  int path = -1;                         // that the needle is in, -1: none
+  double depth = 0;                      // m of needle in the tissue
+  int held = -1;                         // the region at whose border the tip rests, inside; -1: none
+  TipMemory tip;
+  MaterialPoint touched;                 // of the surface, while a tip outside, or through, presses on it
+  double end_s = 0;                      // m, where the path's end stands along the needle, or ahead of it
+  int first_alongside = 0;               // path vertices alongside the shaft in the last tick,
+  int last_alongside = -1;               // none where last < first
+  std::vector<VertexMemory> vertices;    // as many as a path can have
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("phase", self.phase);
+    visit("path", self.path);
+    visit("depth", self.depth);
+    visit("held", self.held);
+    visit("tip", self.tip);
+    visit("touched", self.touched);
+    visit("end_s", self.end_s);
+    visit("first_alongside", self.first_alongside);
+    visit("last_alongside", self.last_alongside);
+    visit("vertices", self.vertices);
+  }
+};
+
+// Whether the tip presses on a surface from outside.
+inline bool touches(const Insertion& insertion) { return insertion.touched.tetrahedron >= 0; }
+
+// Samples of a shaft that are looked at beside its path; `length` of the needle (m).
+inline constexpr double kWatchSpacing = 2e-3;  // m, of the samples, at most
+inline int watch_samples(double length) { return static_cast<int>(std::ceil(length / kWatchSpacing)); }
+
+// What is known of a shaft beside its path, see tick/insertion/shaft_watch.h.
+struct ShaftWatch {
+  int next = 0;       // sample to look at
+  int found = 0;      // samples since the first that stand in tissue that does not hold them
+  double unheld = 0;  // m, of the last time that the whole needle was looked at
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("next", self.next);
+    visit("found", self.found);
+    visit("unheld", self.unheld);
+  }
+};
+
+// A needle outside, with room to remember the vertices of any path.
+inline Insertion make_insertion(int path_capacity) {
+  Insertion insertion;
+  insertion.vertices.resize(static_cast<std::size_t>(path_capacity));
+  return insertion;
+}
+
+// The needle is outside again and remembers nothing.
+inline void forget(Insertion& insertion) {
+  std::vector<VertexMemory> vertices = std::move(insertion.vertices);
+  vertices.assign(vertices.size(), VertexMemory{});
+  insertion = Insertion{};
+  insertion.vertices = std::move(vertices);
+}
+
+}  // namespace acus

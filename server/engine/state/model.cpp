@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/state/model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "server/engine/scene/fingerprint.h"
+#include "server/engine/scene/scene_error.h"
+#include "server/engine/state/capacities.h"
+
+namespace acus {
+
+namespace {
+
+// The scene itself, if its values are in range: one built in code has not been through the reader.
+const Scene& checked(const Scene& scene) {
+  validate(scene);
+  return scene;
+}
+
+std::vector<Interaction> interactions_of(const Scene& scene) {
+  std::vector<Interaction> all;
+  for (const Region& region : scene.tissue.regions) {
+    all.push_back(region.interaction);
+    all.back().pressure = shaft_pressure(region);
+  }
+  return all;
+}
+
+std::vector<Material> materials_of(const Scene& scene) {
+  std::vector<Material> all;
+  for (const Region& region : scene.tissue.regions) all.push_back(region.material);
+  return all;
+}
+
+std::vector<double> element_sizes_of(const TetrahedralMesh& mesh) {
+  std::vector<double> sizes;
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t) sizes.push_back(element_size(mesh, t));
+  return sizes;
+}
+
+TissueMatrix matrix_of(TissueRung rung) {
+  switch (rung) {
+    case TissueRung::linear:
+      return TissueMatrix::constant;
+    case TissueRung::exact:
+      return TissueMatrix::refactorized;
+    default:
+      return TissueMatrix::turned;
+  }
+}
+
+std::vector<NeedleModel> needles_of(const Scene& scene) {
+  std::vector<NeedleModel> models;
+  for (const Needle& needle : scene.needles)
+    models.push_back(make_needle_model(needle, scene.gravity, needle.rung == NeedleRung::rigid, needle.hold));
+  return models;
+}
+
+template <class Body>
+std::vector<BaseLimits> limits_of(const std::vector<Body>& bodies) {
+  std::vector<BaseLimits> limits;
+  for (const Body& body : bodies) limits.push_back(base_limits(body));
+  return limits;
+}
+
+std::vector<int> needles_in_guides(const Scene& scene) {
+  std::vector<int> needles;
+  for (const Guide& guide : scene.guides) {
+    const auto same = [&](const Needle& needle) { return needle.name == guide.needle; };
+    const auto found = std::find_if(scene.needles.begin(), scene.needles.end(), same);
+    needles.push_back(static_cast<int>(found - scene.needles.begin()));
+  }
+  return needles;
+}
+
+int vertices_per_path(const Scene& scene) {
+  if (scene.tissue.left_out()) return 0;
+  const double spacing = least_spacing(scene.needles);
+  int most = 0;
+  for (const Needle& needle : scene.needles) most = std::max(most, 2 * max_shaft_points(needle, spacing));
+  return most;
+}
+
+int count_rows(const Scene& scene) {
+  int rows = max_guide_rows(scene);
+  for (const Needle& needle : scene.needles) rows += max_tissue_rows(scene, needle);
+  return rows;
+}
+
+// An element's force comes from differences of coordinates, which are rounded to their share of the largest one: E a times
+// that, and a few digits for the sum.
+double force_rounding_of(const Scene& scene, const TetrahedralMesh& mesh, std::span<const int> regions,
+                         std::span<const double> sizes) {
+  constexpr double kRounding = 100 * std::numeric_limits<double>::epsilon();
+  double stiffest = 0;  // N/m
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t)
+    stiffest = std::max(stiffest, scene.tissue.regions[regions[t]].material.young_modulus * sizes[t]);
+  return mesh.nodes.size() == 0 ? 0 : kRounding * stiffest * mesh.nodes.cwiseAbs().maxCoeff();
+}
+
+// Tells what a step of loading is about to make, and makes it.
+template <class Make>
+auto announced(const Progress& progress, const char* what, Make make) {
+  if (progress) progress(what);
+  return make();
+}
+
+// A tip in the middle of the tissue has no path that it came by.
+void refuse_tip_inside(const Model& model, int needle) {
+  const Vector3 tip = make_needle_state(model.needles[needle], model.scene.needles[needle].base).x.rightCols<1>();
+  for (int t = 0; t < model.mesh.tetrahedron_count(); ++t) {
+    if (barycentric(model.mesh, model.mesh.nodes, t, tip).minCoeff() < 0) continue;
+    throw scene_error(model.scene, child_path("needles", static_cast<std::size_t>(needle)) + ".base",
+                      "expected the needle's tip outside the tissue, found it inside; move the base back");
+  }
+}
+
+}  // namespace
+
+int max_tissue_rows(const Scene& scene, const Needle& needle) {
+  return scene.tissue.left_out() ? 0 : max_insertion_rows(needle, least_spacing(scene.needles));
+}
+
+int max_guide_rows(const Scene& scene) { return kMaxGuideRows * static_cast<int>(scene.guides.size()); }
+
+Model::Model(const Scene& s, const Progress& progress, std::optional<TetrahedralMesh> own_mesh)
+    : scene(checked(s)),
+      h(1 / s.rate),
+      mesh(placed(s, own_mesh ? *std::move(own_mesh)
+                              : announced(progress, "mesh", [&] { return read_mesh(s); }))),
+      regions(announced(progress, "regions", [&] { return assign_regions(s, mesh); })),
+      interactions(interactions_of(s)),
+      element_sizes(element_sizes_of(mesh)),
+      fingerprint(acus::fingerprint(s, mesh, regions)),
+      force_rounding(force_rounding_of(s, mesh, regions, element_sizes)),
+      tissue(announced(progress, "elements", [&] {
+        return make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity,
+                                 s.tissue.element);
+      })),
+      surface(announced(progress, "surfaces", [&] { return Surface(mesh); })),
+      borders(s.tissue, mesh, regions),
+      tissue_system(announced(progress, "factor", [&] { return TissueSystem(tissue, h, matrix_of(s.tissue.rung)); })),
+      needles(announced(progress, "needles", [&] { return needles_of(s); })),
+      needle_limits(limits_of(s.needles)),
+      guide_limits(limits_of(s.guides)),
+      guide_needles(needles_in_guides(s)),
+      path_vertices(vertices_per_path(s)),
+      max_rows(count_rows(s)) {
+  for (int i = 0; i < needle_count(); ++i) refuse_tip_inside(*this, i);
+}
+
+}  // namespace acus

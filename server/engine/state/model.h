@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a scene is made into when it is loaded: constant from then on, and shared by all ticks.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "server/engine/models/needle.h"
+#include "server/engine/models/surface.h"
+#include "server/engine/models/tissue_system.h"
+#include "server/engine/scene/scene.h"
+#include "server/engine/state/base_state.h"
+#include "server/engine/state/borders.h"
+#include "server/engine/state/limits.h"
+
+namespace acus {
+
+// Told before each step of loading a scene what that step makes: "mesh", "regions", ..., "factor", ...
+using Progress = std::function<void(const char* what)>;
+
+struct Model {
+  // Factorises, with the scene's mesh as read_mesh() gives it, or reads that first; throws SceneError.
+  explicit Model(const Scene& scene, const Progress& progress = {}, std::optional<TetrahedralMesh> own_mesh = {});
+  Model(const Model&) = delete;  // parts refer to each other
+  Model& operator=(const Model&) = delete;
+
+  int needle_count() const { return static_cast<int>(scene.needles.size()); }
+  int guide_count() const { return static_cast<int>(scene.guides.size()); }
+  // Whether the rung iterates to a tolerance.
+  bool iterates() const { return scene.tissue.rung == TissueRung::refined || scene.tissue.rung == TissueRung::exact; }
+  // Solutions of a tick at most, each a step of stages 2 to 8.
+  int max_tick_steps() const { return iterates() ? scene.newton.max_iterations : kMaxTickSteps; }
+
+  Scene scene;
+  double h;                                // s, 1/rate
+  TetrahedralMesh mesh;                    // at its place in the world
+  std::vector<int> regions;                // per tetrahedron
+  std::vector<Interaction> interactions;   // per region, pressure filled in
+  std::vector<double> element_sizes;       // per tetrahedron: the edge of a regular one of the same volume (m)
+  std::uint64_t fingerprint;               // which scene it is (scene/fingerprint.h)
+  double force_rounding;                   // N, what rounding may leave of a sum of the elements' forces
+  TissueModel tissue;
+  Surface surface;
+  Borders borders;
+  TissueSystem tissue_system;
+  std::vector<NeedleModel> needles;
+  std::vector<BaseLimits> needle_limits, guide_limits;  // of the bases' and the guides' motions
+  std::vector<int> guide_needles;          // per guide, the needle in it
+  int path_vertices = 0;                   // that a path can have: any needle may pick it up
+  int max_rows = 0;                        // scalar rows of the laws in one tick
+};
+
+// Rows between a needle and the tissue, and of all guides, in one tick, at most.
+int max_tissue_rows(const Scene& scene, const Needle& needle);
+int max_guide_rows(const Scene& scene);
+
+}  // namespace acus

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Everything that the next tick depends on, besides the model and the commands that come in: a value. Copies are
+// independent and have the same room. What a struct holds stands once, in its fields(); state_bytes.h makes a hash,
+// equality and a byte image of it.
+//
+// Within a tick only the last stages of a good one write it (stages/commit.cpp, stages/transitions.cpp); between ticks
+// Simulation::economize(), reset() and restore() do.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/engine/models/needle.h"
+#include "server/engine/models/tissue.h"
+#include "server/engine/state/base_state.h"
+#include "server/engine/state/guide_state.h"
+#include "server/engine/state/insertion_state.h"
+#include "server/engine/state/path.h"
+
+namespace acus {
+
+struct Model;
+
+// The needles' part of the balance of forces, which the next tick completes with the tissue's.
+struct NeedleBalance {
+  Vector3 sum = Vector3::Zero();  // base forces + guides' forces + weight - inertia of all needles (N)
+  double largest_force = 0;       // N
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("sum", self.sum);
+    visit("largest_force", self.largest_force);
+  }
+};
+
+struct State {
+  std::uint64_t tick = 0;              // good ticks since loading or the last reset
+  bool economizing = false;            // what the scene's `overrun` allows to give way gives way
+  TissueState tissue;
+  std::vector<NeedleState> needles;
+  std::vector<BaseState> bases;        // per needle
+  std::vector<Insertion> insertions;   // per needle
+  std::vector<ShaftWatch> watches;     // per needle
+  std::vector<GuideState> guides;
+  std::vector<Path> paths;             // kMaxPaths, most of them empty
+  NeedleBalance balance;
+  double spring_energy = 0;            // J, of the rows that give way by themselves, see Rows::elastic_energy()
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("tick", self.tick);
+    visit("economizing", self.economizing);
+    visit("tissue", self.tissue);
+    visit("needles", self.needles);
+    visit("bases", self.bases);
+    visit("insertions", self.insertions);
+    visit("watches", self.watches);
+    visit("guides", self.guides);
+    visit("paths", self.paths);
+    visit("balance", self.balance);
+    visit("spring_energy", self.spring_energy);
+  }
+};
+
+// After loading: everything at rest in its place.
+State make_state(const Model& model);
+
+}  // namespace acus

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Whether a state that came from outside can be gone on from.
+#pragma once
+
+#include "server/engine/state/model.h"
+#include "server/engine/state/state.h"
+
+namespace acus {
+
+// Throws std::runtime_error that names what is wrong: a number that is not finite or beyond all use, an index out of
+// range, parts that do not fit each other.
+void check_state(const Model& model, const State& state);
+
+}  // namespace acus

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/base_stiffness.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "server/engine/math/partial_cholesky.h"
+#include "server/engine/math/rotation.h"
+
+namespace acus {
+
+namespace {
+
+// What a piece's end is to those who feel it.
+ModelLimit end_of(RowRole role, bool most) {
+  switch (role) {
+    case RowRole::contact:
+      return most ? ModelLimit::puncture : ModelLimit::contact;
+    case RowRole::cutting:
+      return most ? ModelLimit::cutting : ModelLimit::contact;
+    case RowRole::contact_friction:
+    case RowRole::friction:
+    case RowRole::torsion:
+    case RowRole::guide_friction:
+      return ModelLimit::slip;
+    default:
+      return ModelLimit::contact;
+  }
+}
+
+constexpr double kRim = 1e-9;  // of a limit: what is nearer to it has reached it
+
+// Whether a law of one row is between the ends of its graph.
+bool is_between(const Law& law, double force) {
+  const double most = (1 - kRim) * law.limit;
+  return force < most && force > (law.kind == LawKind::friction ? -most : 0);
+}
+
+// Where a line a + b s reaches `end`, either way.
+void meet(double a, double b, double end, ModelLimit limit, BaseStiffness& result) {
+  if (b == 0) return;
+  const double s = (end - a) / b;
+  if (s >= 0 && s < result.forward) result.forward = s, result.forward_limit = limit;
+  if (s <= 0 && -s < result.backward) result.backward = -s, result.backward_limit = limit;
+}
+
+Eigen::Index most_free_unknowns(const Model& model) {
+  int most = 0;
+  for (const NeedleModel& needle : model.needles) most = std::max(most, needle.rigid ? 0 : 6 * needle.beams);
+  return most;
+}
+
+}  // namespace
+
+BaseStiffnessSolver::BaseStiffnessSolver(const Model& model) {
+  // A tip slides on a surface, or along a border.
+  const Eigen::Index rows = model.max_rows, slides = 2 * model.needle_count();
+  unknowns_.reserve(static_cast<std::size_t>(rows));
+  slides_.reserve(static_cast<std::size_t>(slides));
+  factor_.resize(rows, rows);
+  slid_.resize(rows, slides);
+  shifts_.resize(rows, 6);
+  forces_.resize(rows, 6);
+  for (VectorX* x : {&unknown_, &moved_, &row_shift_, &row_force_}) x->resize(rows);
+  follow_.resize(most_free_unknowns(model), 6);
+}
+
+void BaseStiffnessSolver::begin(const Scratch& scratch) {
+  collect(scratch.rows);
+  factorize(scratch.rows.compliance());
+}
+
+void BaseStiffnessSolver::collect(const Rows& rows) {
+  unknowns_.clear();
+  slides_.clear();
+  for (int i = 0; i < rows.count(); ++i) {
+    const Law& law = rows.law(i);
+    const double force = rows.lambda()[i];
+    int unknown = -1;
+    const auto add = [&](double give) {
+      unknown = static_cast<int>(unknowns_.size());
+      unknowns_.push_back({.row = i, .other = i, .give = give});
+    };
+    if (law.kind == LawKind::bilateral) add(law.compliance);
+    if (law.kind == LawKind::unilateral || law.kind == LawKind::friction) {
+      if (is_between(law, force)) {
+        add(0);
+      } else if (law.viscosity > 0) {
+        add(1 / law.viscosity);
+      }
+    }
+    const bool disk = i + 1 < rows.count() && rows.law(i + 1).kind == LawKind::disk_first;
+    if (disk && rows.law(i + 1).normal_row == i) collect_disk(rows, i + 1, unknown);
+  }
+}
+
+// `normal`: the unknown of the normal force, or -1 if that is given.
+void BaseStiffnessSolver::collect_disk(const Rows& rows, int i, int normal) {
+  const Law& law = rows.law(i);
+  const Eigen::Vector2d force(rows.lambda()[i], rows.lambda()[i + 1]), slip(rows.delta()[i], rows.delta()[i + 1]);
+  const double radius = law.cohesion + law.limit * std::max(rows.lambda()[law.normal_row], 0.0);
+  const double size = force.norm();
+  if (size < (1 - kRim) * radius) {
+    unknowns_.push_back({.row = i, .other = i, .give = 0});
+    unknowns_.push_back({.row = i + 1, .other = i + 1, .give = 0});
+  } else if (size > 0) {
+    const Eigen::Vector2d along = force / size;
+    unknowns_.push_back(
+        {.row = i, .other = i + 1, .share = -along.y(), .other_share = along.x(), .give = slip.norm() / size});
+    const double mu = law.limit;
+    if (normal >= 0 && mu > 0 && slides_.size() < slides_.capacity())
+      slides_.push_back({normal, {.row = i, .other = i + 1, .share = mu * along.x(), .other_share = mu * along.y()}});
+  }
+}
+
+void BaseStiffnessSolver::factorize(const Eigen::Ref<const MatrixX>& W) {
+  const auto n = static_cast<Eigen::Index>(unknowns_.size());
+  const auto of_rows = [&](const Unknown& u, int column) { return u.of(W.col(column)); };
+  const auto between = [&](const Unknown& a, const Unknown& b) {
+    return b.share * of_rows(a, b.row) + b.other_share * of_rows(a, b.other);
+  };
+  for (Eigen::Index j = 0; j < n; ++j) {
+    for (Eigen::Index i = j; i < n; ++i) factor_(i, j) = between(unknowns_[i], unknowns_[j]);
+    factor_(j, j) += unknowns_[j].give;
+  }
+  if (!partial_cholesky(factor_.topLeftCorner(n, n), n)) {  // as where two rows say the same
+    unknowns_.clear();
+    slides_.clear();
+    return;
+  }
+  for (std::size_t k = 0; k < slides_.size(); ++k) {
+    auto column = slid_.col(static_cast<Eigen::Index>(k)).head(n);
+    for (Eigen::Index i = 0; i < n; ++i) column[i] = between(unknowns_[i], slides_[k].friction);
+    solve(column, static_cast<Eigen::Index>(k));
+  }
+}
+
+// x <- M⁻¹ x with the first slides; each adds a product of two vectors to the matrix [Sherman and Morrison 1950].
+void BaseStiffnessSolver::solve(Eigen::Ref<VectorX> x, Eigen::Index slides) const {
+  const Eigen::Index n = x.size();
+  cholesky_solve(factor_.topLeftCorner(n, n), x);
+  for (Eigen::Index k = 0; k < slides; ++k) {
+    const int normal = slides_[static_cast<std::size_t>(k)].normal;
+    const auto slid = slid_.col(k).head(n);
+    const double share = x[normal] / (1 + slid[normal]);
+    x -= share * slid;
+  }
+}
+
+// The change of all rows' forces that keeps the laws where delta_free is shifted.
+void BaseStiffnessSolver::answer(const Eigen::Ref<const VectorX>& shift, Eigen::Ref<VectorX> forces) {
+  auto x = unknown_.head(static_cast<Eigen::Index>(unknowns_.size()));
+  for (std::size_t i = 0; i < unknowns_.size(); ++i) x[static_cast<Eigen::Index>(i)] = -unknowns_[i].of(shift);
+  solve(x, static_cast<Eigen::Index>(slides_.size()));
+  forces.setZero();
+  for (std::size_t i = 0; i < unknowns_.size(); ++i) unknowns_[i].add_to(forces, x[static_cast<Eigen::Index>(i)]);
+  for (const Slide& slide : slides_) slide.friction.add_to(forces, x[slide.normal]);
+}
+
+// D; the free nodes' part of the needle is left in follow_.
+void BaseStiffnessSolver::put_shifts(const Scratch& scratch, int needle) {
+  const NeedleMotion& motion = scratch.motions[needle];
+  auto follow = follow_.topRows(motion.free_unknowns());
+  motion.follow_base(follow);
+  int row_of_needle = 0;
+  for (int i = 0; i < scratch.rows.count(); ++i) {
+    shifts_.row(i).setZero();
+    if (scratch.rows.row(i).needle == needle) shifts_.row(i) = motion.follow_base(row_of_needle++, follow).transpose();
+  }
+}
+
+BaseStiffness BaseStiffnessSolver::compute(const Scratch& scratch, int needle) {
+  const Rows& rows = scratch.rows;
+  const NeedleMotion& motion = scratch.motions[needle];
+  const Eigen::Index n = rows.count();
+  put_shifts(scratch, needle);
+  for (int axis = 0; axis < 6; ++axis) answer(shifts_.col(axis).head(n), forces_.col(axis).head(n));
+  BaseStiffness result;
+  result.stiffness = -motion.base_tangent(follow_.topRows(motion.free_unknowns()));
+  for (Eigen::Index i = 0; i < n; ++i) result.stiffness += shifts_.row(i).transpose() * forces_.row(i);
+  result.stiffness.bottomRightCorner<3, 3>() += skew(motion.base_reaction().tail<3>()) / 2;
+  look_for_limits(rows, motion.shape().frames[0].col(0), result);
+  result.lasting = motion.lasting_wrench();
+  sum_up_yields(rows, needle, result);
+  return result;
+}
+
+void BaseStiffnessSolver::sum_up_yields(const Rows& rows, int needle, BaseStiffness& result) {
+  for (int i = 0; i < rows.count(); ++i) {
+    if (rows.row(i).needle != needle) continue;
+    const RowRole role = rows.row(i).role;
+    const double limit = rows.law(i).limit;
+    if (role == RowRole::friction || role == RowRole::guide_friction) {
+      result.forward_yield += limit;
+      result.backward_yield += limit;
+    } else if ((role == RowRole::contact || role == RowRole::cutting) && rows.lambda()[i] > 0) {
+      result.forward_yield += limit;
+    }
+  }
+  result.forward_yield = std::min(result.forward_yield, kMostYield);
+  result.backward_yield = std::min(result.backward_yield, kMostYield);
+}
+
+void BaseStiffnessSolver::look_for_limits(const Rows& rows, const Vector3& axis, BaseStiffness& result) {
+  const Eigen::Index n = rows.count();
+  auto force = row_force_.head(n), moved = moved_.head(n), shift = row_shift_.head(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    force[i] = forces_.row(i).head<3>().dot(axis);
+    shift[i] = shifts_.row(i).head<3>().dot(axis);
+  }
+  const auto W = rows.compliance();
+  moved = shift;
+  for (Eigen::Index j = 0; j < n; ++j)
+    if (force[j] != 0) moved += force[j] * W.col(j);
+  for (int i = 0; i < rows.count(); ++i) {
+    const Law& law = rows.law(i);
+    const double lambda = rows.lambda()[i], delta = rows.delta()[i];
+    const RowRole role = rows.row(i).role;
+    if (law.kind != LawKind::unilateral && law.kind != LawKind::friction) continue;
+    if (!is_between(law, lambda)) {
+      meet(delta, moved[i], 0, end_of(role, lambda > 0), result);
+      continue;
+    }
+    meet(lambda, force[i], law.limit, end_of(role, true), result);
+    meet(lambda, force[i], law.kind == LawKind::friction ? -law.limit : 0, end_of(role, false), result);
+  }
+}
+
+}  // namespace acus

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/insertion/forces.h"
+
+#include <cmath>
+
+namespace acus {
+
+namespace {
+
+// A force counts as at its cap from this fraction on.
+constexpr double kAtCap = 1 - 1e-9;
+
+void read_row(const Rows& rows, int i, InsertionWork& work, InsertionForces& forces) {
+  const Row& row = rows.row(i);
+  const double lambda = rows.lambda()[i];
+  const auto at_cap = [&] { return std::abs(lambda) >= kAtCap * rows.law(i).limit; };
+  const Vector3 force = rows.force(i);
+  Insertion& next = work.next;
+  switch (row.role) {
+    case RowRole::contact:
+      next.tip.contact = lambda;
+      work.puncturing = at_cap() && rows.delta()[i] < 0;
+      forces.cutting += force;
+      break;
+    case RowRole::contact_friction:
+      next.tip.lateral += force;
+      forces.cutting += force;
+      break;
+    case RowRole::cutting:
+      next.tip.cutting = lambda;
+      work.cutting = at_cap();
+      forces.cutting += force;
+      break;
+    case RowRole::tip_lateral:
+      next.tip.lateral += force;
+      forces.lateral += force;
+      break;
+    case RowRole::lateral:
+      next.vertices[row.index].lateral += force;
+      forces.lateral += force;
+      break;
+    case RowRole::friction:
+      next.vertices[row.index].friction = lambda;
+      next.vertices[row.index].sliding = at_cap();
+      forces.friction += force;
+      break;
+    case RowRole::torsion:
+      next.vertices[row.index].torsion = lambda;
+      next.vertices[row.index].turning = at_cap();
+      break;
+    case RowRole::guide:
+    case RowRole::guide_friction:
+      return;
+  }
+  if (row.index < 0) forces.tip += force;
+}
+
+}  // namespace
+
+InsertionForces read_forces(const Rows& rows, int needle, InsertionWork& work) {
+  Insertion& next = work.next;
+  work.puncturing = work.cutting = false;
+  next.tip = TipMemory{};
+  for (const ShaftPoint& p : work.located.shaft) {
+    next.vertices[p.vertex].lateral.setZero();
+    next.vertices[p.vertex].friction = 0;
+  }
+  InsertionForces forces;
+  for (int i = 0; i < rows.count(); ++i)
+    if (rows.row(i).needle == needle) read_row(rows, i, work, forces);
+  for (const ShaftPoint& p : work.located.shaft) {
+    VertexMemory& memory = next.vertices[p.vertex];
+    memory.traction = p.owned > 0 ? memory.friction / p.owned : 0;
+  }
+  return forces;
+}
+
+}  // namespace acus

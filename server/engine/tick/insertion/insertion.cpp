@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/insertion/insertion.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace acus {
+
+int max_material_points(const Needle& parameters, double spacing) {
+  return max_shaft_points(parameters, spacing) + 3 + kPatchPoints;
+}
+
+Vector3 InsertionView::cutting_direction() const {
+  return needle.shape.frames.back() * parameters.cutting_direction.normalized();
+}
+
+InsertionWork::InsertionWork(int shaft_capacity, int path_capacity)
+    : next(make_insertion(path_capacity)), turned(path_capacity) {
+  located.shaft = Bounded<ShaftPoint>(static_cast<std::size_t>(shaft_capacity));
+}
+
+}  // namespace acus

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/insertion/shaft_rows.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "server/engine/math/rotation.h"
+#include "server/engine/tick/insertion/tip_rows.h"
+
+namespace acus {
+
+namespace {
+
+// Friction of a point gives way as if it stood for at least this length of shaft (in spacings).
+constexpr double kLeastOwned = 0.1;
+// A spring that is drawn out by more than this share of its length of shaft.
+constexpr double kFarStrained = 0.25;
+// A point that stands for less holds nothing across the path.
+constexpr double kLeastHeld = 1e-6;  // m
+
+// lambda_n (N): what the strain beside the vertex bears before the tick, of a spring of so much give per length (m²/N).
+double strained_force(const VertexMemory& memory, double owned, double axial) {
+  const double force = memory.traction * owned, most = std::abs(memory.friction);
+  const bool far = axial * std::abs(memory.traction) > kFarStrained * owned;
+  return far && !memory.sliding ? std::clamp(force, -most, most) : force;
+}
+
+// `row` stands at the vertex along the path's tangent.
+bool add_friction(const InsertionView& at, const Path& path, const VertexMemory& memory, const ShaftPoint& point,
+                  Row& row, Rows& rows) {
+  const TissueView& tissue = at.tissue;
+  const NeedleView& needle = at.needle;
+  const MaterialPoint& material = row.in_tissue.a;
+  const Interaction& law = tissue.interaction(material);
+  const double normal = point.owned * std::numbers::pi * needle.model.diameter * *law.pressure;
+  const auto threshold = [&](bool slips) { return normal * (slips ? law.friction_dynamic : law.friction_static); };
+  const double viscosity = point.owned * law.friction_viscous / needle.h;
+  bool all = true;
+  if (threshold(false) > 0 || viscosity > 0) {
+    const Vector3 before = needle.start_position(point.s) - tissue.start_position(material);
+    const double axial = tissue.axial_compliance(material, needle.model.diameter);
+    row.role = RowRole::friction;
+    row.compliance = axial / std::max(point.owned, kLeastOwned * path.spacing);
+    row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before) -
+              row.compliance * strained_force(memory, point.owned, axial);
+    all = rows.add(row, {LawKind::friction, threshold(memory.sliding), viscosity}, memory.friction);
+  }
+  const double share = at.parameters.torsional_friction;
+  if (share * threshold(false) == 0) return all;
+  row.role = RowRole::torsion;
+  row.compliance = 0;
+  row.radius = needle.model.diameter / 2;
+  row.gap = row.radius * row.n.dot(needle.turned(row.on_needle) -
+                                   material_rotation(tissue.mesh, tissue.x_start, tissue.x, material.tetrahedron));
+  return rows.add(row, {LawKind::friction, share * threshold(memory.turning)}, memory.torsion) && all;
+}
+
+}  // namespace
+
+bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionWork& work, const ShaftPoint& point,
+                    Rows& rows) {
+  assert(point.vertex >= 0 && point.vertex < static_cast<int>(path.vertices.size()) && point.owned >= 0);
+  const TissueView& tissue = at.tissue;
+  const VertexMemory& memory = work.next.vertices[point.vertex];
+  const MaterialPoint& material = path.vertices[point.vertex];
+  const CurvePoint on_needle = curve_point(at.needle.model, at.needle.shape, point.s);
+  const Vector3 apart = on_needle.position - tissue.position(material);
+  Row row{at.needle_index, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0};
+  const auto beside = [&](const MaterialPoint& p) {
+    return tissue.lateral_compliance(p, at.needle.model.diameter) / std::max(point.held, kLeastHeld);
+  };
+  Vector3 across[2];
+  perpendicular_basis(point.tangent, across[0], across[1]);
+  bool all = true;
+  for (const Vector3& n : across) {
+    row.n = n;
+    row.gap = n.dot(apart);
+    all = rows.add(row, {.compliance = beside(material)}, memory.lateral.dot(n)) && all;
+  }
+  // A tip this close to the vertex behind it has that one's support itself.
+  const TipPlace& tip = work.located.tip;
+  const bool at_tip = !tip.at_end && &point == &work.located.shaft.back() && tip.point.u < 0.5;
+  if (!at_tip) all = add_support(at, row, beside, rows) && all;
+  row.n = point.tangent;
+  return add_friction(at, path, memory, point, row, rows) && all;
+}
+
+}  // namespace acus

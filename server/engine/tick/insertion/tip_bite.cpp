@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/insertion/tip_bite.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace acus {
+
+std::optional<double> face_angle(const Needle& needle) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  if (needle.tip == TipShape::blunt) return std::nullopt;
+  if (needle.tip_angle) return needle.tip_angle;
+  switch (needle.tip) {
+    case TipShape::pencil:
+      return 15 * kDegree;
+    case TipShape::trocar:
+      return 20 * kDegree;
+    default:
+      return 11 * kDegree;
+  }
+}
+
+Bite bite(const Needle& needle, const Vector3& along, const Vector3& normal, double friction) {
+  const std::optional<double> face = face_angle(needle);
+  const double inwards = std::min(-along.dot(normal), 1.0);  // cos theta
+  if (!face || inwards <= std::sin(*face)) return {friction, 1};
+  return {std::max(friction, 1 / std::tan(*face)), inwards};
+}
+
+Bite bite(const InsertionView& at, const Obstacle& obstacle, double puncture_force, double friction) {
+  if (std::isinf(puncture_force)) return {friction, 1};
+  const NeedleView& needle = at.needle;
+  const Vector3 along = curve_point(needle.model, needle.start, needle.model.length).tangent;
+  return bite(at.parameters, along, obstacle.at.normal, friction);
+}
+
+}  // namespace acus

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/scratch.h"
+
+#include "server/engine/state/limits.h"
+
+namespace acus {
+
+namespace {
+
+// Nodes of the tissue that the rows of a tick touch, at most.
+int max_touched_nodes(const Scene& scene) {
+  const double spacing = least_spacing(scene.needles);
+  int points = 0;
+  for (const Needle& needle : scene.needles) points += max_material_points(needle, spacing);
+  return 4 * points;
+}
+
+}  // namespace
+
+Scratch::Scratch(const Model& model, const Progress& progress)
+    : guides(model.scene.guides.size()),
+      tissue(model.tissue_system, model.max_rows, max_touched_nodes(model.scene)),
+      paths_taken(kMaxPaths),
+      rows(model.max_rows),
+      forces(model.scene.needles.size()),
+      guide_forces(model.scene.needles.size(), Vector3::Zero()),
+      next_look(model.scene.needles.size()) {
+  if (progress) progress("rows");
+  const double spacing = least_spacing(model.scene.needles);
+  for (int i = 0; i < model.needle_count(); ++i) {
+    const Needle& needle = model.scene.needles[i];
+    motions.emplace_back(model.needles[i], model.h, max_tissue_rows(model.scene, needle) + max_guide_rows(model.scene));
+    insertions.emplace_back(max_shaft_points(needle, spacing), model.path_vertices);
+    start_shapes.push_back(motions[i].shape());
+    bases.push_back(base_at(needle.base));
+  }
+  events.reserve((kMaxCrossings + kOtherEvents) * model.scene.needles.size());
+}
+
+NeedleView needle_view(const Model& model, const Scratch& scratch, int needle) {
+  return {model.needles[needle], scratch.start_shapes[needle], scratch.motions[needle].shape(), model.h};
+}
+
+InsertionView insertion_view(const Model& model, const State& state, const Scratch& scratch, int needle) {
+  return {needle, model.scene.needles[needle], needle_view(model, scratch, needle),
+          TissueView{model.mesh, model.surface, model.borders, model.scene.tissue.regions, model.interactions,
+                     model.element_sizes, model.regions, state.tissue.x, scratch.tissue.x(),
+                     model.scene.tissue.local_compliance == LocalCompliance::all}};
+}
+
+}  // namespace acus

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/simulation.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "server/engine/state/limits.h"
+#include "server/engine/tick/step.h"
+
+namespace acus {
+
+Simulation::Simulation(const Scene& scene, const Progress& progress, std::optional<TetrahedralMesh> own_mesh)
+    : model_(scene, progress, std::move(own_mesh)),
+      state_(make_state(model_)),
+      commands_(scene.needles.size() + scene.guides.size()),
+      scratch_(std::make_unique<Scratch>(model_, progress)),
+      stiffness_solver_(model_),
+      stiffnesses_(scene.needles.size()),
+      potential_at_start_(potential_energy()) {
+  report_.needles.resize(scene.needles.size());
+  report_.events.reserve(scratch_->events.capacity());
+  begin_report();
+}
+
+Command Simulation::come_to_rest(int body) {
+  const int guide = body - model_.needle_count();
+  const BaseLimits& limits = guide < 0 ? model_.needle_limits[body] : model_.guide_limits[guide];
+  const Command rest = acus::come_to_rest(limits, motion(body));
+  command(body, rest);
+  return rest;
+}
+
+const BaseState& Simulation::motion(int body) const {
+  const int guide = body - model_.needle_count();
+  return guide < 0 ? state_.bases[body] : state_.guides[guide].motion;
+}
+
+std::span<const BaseStiffness> Simulation::base_stiffnesses() {
+  std::ranges::fill(stiffnesses_, BaseStiffness{});
+  if (!ticked_ || !scratch_->outcome.finite) return stiffnesses_;
+  stiffness_solver_.begin(*scratch_);
+  for (int i = 0; i < model_.needle_count(); ++i) stiffnesses_[i] = stiffness_solver_.compute(*scratch_, i);
+  return stiffnesses_;
+}
+
+bool Simulation::command(int body, const Command& command) {
+  assert(body >= 0 && body < static_cast<int>(commands_.size()));
+  if (!in_range(command)) return false;
+  merge(commands_[body], command);
+  return true;
+}
+
+void Simulation::step() {
+  acus::step(model_, commands_, state_, *scratch_, report_);
+  ticked_ = true;
+  std::fill(commands_.begin(), commands_.end(), std::nullopt);
+}
+
+void Simulation::reset() {
+  restore(make_state(model_));
+  scratch_->tissue.clear_corridor();
+}
+
+void Simulation::restore(const State& state) {
+  assert(state.tissue.x.cols() == model_.mesh.node_count() && state.needles.size() == model_.needles.size());
+  state_ = state;
+  std::fill(commands_.begin(), commands_.end(), std::nullopt);
+  std::fill(scratch_->next_look.begin(), scratch_->next_look.end(), 0);
+  begin_report();
+  ticked_ = false;
+}
+
+// Before the first tick. Keeps the lists' memory.
+void Simulation::begin_report() {
+  TickReport fresh;
+  fresh.needles = std::move(report_.needles);
+  fresh.events = std::move(report_.events);
+  std::fill(fresh.needles.begin(), fresh.needles.end(), NeedleReport{});
+  fresh.events.clear();
+  report_ = std::move(fresh);
+  report_state(model_, state_, report_);
+}
+
+Costs Simulation::costs() const {
+  const SparseCholesky& factor = model_.tissue_system.factor;
+  const std::size_t entry = factor.precision() == Precision::single_precision ? sizeof(float) : sizeof(double);
+  return {static_cast<int>(model_.tissue.free_nodes.size()),
+          factor.factor_entries(),
+          factor.factor_entries() * entry,
+          scratch_->tissue.corridor_nodes(),
+          factor.tree().longest_way,
+          model_.max_rows,
+          model_.max_tick_steps()};
+}
+
+double Simulation::potential_energy() const {
+  double energy = acus::potential_energy(model_.tissue, state_.tissue);
+  for (int i = 0; i < model_.needle_count(); ++i)
+    energy += acus::potential_energy(model_.needles[i], state_.needles[i]);
+  return energy;
+}
+
+Energy Simulation::energy() const {
+  Energy energy;
+  energy.kinetic = kinetic_energy(model_.tissue, state_.tissue);
+  energy.elastic =
+      elastic_energy(model_.tissue_system, state_.tissue.x, state_.tissue.rotations) + state_.spring_energy;
+  energy.potential = potential_energy() - potential_at_start_;
+  NeedleShape shape;
+  for (int i = 0; i < model_.needle_count(); ++i) {
+    put_shape(state_.needles[i], shape);
+    energy.kinetic += kinetic_energy(model_.needles[i], state_.needles[i]);
+    energy.elastic += elastic_energy(model_.needles[i], shape);
+  }
+  return energy;
+}
+
+int Simulation::max_paths() { return kMaxPaths; }
+
+int Simulation::path_positions(int path, Eigen::Ref<Matrix3X> points) const {
+  const Path& p = state_.paths[path];
+  for (int i = 0; i < p.points(); ++i)
+    points.col(i) = material_position(model_.mesh, state_.tissue.x, p.point(i));
+  return p.points();
+}
+
+}  // namespace acus

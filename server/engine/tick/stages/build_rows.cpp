@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/insertion/shaft_rows.h"
+#include "server/engine/tick/insertion/tip_rows.h"
+#include "server/engine/tick/stages/stages.h"
+
+namespace acus {
+
+namespace {
+
+// False if some did not fit.
+bool add_insertion_rows(const InsertionView& at, const State& state, const InsertionWork& work, Rows& rows) {
+  const auto& obstacle = work.located.obstacle;
+  if (work.next.path < 0) return !obstacle || add_surface_rows(at, work, rows);
+  const Path& path = work.path(state.paths);
+  bool all = !work.located.left_out;
+  if (work.next.phase == Phase::through) {
+    all = (!obstacle || add_surface_rows(at, work, rows)) && all;
+  } else if (obstacle && obstacle->under) {
+    all = add_border_rows(at, path, work, rows) && all;
+  } else {
+    all = add_path_rows(at, path, work, rows) && all;
+  }
+  for (const ShaftPoint& point : work.located.shaft) all = add_shaft_rows(at, path, work, point, rows) && all;
+  return all;
+}
+
+}  // namespace
+
+void build_rows(const Model& model, const State& state, Scratch& scratch) {
+  const StageTimer timer(scratch.times, Stage::build_rows);
+  Rows& rows = scratch.rows;
+  rows.clear();
+  bool all = true;
+  for (int i = 0; i < model.needle_count(); ++i)
+    all = add_insertion_rows(insertion_view(model, state, scratch, i), state, scratch.insertions[i], rows) && all;
+  for (int g = 0; g < model.guide_count(); ++g) {
+    const int needle = model.guide_needles[g];
+    all = add_guide_rows(model.scene.guides[g], g, needle, needle_view(model, scratch, needle), scratch.guides[g],
+                         rows) && all;
+  }
+  scratch.outcome.rows_fit = scratch.outcome.rows_fit && all;
+}
+
+}  // namespace acus

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "server/engine/state/limits.h"
+#include "server/engine/tick/stages/stages.h"
+
+namespace acus {
+
+namespace {
+
+void read_all_forces(const Model& model, Scratch& scratch) {
+  for (int i = 0; i < model.needle_count(); ++i) {
+    scratch.forces[i] = read_forces(scratch.rows, i, scratch.insertions[i]);
+    scratch.guide_forces[i].setZero();
+  }
+  for (int g = 0; g < model.guide_count(); ++g)
+    scratch.guide_forces[model.guide_needles[g]] += read_guide_forces(scratch.rows, g, scratch.guides[g]);
+}
+
+// Before the needles are committed.
+NeedleBalance balance_of(const Model& model, const Scratch& scratch, const State& state) {
+  NeedleBalance balance;
+  for (int i = 0; i < model.needle_count(); ++i) {
+    const NeedleMotion& motion = scratch.motions[i];
+    const Vector3 base = motion.base_reaction().head<3>();
+    balance.sum += base + scratch.guide_forces[i] - motion.inertia_less_weight(state.needles[i]);
+    balance.largest_force = std::max(balance.largest_force, base.norm());
+  }
+  return balance;
+}
+
+// Before the needles are committed.
+void watch_needles(const Model& model, const State& state, Scratch& scratch) {
+  for (int i = 0; i < model.needle_count(); ++i) {
+    if (model.needles[i].rigid) continue;
+    const NeedleMotion& motion = scratch.motions[i];
+    const NeedleMotion::EnergyChange energy = motion.energy_change(state.needles[i]);
+    scratch.outcome.energy_gained |= energy.gained > kMaxEnergyGain * std::max(energy.stored, kLeastEnergyToGain);
+    scratch.outcome.overstrained |= motion.largest_strain() > kMaxNeedleStrain;
+  }
+}
+
+}  // namespace
+
+bool is_finite(const Model& model, const Scratch& scratch) {
+  for (const BaseState& base : scratch.bases)
+    if (!base.is_finite()) return false;
+  for (const GuideWork& guide : scratch.guides)
+    if (!guide.next.motion.is_finite()) return false;
+  const auto lambda = scratch.rows.lambda();
+  if (!std::all_of(lambda.begin(), lambda.end(), [](double force) { return std::isfinite(force); })) return false;
+  for (int i = 0; i < model.needle_count(); ++i)
+    if (!scratch.motions[i].finite()) return false;
+  return scratch.tissue.finite();
+}
+
+void commit(const Model& model, Scratch& scratch, State& state) {
+  assert(is_finite(model, scratch));
+  const StageTimer timer(scratch.times, Stage::transitions);
+  read_all_forces(model, scratch);
+  watch_needles(model, state, scratch);
+  scratch.balance = state.balance;
+  state.balance = balance_of(model, scratch, state);
+  state.spring_energy = scratch.rows.elastic_energy();
+  ++state.tick;
+  for (int i = 0; i < model.needle_count(); ++i) {
+    state.bases[i] = scratch.bases[i];
+    scratch.motions[i].commit(state.needles[i]);
+    std::swap(state.insertions[i], scratch.insertions[i].next);
+  }
+  for (int g = 0; g < model.guide_count(); ++g) state.guides[g] = scratch.guides[g].next;
+  scratch.tissue.commit(state.tissue);
+}
+
+}  // namespace acus

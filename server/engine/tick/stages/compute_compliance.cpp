@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/stages/stages.h"
+
+namespace acus {
+
+void compute_compliance(const Model&, Scratch& scratch) {
+  const StageTimer timer(scratch.times, Stage::compute_compliance);
+  scratch.rows.assemble(scratch.motions, scratch.tissue);
+}
+
+}  // namespace acus

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/insertion/transitions.h"
+
+#include <algorithm>
+
+#include "server/engine/state/limits.h"
+#include "server/engine/tick/insertion/shaft_watch.h"
+#include "server/engine/tick/stages/stages.h"
+
+namespace acus {
+
+void transitions(const Model& model, Scratch& scratch, State& state) {
+  const StageTimer timer(scratch.times, Stage::transitions);
+  // No other needle that punctures may take the place of a path that one has picked up in this tick.
+  for (int i = 0; i < model.needle_count(); ++i)
+    if (scratch.insertions[i].located.reentered) state.paths[state.insertions[i].path].needle = i;
+  for (int i = 0; i < model.needle_count(); ++i) {
+    const InsertionView at = insertion_view(model, state, scratch, i);
+    scratch.outcome.transitions |= insertion_transitions(
+        {at, scratch.insertions[i], state.tick, state.insertions[i], state.paths, scratch.events});
+    watch_shaft(at, scratch.insertions[i], state.insertions[i], state.watches[i]);
+  }
+}
+
+void look_ahead(const Model& model, const State& state, Scratch& scratch) {
+  const StageTimer timer(scratch.times, Stage::transitions);
+  for (int i = 0; i < model.needle_count(); ++i) {
+    if (state.tick < scratch.next_look[i]) continue;
+    const InsertionView at = insertion_view(model, state, scratch, i);
+    const auto ahead = [&](double distance) {
+      return tetrahedron_ahead(at, scratch.insertions[i], state.insertions[i], state.paths, distance);
+    };
+    const int here = ahead(0);
+    bool made = false;
+    if (const auto patch = patch_ahead(at, state.insertions[i], kSurfaceAhead))
+      made = std::ranges::any_of(patch->points, [&](const auto& p) { return scratch.tissue.prepare(p.tetrahedron); });
+    for (int step = 0; here >= 0 && step <= kStepsAhead && !made; ++step)
+      made = scratch.tissue.prepare(ahead(step * kStepAhead * model.element_sizes[here]));
+    if (!made) scratch.next_look[i] = state.tick + kLookEvery;
+  }
+}
+
+}  // namespace acus

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/views.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "server/engine/math/rotation.h"
+#include "server/engine/models/local_compliance.h"
+
+namespace acus {
+
+namespace {
+
+// Times 1/E (m²/N): next to what a mesh gives way it is nothing, and two points of a path at one place can be held.
+constexpr double kLeastGive = 1e-4;
+// What the end of a needle bears across its way beyond what its length does, as a length (in diameters).
+constexpr double kEndBearing = 1.5;
+
+}  // namespace
+
+std::optional<BorderFace> TissueView::border_face(const MaterialPoint& p) const {
+  constexpr double kOnFace = 1e-6;
+  if (!borders.any()) return std::nullopt;
+  for (int k = 0; k < 4; ++k) {
+    const int beyond = p.weights[k] < kOnFace ? mesh.neighbours[p.tetrahedron][k] : -1;
+    if (beyond < 0 || regions[beyond] == region(p) || !border(p, regions[beyond]).holds) continue;
+    return BorderFace{shape_gradients(mesh, x, p.tetrahedron).col(k).stableNormalized(), beyond};
+  }
+  return std::nullopt;
+}
+
+double TissueView::lateral_compliance(const MaterialPoint& p, double d) const {
+  const Region& r = tissue_regions[region(p)];
+  const std::optional<double>& given = r.interaction.foundation_stiffness;
+  double compliance = 0;
+  if (given) compliance = 1 / *given;
+  else if (local_compliance) compliance = foundation_compliance(r.material, element_sizes[p.tetrahedron], d);
+  return std::max(compliance, kLeastGive / r.material.young_modulus);
+}
+
+double TissueView::end_compliance(const MaterialPoint& p, double d) const {
+  const Region& r = tissue_regions[region(p)];
+  const std::optional<double>& given = r.interaction.foundation_stiffness;
+  double compliance = 0;
+  if (given) compliance = 1 / (*given * kEndBearing * d);
+  else if (local_compliance) compliance = acus::end_compliance(r.material, element_sizes[p.tetrahedron], d);
+  return std::max(compliance, kLeastGive / (r.material.young_modulus * kEndBearing * d));
+}
+
+double TissueView::axial_compliance(const MaterialPoint& p, double d) const {
+  if (!local_compliance) return 0;
+  return acus::axial_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d);
+}
+
+double TissueView::contact_radius(const MaterialPoint& p, double d) const {
+  return acus::contact_radius(tissue_regions[region(p)].material, d, interaction(p).puncture_force);
+}
+
+double TissueView::surface_compliance(const MaterialPoint& p, double d) const {
+  return acus::surface_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d,
+                                  interaction(p).puncture_force);
+}
+
+double TissueView::tip_compliance(const MaterialPoint& p, double d, double f) const {
+  if (!local_compliance) return 0;
+  return acus::tip_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, f);
+}
+
+Vector3 NeedleView::turned(const CurvePoint& point) const {
+  const auto node = [&](int i) {
+    return rotation_log(Quaternion(Matrix3(shape.frames[i] * start.frames[i].transpose())));
+  };
+  return (1 - point.u) * node(point.beam) + point.u * node(point.beam + 1);
+}
+
+double project_on_curve(const NeedleView& needle, const Vector3& p, const Vector3& t, double guess) {
+  assert(!(std::abs(t.squaredNorm() - 1) > 1e-6));
+  constexpr int kIterations = 8;
+  constexpr double kStop = 1e-13;  // m
+  double s = guess;
+  for (int i = 0; i < kIterations; ++i) {
+    const CurvePoint c = curve_point(needle.model, needle.shape, s);
+    const double slope = std::max(c.tangent.dot(t), 0.1);  // the needle runs along t, not across it
+    const double step = std::clamp(t.dot(p - c.position) / slope, -needle.model.length, needle.model.length);
+    s += step;
+    if (std::abs(step) < kStop) break;
+  }
+  return s;
+}
+
+}  // namespace acus

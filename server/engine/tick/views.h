@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the laws see of a tick: needle and tissue at its start and at the current iterate, read only.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "server/engine/models/needle.h"
+#include "server/engine/models/surface.h"
+#include "server/engine/scene/scene.h"
+#include "server/engine/state/borders.h"
+
+namespace acus {
+
+struct BorderFace {
+  Vector3 normal;  // unit, world, towards the side that was asked from
+  int beyond;      // the tetrahedron on the other side
+};
+
+struct TissueView {
+  const TetrahedralMesh& mesh;
+  const Surface& surface;
+  const Borders& borders;
+  std::span<const Region> tissue_regions;
+  std::span<const Interaction> interactions;  // per region, pressure filled in
+  std::span<const double> element_sizes;      // per tetrahedron (m)
+  std::span<const int> regions;               // per tetrahedron
+  const Matrix3X& x_start;                    // at the start of the tick (m)
+  const Matrix3X& x;                          // x_k
+  bool local_compliance = true;               // tissue.local_compliance: all
+
+  int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
+  const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
+  // What a tip at a point meets at the border into another region.
+  const Border& border(const MaterialPoint& from, int into) const { return borders.at(region(from), into); }
+  // A face that the point lies on and behind which a region begins that holds tips.
+  std::optional<BorderFace> border_face(const MaterialPoint& p) const;
+  // Of the tissue beside a shaft of diameter d (m): m²/N, see foundation_compliance().
+  double lateral_compliance(const MaterialPoint& p, double d) const;
+  // Of the tissue around its end, across it: m/N, see end_compliance().
+  double end_compliance(const MaterialPoint& p, double d) const;
+  // Along the same shaft, m²/N; see local_compliance.h. It and what follows are zero if the scene leaves them out.
+  double axial_compliance(const MaterialPoint& p, double d) const;
+  // Of the disc of surface over which a tip of diameter d (m) spreads its contact: its radius (m), and what it gives way
+  // beyond the mesh (m/N); see local_compliance.h.
+  double contact_radius(const MaterialPoint& p, double d) const;
+  double surface_compliance(const MaterialPoint& p, double d) const;
+  // Of the tissue ahead of a tip inside that bears f (N) at most: m/N.
+  double tip_compliance(const MaterialPoint& p, double d, double f) const;
+  Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
+  Vector3 position(const TissuePoint& p) const { return tissue_position(mesh, x, p); }
+  Vector3 start_position(const MaterialPoint& p) const { return material_position(mesh, x_start, p); }
+};
+
+struct NeedleView {
+  const NeedleModel& model;
+  const NeedleShape& start;  // at the start of the tick
+  const NeedleShape& shape;  // q_k
+  double h;                  // s
+
+  CurvePoint tip() const { return curve_point(model, shape, model.length); }
+  Vector3 start_position(double s) const { return curve_point(model, start, s).position; }
+  Vector3 start_tip() const { return start_position(model.length); }
+  // Rotation of the needle at a point of its curve since the start of the tick (rad, world).
+  Vector3 turned(const CurvePoint& point) const;
+};
+
+// The arc length near `guess` at which the needle's curve passes through the plane at p across t (m).
+double project_on_curve(const NeedleView& needle, const Vector3& p, const Vector3& t, double guess);
+
+}  // namespace acus

@@ -1,0 +1,381 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/runtime/scene_summary.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <numbers>
+
+#include "server/engine/models/local_compliance.h"
+#include "server/engine/models/needle.h"
+#include "server/engine/scene/scene_fields.h"
+#include "server/engine/scene/text_table.h"
+#include "server/engine/state/borders.h"
+
+namespace acus {
+namespace {
+
+// Five significant digits.
+std::string number(double value) {
+  if (!std::isfinite(value)) return format_number(value);
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.5g", value);
+  return buffer.data();
+}
+
+std::string vector(const Vector3& v) {
+  return std::string("[") + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + "]";
+}
+
+std::string megabytes(double bytes) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.1f MB", bytes / 1e6);
+  return buffer.data();
+}
+
+// ---------------------------------------------------------------------------------------------- what it contains
+
+std::string describe_mesh(const Simulation& simulation) {
+  const TetrahedralMesh& mesh = simulation.mesh();
+  if (mesh.node_count() == 0) return "no tissue";
+  const Vector3 size = mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff();
+  return std::to_string(mesh.node_count()) + " nodes (" +
+         std::to_string(mesh.node_count() - simulation.costs().free_nodes) + " fixed), " +
+         std::to_string(mesh.tetrahedron_count()) + " tetrahedra, " + std::to_string(mesh.surface.size()) +
+         " surface triangles, " + vector(size) + " m along the world's axes";
+}
+
+std::string opening(const Simulation& simulation, bool warned) {
+  const Scene& scene = simulation.scene();
+  TextTable table;
+  table.add({"scene", scene.name + (warned ? ": can be used, with warnings" : ": sound")});
+  table.add({"rate", number(scene.rate) + " Hz, a tick is " + number(1e3 / scene.rate) + " ms"});
+  table.add({"gravity", vector(scene.gravity) + " m/s^2"});
+  table.add({"rung", name_of(scene.tissue.rung)});
+  table.add({"solver", acus::name_of(scene.laws.solver)});
+  table.add({"mesh", describe_mesh(simulation)});
+  return table.text();
+}
+
+std::string materials(const Simulation& simulation) {
+  const std::vector<Region>& regions = simulation.scene().tissue.regions;
+  std::vector<int> tetrahedra(regions.size());
+  std::vector<double> volume(regions.size());  // m^3
+  for (int t = 0; t < simulation.mesh().tetrahedron_count(); ++t) {
+    const int region = simulation.regions()[static_cast<std::size_t>(t)];
+    ++tetrahedra[region];
+    volume[region] += rest_volume(simulation.mesh(), t);
+  }
+  TextTable table;
+  table.add({"regions", "tetrahedra", "volume (cm^3)", "E (Pa)", "nu", "density (kg/m^3)", "damping (1/s, s)"});
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const Material& m = regions[i].material;
+    table.add({"  " + regions[i].name, std::to_string(tetrahedra[i]), number(1e6 * volume[i]), number(m.young_modulus),
+               number(m.poisson_ratio), number(m.density),
+               number(m.rayleigh_mass) + ", " + number(m.rayleigh_stiffness)});
+  }
+  return table.text();
+}
+
+std::string laws(const Scene& scene) {
+  TextTable table;
+  table.add({"laws", "f_p (N)", "f_c (N)", "p (Pa)", "mu_s", "mu_d", "b (N s/m^2)", "k (Pa)", "mu of the tip"});
+  for (const Region& region : scene.tissue.regions) {
+    const Interaction& law = region.interaction;
+    table.add({"  " + region.name, number(law.puncture_force), number(law.cutting_force),
+               number(shaft_pressure(region)) + (law.pressure ? "" : " (estimated)"), number(law.friction_static),
+               number(law.friction_dynamic), number(law.friction_viscous),
+               law.foundation_stiffness ? number(*law.foundation_stiffness) : "estimated",
+               number(law.friction_contact)});
+  }
+  return table.text();
+}
+
+// Every pair of regions that touch, in both directions, since a border may hold in one and not in the other.
+std::string borders(const Simulation& simulation) {
+  const auto faces = count_border_faces(simulation.mesh(), simulation.regions());
+  if (faces.empty()) return "";
+  const Tissue& tissue = simulation.scene().tissue;
+  const Borders table_of_borders(tissue, simulation.mesh(), simulation.regions());
+  TextTable table;
+  table.add({"interfaces", "faces", "f_p (N)", "mu of the tip"});
+  const auto add = [&](int from, int into, int count) {
+    const Border& border = table_of_borders.at(from, into);
+    table.add({"  " + tissue.regions[from].name + " -> " + tissue.regions[into].name, std::to_string(count),
+               number(border.puncture_force), number(border.friction_contact),
+               border.holds ? "holds the tip" : "no obstacle: f_p is not above f_c"});
+  };
+  for (const auto& [pair, count] : faces) {
+    add(pair.first, pair.second, count);
+    add(pair.second, pair.first, count);
+  }
+  return table.text();
+}
+
+std::string shape(const Needle& needle) {
+  std::string text =
+      needle.inner_diameter > 0 ? std::string("bore ") + number(1e3 * needle.inner_diameter) + " mm" : "solid";
+  if (needle.curvature != 0) {
+    text += ", last " + number(1e3 * needle.curved_length.value_or(needle.length)) + " mm bent to radius " +
+            number(1e3 / std::abs(needle.curvature)) + " mm";
+  }
+  return text;
+}
+
+// Stiffness against a force across a free tip, and Euler's load along it, of a straight needle held at its base.
+std::string needles(const Scene& scene) {
+  TextTable table;
+  table.add({"needles", "rung", "beams", "length (mm)", "diameter (mm)", "shape", "cuts along", "EI (N m^2)",
+             "3EI/L^3 (N/m)", "buckles unguided at (N)"});
+  for (const Needle& needle : scene.needles) {
+    const bool rigid = needle.rung == NeedleRung::rigid;
+    const double bending = make_needle_model(needle, scene.gravity).stiffness.bending;  // N m^2
+    const double length = needle.length;
+    const double lateral = 3 * bending / (length * length * length);                                // N/m
+    const double buckling = std::numbers::pi * std::numbers::pi * bending / (4 * length * length);  // N
+    table.add({"  " + needle.name, name_of(needle.rung), std::to_string(needle.beams), number(1e3 * length),
+               number(1e3 * needle.outer_diameter), shape(needle), vector(needle.cutting_direction),
+               rigid ? "-" : number(bending), rigid ? "-" : number(lateral), rigid ? "-" : number(buckling)});
+  }
+  return table.text();
+}
+
+std::string holds(const Scene& scene) {
+  if (std::ranges::none_of(scene.needles, [](const Needle& needle) { return needle.hold.has_value(); })) return "";
+  TextTable table;
+  table.add({"bases held", "k (N/m)", "c (N s/m)", "k_r (N m/rad)", "c_r (N m s/rad)"});
+  for (const Needle& needle : scene.needles) {
+    if (!needle.hold) continue;
+    table.add({"  " + needle.name, number(needle.hold->stiffness), number(needle.hold->damping),
+               number(needle.hold->angular_stiffness), number(needle.hold->angular_damping)});
+  }
+  return table.text();
+}
+
+std::string guides(const Scene& scene) {
+  if (scene.guides.empty()) return "";
+  TextTable table;
+  table.add({"guides", "of needle", "at (m)", "play (mm)", "mu"});
+  for (const Guide& guide : scene.guides) {
+    table.add({"  " + guide.name, guide.needle, vector(guide.pose.position), number(1e3 * guide.play),
+               number(guide.friction)});
+  }
+  return table.text();
+}
+
+// ---------------------------------------------------------------------------------------------- what may go wrong
+
+// A contact acts on 21 points (contact_patch.h). Where they are further apart than nodes, each is a point force, and
+// turns elements of size a inside out from about E a² on.
+constexpr double kBearable = 10;  // -, of E a²
+// A contact that is wider than this share of the tissue's least extent presses all of it.
+constexpr double kWidest = 0.5;
+
+// Per region, the edge of a cube of six tetrahedra of its mean volume (m).
+std::vector<double> mean_element_sizes(const Simulation& simulation) {
+  const std::size_t regions = simulation.scene().tissue.regions.size();
+  std::vector<double> volume(regions), count(regions);
+  for (int t = 0; t < simulation.mesh().tetrahedron_count(); ++t) {
+    const int region = simulation.regions()[static_cast<std::size_t>(t)];
+    volume[region] += rest_volume(simulation.mesh(), t);
+    ++count[region];
+  }
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < regions; ++i) sizes.push_back(std::cbrt(6 * volume[i] / count[i]));
+  return sizes;
+}
+
+double least_extent(const TetrahedralMesh& mesh) {
+  return (mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff()).minCoeff();
+}
+
+// Regions whose elements a tip crushes before it has punctured them.
+std::string warnings(const Simulation& simulation) {
+  const std::vector<Region>& regions = simulation.scene().tissue.regions;
+  const std::vector<double> sizes = mean_element_sizes(simulation);
+  const double extent = regions.empty() || simulation.mesh().node_count() == 0 ? 0 : least_extent(simulation.mesh());
+  double diameter = 0;
+  for (const Needle& needle : simulation.scene().needles) diameter = std::max(diameter, needle.outer_diameter);
+  TextTable table;
+  table.add({"warnings"});
+  bool any = false;
+  const auto warn = [&](const Region& region, const std::string& text) {
+    any = true;
+    table.add({"  " + region.name, text});
+  };
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const Material& material = regions[i].material;
+    const double f = regions[i].interaction.puncture_force, E = material.young_modulus;
+    if (!std::isfinite(f)) continue;
+    const double bearable = kBearable * E * sizes[i] * sizes[i];
+    if (f > bearable)
+      warn(regions[i], "f_p of " + number(f) + " N is above 10 E a^2 = " + number(bearable) + " N for elements of a = " +
+                           number(1e3 * sizes[i]) +
+                           " mm: the tip may press them flat and puncture earlier; take elements of at least " +
+                           number(1e3 * std::sqrt(f / (kBearable * E))) + " mm, or a smaller f_p");
+    const double width = 2 * contact_radius(material, diameter, f);
+    if (width > kWidest * extent)
+      warn(regions[i], "f_p of " + number(f) + " N presses a dimple of " + number(1e3 * width) +
+                           " mm across into tissue that is " + number(1e3 * extent) +
+                           " mm thick: it may be pressed flat before it is punctured; take a smaller f_p or stiffer "
+                           "tissue");
+  }
+  return any ? table.text() : "";
+}
+
+// ---------------------------------------------------------------------------------------------- what it costs
+
+// The large arrays only (bytes); what else there is grows with the mesh alone.
+struct Memory {
+  double factor = 0;    // L of the tissue
+  double corridor = 0;  // columns of L⁻¹ and their Gram matrix
+  double rows = 0;      // W, the solver's matrices of its size, the needles' panels
+  double total() const { return factor + corridor + rows; }
+};
+
+Memory memory(const Scene& scene, const Costs& costs) {
+  constexpr double kWord = sizeof(double);
+  constexpr double kSquares = 4;  // rows x rows: W; the matrices of the elimination, pivoting, the interior point
+  constexpr double kPanel = 12;   // numbers per row, of each needle: see engine/models/needle_compliance.h
+  const double corridor = 3.0 * costs.corridor_nodes;
+  const double rows = costs.max_rows;
+  const double panels = kPanel * static_cast<double>(scene.needles.size());
+  return {static_cast<double>(costs.factor_bytes), kWord * corridor * (costs.corridor_column + corridor + 2 * rows),
+          kWord * rows * (kSquares * rows + panels)};
+}
+
+const char* use_of_factor(TissueRung rung) {
+  switch (rung) {
+    case TissueRung::none:
+    case TissueRung::linear:
+    case TissueRung::warped:
+      break;
+    case TissueRung::refined:
+      return " entries, read twice in every iteration of a tick";
+    case TissueRung::exact:
+      return " entries, made anew in every iteration of a tick";
+  }
+  return " entries, read twice in every tick";
+}
+
+void add_tissue(TextTable& table, TissueRung rung, const Costs& costs, const Memory& bytes) {
+  table.add({"  unknowns", std::to_string(3 * costs.free_nodes),
+             std::string("of ") + std::to_string(costs.free_nodes) + " free nodes"});
+  table.add({"  factor", megabytes(bytes.factor), std::to_string(costs.factor_entries) + use_of_factor(rung)});
+  table.add({"  corridor", megabytes(bytes.corridor),
+             std::string("compliance of up to ") + std::to_string(costs.corridor_nodes) + " nodes around the needles"});
+}
+
+std::string expenses(const Simulation& simulation) {
+  const Costs costs = simulation.costs();
+  const Tissue& tissue = simulation.scene().tissue;
+  const Memory bytes = memory(simulation.scene(), costs);
+  TextTable table;
+  table.add({"costs"});
+  if (!tissue.left_out()) add_tissue(table, tissue.rung, costs, bytes);
+  table.add({"  rows", std::to_string(costs.max_rows), "of the laws in one tick, at most"});
+  const std::string laws_steps = std::to_string(simulation.scene().laws.max_steps);
+  table.add({"  solutions", std::to_string(costs.max_tick_steps),
+             "in one tick, at most, of up to " + laws_steps + " steps of the laws; a tick that stops there is flagged"});
+  table.add({"  row matrices", megabytes(bytes.rows), "at most; what a tick uses goes with its rows"});
+  table.add({"  total", megabytes(bytes.total()), "besides the mesh"});
+  return table.text();
+}
+
+// ---------------------------------------------------------------------------------------------- what it leaves out
+
+// "a, b, c": the names of those that leave something out; empty if none does.
+template <class Named>
+std::string names_where(const std::vector<Named>& list, const std::function<bool(const Named&)>& leaves_out) {
+  std::string names;
+  for (const Named& entry : list) {
+    if (leaves_out(entry)) names += (names.empty() ? "" : ", ") + entry.name;
+  }
+  return names;
+}
+
+// A line for each thing, with the field that puts it in.
+class Omissions {
+ public:
+  Omissions() { table_.add({"leaves out"}); }
+
+  void add(bool left_out, const std::string& what, const std::string& field) {
+    if (left_out) table_.add({std::string("  ") + what, std::string("set ") + field});
+  }
+  template <class Named>
+  void add_for(const std::vector<Named>& list, const std::function<bool(const Named&)>& leaves_out,
+               const std::string& what, const std::string& field) {
+    const std::string names = names_where(list, leaves_out);
+    add(!names.empty(), what + " " + names, field);
+  }
+  std::string text() const { return table_.text(); }
+
+ private:
+  TextTable table_;
+};
+
+bool yields_only_with_mesh(const Region& region) { return region.interaction.foundation_stiffness == kInfinity; }
+
+bool has_no_friction(const Region& region) {
+  return shaft_pressure(region) == 0 || region.interaction.friction_static == 0;
+}
+
+void add_tissue(Omissions& list, const Scene& scene) {
+  const Tissue& tissue = scene.tissue;
+  list.add(tissue.fixed.empty(), "supports: no node is fixed, the tissue floats freely", "tissue.fixed");
+  list.add(tissue.rung == TissueRung::linear, "rotations: rung linear is right for small deformations alone",
+           "tissue.rung: warped");
+  list.add(tissue.rung == TissueRung::warped, "the exact tangent: rung warped solves with that of the rest shape",
+           "tissue.rung: refined or exact");
+  list.add_for<Region>(tissue.regions, has_no_friction, "friction on the shaft in",
+                       "interaction.pressure, friction_static");
+  list.add_for<Region>(tissue.regions, yields_only_with_mesh, "what the mesh cannot give way beside the shaft in",
+                       "interaction.foundation_stiffness");
+  list.add_for<Region>(
+      tissue.regions, [](const Region& r) { return r.interaction.friction_viscous == 0; }, "viscous friction in",
+      "interaction.friction_viscous");
+  list.add_for<Region>(
+      tissue.regions, [](const Region& r) { return r.interaction.cutting_force == 0; }, "cutting in",
+      "interaction.cutting_force");
+  list.add_for<Needle>(
+      scene.needles, [](const Needle& n) { return n.torsional_friction == 0; }, "torsional friction on",
+      "torsional_friction");
+}
+
+std::string left_out(const Scene& scene) {
+  Omissions list;
+  list.add(scene.gravity.isZero(0), "gravity", "gravity");
+  list.add(scene.tissue.left_out(), "tissue", "tissue.rung");
+  if (!scene.tissue.left_out()) add_tissue(list, scene);
+  list.add_for<Needle>(
+      scene.needles, [](const Needle& n) { return n.rung == NeedleRung::rigid; }, "bending of", "rung: flexible");
+  list.add_for<Guide>(
+      scene.guides, [](const Guide& g) { return g.friction == 0; }, "friction in", "friction");
+  return list.text();
+}
+
+}  // namespace
+
+std::string summarise(const Simulation& simulation) {
+  const Scene& scene = simulation.scene();
+  const bool tissue = !scene.tissue.left_out();
+  const std::string warned = tissue ? warnings(simulation) : "";
+  std::string text = opening(simulation, !warned.empty());
+  const std::array sections{tissue ? materials(simulation) : "",
+                            tissue ? laws(scene) : "",
+                            tissue ? borders(simulation) : "",
+                            needles(scene),
+                            holds(scene),
+                            guides(scene),
+                            warned,
+                            expenses(simulation),
+                            left_out(scene)};
+  for (const std::string& section : sections) {
+    if (!section.empty()) text += "\n" + section;
+  }
+  return text;
+}
+
+}  // namespace acus

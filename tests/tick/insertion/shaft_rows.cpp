@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The rows of the vertex at 22 mm of a straight path, with the tip at 12 mm: it owns 4 mm of shaft.
+#include <doctest/doctest.h>
+
+#include <numbers>
+
+#include "server/engine/tick/insertion/shaft_rows.h"
+#include "tests/tick/insertion/bench_insertion.h"
+
+namespace acus::test {
+namespace {
+
+constexpr int kVertex = 2;
+constexpr double kOwned = 4e-3;                                          // m
+constexpr double kNormal = kOwned * std::numbers::pi * kDiameter * 6e3;  // N, l pi d p
+const Vector3 kBeside(5e-4, -3e-4, 0);                                   // m, of the needle off its path
+
+// The rows at the needle where it is; it came from `back` (m) behind.
+Rows& rows_of(InsertionBench& bench, double back = 0, double spin = 0) {
+  bench.add_straight_path(0.012);
+  bench.be_in_path(0);
+  bench.put_needle(on_line(0.012 + back) + kBeside);
+  bench.move_needle(on_line(0.012) + kBeside, -Vector3::UnitZ(), spin);
+  const Located& located = bench.locate();
+  REQUIRE(located.shaft.size() == 5);
+  REQUIRE(located.shaft[kVertex].owned == doctest::Approx(kOwned).epsilon(1e-9));
+  CHECK(add_shaft_rows(bench.view(), bench.paths[0], bench.work, located.shaft[kVertex], bench.rows));
+  return bench.rows;
+}
+
+void remember(InsertionBench& bench, bool slips) {
+  for (VertexMemory& vertex : bench.work.next.vertices) vertex.sliding = vertex.turning = slips;
+}
+
+}  // namespace
+
+TEST_CASE("two lateral rows stand across the path and hold the needle's offset") {
+  InsertionBench bench;
+  const Rows& rows = rows_of(bench);
+  REQUIRE(rows.count() == 3);
+  const Row &a = rows.row(0), &b = rows.row(1);
+  CHECK(a.role == RowRole::lateral);
+  CHECK(b.role == RowRole::lateral);
+  CHECK(a.index == kVertex);
+  CHECK(a.n.norm() == doctest::Approx(1).epsilon(1e-12));
+  CHECK(b.n.norm() == doctest::Approx(1).epsilon(1e-12));
+  CHECK(std::abs(a.n.dot(b.n)) < 1e-12);
+  CHECK(std::abs(a.n.z()) < 1e-12);
+  CHECK(std::abs(b.n.z()) < 1e-12);
+  CHECK((a.gap * a.n + b.gap * b.n - kBeside).norm() < kRounding);
+  CHECK(rows.law(0).kind == LawKind::bilateral);
+  CHECK(rows.law(0).compliance == doctest::Approx(1 / (50e3 * kOwned)).epsilon(1e-9));  // 1/(k l)
+}
+
+TEST_CASE("friction runs along the path, on what the needle moved against the tissue in the tick") {
+  InsertionBench bench;
+  const Rows& rows = rows_of(bench, 2e-4);
+  const Row& friction = rows.row(2);
+  CHECK(friction.role == RowRole::friction);
+  CHECK((friction.n + Vector3::UnitZ()).norm() < 1e-12);
+  CHECK(friction.gap == doctest::Approx(2e-4).epsilon(1e-8));
+  CHECK(rows.law(2).kind == LawKind::friction);
+  CHECK(rows.law(2).viscosity == 0);
+}
+
+TEST_CASE("the friction threshold is l pi d mu p, static where it stuck, dynamic where it slid") {
+  InsertionBench bench;
+  rows_of(bench);
+  CHECK(bench.rows.law(2).limit == doctest::Approx(0.3 * kNormal).epsilon(1e-9));  // a new vertex slides
+  bench.rows.clear();
+  remember(bench, false);
+  add_shaft_rows(bench.view(), bench.paths[0], bench.work, bench.work.located.shaft[kVertex], bench.rows);
+  CHECK(bench.rows.law(2).limit == doctest::Approx(0.35 * kNormal).epsilon(1e-9));
+}
+
+TEST_CASE("strain stays as the owned length changes, but a spring that is drawn out far and sticks bears no more") {
+  InsertionBench bench;
+  rows_of(bench);
+  VertexMemory& memory = bench.work.next.vertices[kVertex];
+  const double axial = bench.view().tissue.axial_compliance(bench.paths[0].vertices[kVertex], kDiameter);
+  REQUIRE(axial > 0);
+  const auto strained = [&](bool slips, double drawn, double force_before) {
+    memory.sliding = slips;
+    memory.traction = drawn / axial;
+    memory.friction = force_before * memory.traction * kOwned;
+    bench.rows.clear();
+    add_shaft_rows(bench.view(), bench.paths[0], bench.work, bench.work.located.shaft[kVertex], bench.rows);
+    const Row& friction = bench.rows.row(2);
+    CHECK(friction.compliance == doctest::Approx(axial / kOwned).epsilon(1e-9));
+    return -friction.gap / friction.compliance / (memory.traction * kOwned);
+  };
+  CHECK(strained(false, 0.2 * kOwned, 0.8) == doctest::Approx(1).epsilon(1e-9));
+  CHECK(strained(true, 0.3 * kOwned, 0.8) == doctest::Approx(1).epsilon(1e-9));
+  CHECK(strained(false, 0.3 * kOwned, 0.8) == doctest::Approx(0.8).epsilon(1e-9));
+  CHECK(strained(false, 0.3 * kOwned, 1.2) == doctest::Approx(1).epsilon(1e-9));
+}
+
+TEST_CASE("viscous friction is b l over the tick") {
+  Scene scene = one_region();
+  scene.tissue.regions[0].interaction.friction_viscous = 12;
+  InsertionBench bench(scene);
+  CHECK(rows_of(bench).law(2).viscosity == doctest::Approx(12 * kOwned / kH).epsilon(1e-9));
+}
+
+TEST_CASE("without friction a vertex has no row along the path, with viscosity alone it has one") {
+  Scene scene = one_region();
+  Interaction& law = scene.tissue.regions[0].interaction;
+  law.friction_static = law.friction_dynamic = 0;
+  int rows = 2;
+  SUBCASE("none") {}
+  SUBCASE("viscous") {
+    law.friction_viscous = 12;
+    rows = 3;
+  }
+  InsertionBench bench(scene);
+  CHECK(rows_of(bench).count() == rows);
+}
+
+TEST_CASE("torsion has its share of the threshold, on the surface of the needle") {
+  Scene scene = one_region();
+  scene.needles[0].torsional_friction = 0.5;
+  InsertionBench bench(scene);
+  const Rows& rows = rows_of(bench, 0, 0.02);
+  REQUIRE(rows.count() == 4);
+  const Row& torsion = rows.row(3);
+  CHECK(torsion.role == RowRole::torsion);
+  CHECK(torsion.radius == kDiameter / 2);
+  CHECK((torsion.n + Vector3::UnitZ()).norm() < 1e-12);
+  CHECK(torsion.gap == doctest::Approx(0.02 * kDiameter / 2).epsilon(1e-8));
+  CHECK(rows.law(3).limit == doctest::Approx(0.5 * 0.3 * kNormal).epsilon(1e-9));
+}
+
+TEST_CASE("rows that do not fit are told") {
+  InsertionBench bench;
+  rows_of(bench);
+  Rows two(2);
+  CHECK_FALSE(add_shaft_rows(bench.view(), bench.paths[0], bench.work, bench.work.located.shaft[kVertex], two));
+  CHECK(two.count() == 2);
+}
+
+}  // namespace acus::test

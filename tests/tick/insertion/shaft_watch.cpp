@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What of a needle crosses tissue that does not hold it.
+#include <doctest/doctest.h>
+
+#include "server/engine/tick/insertion/shaft_watch.h"
+#include "tests/tick/insertion/bench_insertion.h"
+
+namespace acus::test {
+namespace {
+
+// Ticks in which the whole needle is looked at.
+constexpr int kTicks = static_cast<int>(kWatchPeriod / kH);
+
+double unheld(InsertionBench& bench) {
+  ShaftWatch watch;
+  for (int i = 0; i < kTicks; ++i) watch_shaft(bench.view(), bench.work, bench.memory, watch);
+  return watch.unheld;
+}
+
+}  // namespace
+
+TEST_CASE("a needle outside has nothing unheld") {
+  InsertionBench bench;
+  CHECK(unheld(bench) == 0);
+  bench.put_needle(Vector3(0.1, 0, kTop + 1e-3), Vector3::UnitX());  // along the surface
+  CHECK(unheld(bench) == 0);
+}
+
+TEST_CASE("a shaft that crosses the tissue from side to side is told, to a sample") {
+  InsertionBench bench;
+  bench.put_needle(Vector3(0.05, 0.0021, 0.0032), Vector3::UnitX());  // the cube reaches from -30 to 30 mm
+  CHECK(std::abs(unheld(bench) - 0.058) < 1.5 * kWatchSpacing);      // less 1 mm at either face
+}
+
+TEST_CASE("what is in its path is held, what is beside it is not") {
+  InsertionBench bench;
+  bench.add_straight_path(0.010);
+  bench.be_in_path(0);
+  bench.put_needle(on_line(0.010));
+  bench.memory.depth = 0.020;
+  CHECK(unheld(bench) == 0);
+  bench.memory.depth = 0.010;  // the other half has come in from elsewhere
+  CHECK(std::abs(unheld(bench) - 0.009) <= kWatchSpacing);
+}
+
+TEST_CASE("a tip in contact may stand beyond the surface of the mesh by what gives way under it") {
+  InsertionBench bench;
+  bench.put_needle(on_line(kTop));
+  bench.memory.phase = Phase::contact;
+  bench.memory.touched = bench.point(on_line(kTop));
+  bench.locate();
+  bench.memory.tip.contact = 0.3;
+  bench.put_needle(on_line(kTop - 2e-3));
+  CHECK(unheld(bench) == 0);
+}
+
+}  // namespace acus::test

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A needle in a path that another one has cut with a smaller spacing: 8 mm and 1 mm.
+#include <doctest/doctest.h>
+
+#include "server/engine/tick/scratch.h"
+#include "tests/tick/insertion/bench_insertion.h"
+
+namespace acus::test {
+namespace {
+
+constexpr double kCoarse = 8e-3, kFine = 1e-3;
+
+Scene coarse_and_fine() {
+  Scene scene = one_region();
+  scene.tissue.box.cells = {3, 3, 3};
+  scene.tissue.fixed.emplace_back().half_space = HalfSpace{Vector3(0, 0, kBottom), Vector3::UnitZ()};
+  Needle& coarse = scene.needles[0];
+  coarse.constraint_spacing = kCoarse;
+  coarse.base.position = {0, 0, 0.2};
+  Needle fine = coarse;
+  fine.name = "fine";
+  fine.constraint_spacing = kFine;
+  scene.needles.push_back(fine);
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("a scene has room for every vertex of its finest path alongside its coarsest needle") {
+  const Scene scene = coarse_and_fine();
+  const Model model(scene);
+  const Scratch scratch(model);
+  const std::size_t points = 100;  // 0.1 m of needle in a path of 1 mm
+  CHECK(scratch.insertions[0].located.shaft.capacity() >= points);
+  CHECK(scratch.insertions[1].located.shaft.capacity() >= points);
+  CHECK(model.max_rows >= static_cast<int>(2 * 3 * points));
+}
+
+TEST_CASE("a needle holds to every vertex of a path with a smaller spacing") {
+  InsertionBench bench(coarse_and_fine());
+  bench.add_straight_path(-0.0205, kFine);
+  bench.be_in_path(0);
+  bench.put_needle(on_line(-0.0205));
+  const Located& located = bench.locate();
+  CHECK_FALSE(located.left_out);
+  REQUIRE(located.shaft.size() == 51);
+  CHECK(located.shaft[0].owned == doctest::Approx(0.5e-3).epsilon(1e-9));
+  CHECK(located.shaft[1].owned == doctest::Approx(1e-3).epsilon(1e-9));
+}
+
+TEST_CASE("how young a path is depends on its own spacing, not on the needle's") {
+  InsertionBench bench(coarse_and_fine());
+  const Vector3 tilted = Vector3(0.3, 0, -1).normalized();
+  const Vector3 mouth = on_line(kTop);
+  // Full spacings long: it has a direction of its own.
+  bench.add_path({mouth, mouth + kFine * tilted, mouth + 2 * kFine * tilted, mouth + 2.6 * kFine * tilted}, kFine);
+  bench.be_in_path(0);
+  bench.put_needle(mouth - Vector3(0, 0, 2.6 * kFine));
+  const Located& located = bench.locate();
+  REQUIRE(located.shaft.size() == 3);
+  for (const ShaftPoint& point : located.shaft) CHECK((point.tangent - tilted).norm() < 1e-9);
+}
+
+}  // namespace acus::test

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Borders between regions: what holds a tip, either way, at any speed.
+#include <doctest/doctest.h>
+
+#include <numbers>
+#include <string>
+
+#include "server/engine/math/rotation.h"
+#include "tests/tick/bench.h"
+
+namespace acus::test {
+namespace {
+
+constexpr int kLower = 0, kUpper = 1;
+
+// The block in two regions that meet at z = 0.
+Scene two_layers() {
+  Scene scene = block_scene();
+  Region& lower = scene.tissue.regions[0];
+  Region upper = lower;
+  lower.name = "lower";
+  lower.interaction.puncture_force = 0.7;
+  upper.name = "upper";
+  upper.interaction.puncture_force = 0.5;
+  upper.half_space = HalfSpace{Vector3::Zero(), -Vector3::UnitZ()};
+  scene.tissue.regions.push_back(upper);
+  return scene;
+}
+
+// One needle from above and one from below, side by side.
+Scene from_both_sides() {
+  Scene scene = two_layers();
+  scene.needles = {needle_at({-0.012, 0.003, 0.03}, 0.005), needle_at({0.012, -0.004, -0.03}, 0.005, false)};
+  scene.needles[1].name = "from below";
+  return scene;
+}
+
+// Bone below z = 0, under a thin needle that is tilted about y.
+Scene bone_below(double degrees) {
+  Scene scene = two_layers();
+  scene.tissue.regions[kLower].name = "bone";
+  scene.tissue.regions[kLower].interaction.puncture_force = kInfinity;
+  scene.tissue.regions[kLower].material.young_modulus = 5e6;
+  scene.tissue.fixed.emplace_back().half_space = HalfSpace{Vector3::Zero(), Vector3::UnitZ()};
+  Needle& needle = scene.needles[0];
+  needle.outer_diameter = 0.7e-3;
+  needle.material.young_modulus = 60e9;
+  const double tilt = degrees * std::numbers::pi / 180;
+  needle.base.orientation = rotation_exp({0, -tilt, 0}) * needle.base.orientation;
+  needle.base.position =
+      Vector3(-0.02, 0.002, 0.03) - (needle.length + 0.005) * (needle.base.orientation * Vector3::UnitX());
+  return scene;
+}
+
+// Of the tip, along the needle, from its start (m).
+double way_to_bone(double degrees) { return 0.005 + 0.03 / std::cos(degrees * std::numbers::pi / 180); }
+
+// Five layers of 0.5 mm, the last region on top, over one of 3 mm; a tick of 4 ms at full speed is 1.1 mm.
+constexpr double kThinCutting = 0.05;  // N
+
+Scene thin_layers(double puncture_force) {
+  Scene scene = block_scene();
+  scene.rate = 250;
+  scene.tissue.box.size = {0.012, 0.012, 6e-3};
+  scene.tissue.box.cells = {6, 6, 12};
+  scene.tissue.fixed.assign(1, Volume{});
+  scene.tissue.fixed[0].half_space = HalfSpace{Vector3(0, 0, -2.9e-3), Vector3::UnitZ()};
+  Region& base = scene.tissue.regions[0];
+  base.material.young_modulus = 200e3;
+  base.interaction.puncture_force = puncture_force;
+  base.interaction.cutting_force = kThinCutting;
+  for (int i = 0; i < 5; ++i) {
+    Region layer = scene.tissue.regions[0];
+    layer.name = "layer " + std::to_string(i + 1);
+    layer.half_space = HalfSpace{Vector3(0, 0, 0.5e-3 * i), -Vector3::UnitZ()};
+    scene.tissue.regions.push_back(layer);
+  }
+  scene.needles = {needle_at({0.0003, 0.0002, 3e-3}, 0.005)};
+  return scene;
+}
+
+// "4 3 2": the regions of events in their order.
+std::string regions_of(const std::vector<Event>& events) {
+  std::string all;
+  for (const Event& e : events) all += (all.empty() ? "" : " ") + std::to_string(e.region);
+  return all;
+}
+
+void check_crossing(const Bench& bench, int needle, int into, double force) {
+  CAPTURE(needle);
+  const std::vector<Event> crossings = bench.events(EventKind::crossing, needle);
+  REQUIRE(crossings.size() == 1);
+  CHECK(crossings[0].region == into);
+  CHECK(crossings[0].force == doctest::Approx(force).epsilon(1e-6));
+}
+
+constexpr double kFast = 0.28;  // m/s
+
+}  // namespace
+
+TEST_CASE("an interface has its own puncture force, the same both ways" * doctest::test_suite("gate")) {
+  Scene scene = from_both_sides();
+  scene.tissue.interfaces = {{.between = "upper", .and_ = "lower", .puncture_force = 0.6}};
+  Bench bench(scene);
+  bench.push(0, 0.05, 0.02);
+  bench.push(1, 0.05, 0.02);
+  check_crossing(bench, 0, kLower, 0.6);
+  check_crossing(bench, 1, kUpper, 0.6);
+  CHECK(bench.finite());
+}
+
+TEST_CASE("a border that is not listed has the puncture force of the region behind it" * doctest::test_suite("gate")) {
+  Bench bench(from_both_sides());
+  bench.push(0, 0.05, 0.02);
+  bench.push(1, 0.05, 0.02);
+  check_crossing(bench, 0, kLower, 0.7);
+  check_crossing(bench, 1, kUpper, 0.5);
+}
+
+TEST_CASE("an interface at or below the cutting force is no obstacle, and still an event") {
+  Scene scene = two_layers();
+  scene.tissue.interfaces = {{.between = "upper", .and_ = "lower", .puncture_force = 0.2}};
+  Bench bench(scene);
+  double largest = 0;
+  bench.push(0, 0.02, 0.02);
+  bench.each_tick = [&] { largest = std::max(largest, bench.needle().cutting_force.norm()); };
+  bench.push(0, 0.03, 0.02);
+  check_crossing(bench, 0, kLower, 0.2);
+  CHECK(bench.events(EventKind::contact).size() == 1);  // the surface's
+  CHECK(largest < 0.2 * (1 + 1e-9));
+}
+
+TEST_CASE("bone inside is not entered at any speed, straight or tilted" * doctest::test_suite("gate")) {
+  for (const double degrees : {0.0, 20.0, 40.0}) {
+    CAPTURE(degrees);
+    Bench bench(bone_below(degrees));
+    double deepest = 0;
+    bench.each_tick = [&] { deepest = std::max(deepest, -bench.needle().tip_position.z()); };
+    const double pushed = way_to_bone(degrees) + 0.01;
+    bench.push(0, pushed, kFast);
+    bench.wait(0.2);
+    CHECK(bench.events(EventKind::crossing).empty());
+    CHECK(bench.events(EventKind::contact).back().region == kLower);
+    CHECK(deepest < 1e-9);
+    bench.push(0, -pushed, kFast);
+    CHECK(bench.events(EventKind::withdrawal).size() == 1);
+    CHECK(deepest < 1e-9);
+    CHECK(bench.finite());
+    CHECK((bench.flags() & kNotFinite) == 0);
+    bench.wait(1.5);
+    CHECK(bench.tissue_displacement() < 1e-9);
+  }
+}
+
+int path_points(const Bench& bench) {
+  Matrix3X points(3, bench.simulation().path_capacity());
+  return bench.simulation().path_positions(0, points);
+}
+
+TEST_CASE("a tip that works on bone for long keeps to one path" * doctest::test_suite("gate")) {
+  Bench bench(bone_below(30));
+  bench.push(0, way_to_bone(30) + 0.004, 0.05);
+  bench.wait(0.1);
+  const int points = path_points(bench);
+  for (int i = 0; i < 50; ++i) {  // a hand that presses and gives way
+    bench.push(0, -0.002, 0.05);
+    bench.push(0, 0.002, 0.05);
+  }
+  CHECK(path_points(bench) == points);
+  const std::size_t contacts = bench.events(EventKind::contact).size();
+  for (int i = 0; i < 5; ++i) {  // and wipes
+    bench.move(0, {0, 5e-3, 0}, 0.02);
+    bench.move(0, {0, -5e-3, 0}, 0.02);
+  }
+  CHECK(path_points(bench) == points);
+  CHECK(bench.events(EventKind::contact).size() <= contacts + 2);
+  CHECK(bench.events(EventKind::crossing).empty());
+  CHECK(bench.finite());
+}
+
+TEST_CASE("bone inside is not entered by trying again, nor from the side" * doctest::test_suite("gate")) {
+  for (const double degrees : {0.0, 30.0}) {
+    CAPTURE(degrees);
+    Bench bench(bone_below(degrees));
+    double deepest = 0;
+    bench.each_tick = [&] { deepest = std::max(deepest, -bench.needle().tip_position.z()); };
+    const double pushed = way_to_bone(degrees) + 0.003;
+    bench.push(0, pushed, 0.05);
+    for (int repeat = 0; repeat < 3; ++repeat) {
+      bench.push(0, -0.01, 0.05);
+      bench.push(0, 0.01, 0.05);
+    }
+    CHECK(bench.events(EventKind::release).size() == 3);
+    for (const Vector3& aside : {Vector3(8e-3, 0, 0), Vector3(0, 5e-3, 0), Vector3(-1e-2, 0, 0)})
+      bench.move(0, aside, 0.02);
+    CHECK(bench.events(EventKind::crossing).empty());
+    CHECK(deepest < 1e-8);
+    bench.push(0, -pushed, 0.05);
+    bench.wait(1);
+    CHECK(bench.finite());
+    CHECK(bench.tissue_displacement() < 1e-9);
+  }
+}
+
+TEST_CASE("thin layers that a tick takes the tip through each give their event, in order") {
+  Bench bench(thin_layers(kThinCutting));
+  std::size_t most = 0;
+  bench.each_tick = [&] { most = std::max(most, bench.simulation().report().events.size()); };
+  bench.push(0, 0.01, kFast);
+  bench.wait(0.1);
+  CHECK(regions_of(bench.events(EventKind::crossing)) == "4 3 2 1 0");
+  CHECK(most >= 2);
+  CHECK(bench.finite());
+}
+
+TEST_CASE("thin layers that each hold the tip give contact and crossing, in order") {
+  constexpr double kPuncture = 2 * kThinCutting;
+  Bench bench(thin_layers(kPuncture));
+  bench.push(0, 0.01, kFast);
+  bench.wait(0.1);
+  CHECK(regions_of(bench.events(EventKind::crossing)) == "4 3 2 1 0");
+  CHECK(regions_of(bench.events(EventKind::contact)) == "5 4 3 2 1 0");
+  for (const Event& e : bench.events(EventKind::crossing)) CHECK(e.force == doctest::Approx(kPuncture).epsilon(1e-6));
+  CHECK(bench.finite());
+}
+
+}  // namespace acus::test
