@@ -14,6 +14,9 @@ import unittest
 from viewed import PATIENCE, ROOT, WithGateway, scene
 
 try:
+    import msgpack
+    import numpy
+    import zmq
     from PIL import Image
     from selenium import webdriver
     from selenium.webdriver.common.action_chains import ActionChains
@@ -228,6 +231,35 @@ class Together(Page):
         self.assertTrue(other.find_element(By.ID, "hold").is_enabled())
         self.press("hold", other)
         self.wait_for("acus.hands.holding", other)
+
+    def test_the_page_reads_what_the_server_wrote(self):
+        """Every field of a force, and all coordinates, against Python's msgpack."""
+        self.serve(scene("through"), "--lockstep")
+        _, url = self.view("--commands", self.commands, "--states", self.states)
+        self.look(url)
+        self.wait_for("window.acus && acus.hello && acus.standing.server")
+        self.take()
+        states = zmq.Context.instance().socket(zmq.SUB)
+        self.addCleanup(states.close, 0)
+        states.connect(self.states)
+        for topic in ("force", "needle", "tissue"):
+            states.subscribe(topic)
+        while not states.poll(0):  # subscriptions take a moment to arrive
+            self.step(40)
+        self.step(40)
+        self.drawn()
+        shown = {"force": self.get("acus.force('needle')"),
+                 "needle": self.get("Array.from(acus.hands.needle().positions)"),
+                 "tissue": self.get("Array.from(acus.tissue.positions.array)")}
+        numbers = {"needle": "<f8", "tissue": "<f4"}
+        while shown:  # each is one of those that come
+            self.assertTrue(states.poll(1000 * PATIENCE), f"{list(shown)} as the page shows it was never sent")
+            topic, payload = states.recv_multipart()
+            topic, state = topic.decode(), msgpack.unpackb(payload)
+            if topic in numbers:
+                state = numpy.frombuffer(state["positions"], numbers[topic]).tolist()
+            if shown.get(topic) == state:
+                del shown[topic]
 
     def test_a_server_that_dies_is_shown_and_found_again(self):
         server = self.serve(scene("insertion_pullback"))
