@@ -103,7 +103,21 @@ std::vector<std::string> replay_options(const Arguments& arguments, const view::
   return options;
 }
 
+// What is wrong with SCENE; empty if nothing is.
+std::string problem_with(const Arguments& arguments) {
+  if (arguments.scene.empty()) return "";
+  if (is_recording(arguments.scene))
+    return arguments.play || arguments.lockstep ? "--play and --lockstep are for scenes, and this is a recording" : "";
+  return view::look_around(arguments.scene).path.empty()
+             ? "expected the file of a scene or a recording, or the name of an installed scene"
+             : "";
+}
+
 int run(const Arguments& arguments) {
+  if (const std::string problem = problem_with(arguments); !problem.empty()) {
+    std::fprintf(stderr, "acus-view: %s: %s\n", arguments.scene.c_str(), problem.c_str());
+    return kBadCommandLine;
+  }
   asio::io_context context(1);
   asio::signal_set signals(context, SIGINT, SIGTERM, SIGHUP);
   signals.async_wait([&](const boost::system::error_code&, int) { context.stop(); });
@@ -121,7 +135,9 @@ int run(const Arguments& arguments) {
   options.server = {arguments.commands, arguments.states, client::read_keys(arguments.keys)};
   if (is_recording(arguments.scene)) {
     options.run = arguments.scene;
-    options.run_is_unusable = [&] {
+    options.run_is_unusable = [&](int status) {
+      std::fprintf(stderr, "acus-view: %s cannot be shown: acus-export has ended with status %d\n",
+                   arguments.scene.c_str(), status);
       gone = true;
       context.stop();
     };

@@ -11,6 +11,8 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
@@ -106,7 +108,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
       response->body().open((gateway_.options().recordings + "/" + name).c_str(), beast::file_mode::scan, error);
     if (error) return refuse(http::status::not_found, "no such recording");
     response->set(http::field::content_type, "application/octet-stream");
-    respond(response, false);
+    respond(response, false, [file = gateway_.options().recordings + "/" + name] {  // it has been taken home
+      std::error_code ignored;
+      std::filesystem::remove(file, ignored);
+    });
   }
 
   void refuse(http::status status, const char* why) {
@@ -121,7 +126,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   template <class Body>
-  void respond(const std::shared_ptr<http::response<Body>>& response, bool keep_alive) {
+  void respond(const std::shared_ptr<http::response<Body>>& response, bool keep_alive,
+               std::function<void()> sent = {}) {
     response->prepare_payload();
     response->set(http::field::cache_control, "no-store");
     response->set("Content-Security-Policy", kPolicy);
@@ -132,7 +138,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     response->keep_alive(keep_alive);
     stream_.expires_after(kRequestPatience);
     http::async_write(stream_, *response,
-                      [self = shared_from_this(), response](const beast::error_code& error, std::size_t) {
+                      [self = shared_from_this(), response, sent](const beast::error_code& error, std::size_t) {
+                        if (!error && sent) sent();
                         if (!error && response->keep_alive()) return self->read();
                         beast::error_code ignored;
                         self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
@@ -260,7 +267,10 @@ void Gateway::begin_run() {
 void Gateway::end_of_export(int status) {
   if (status == 4) return say("on this machine the recording comes out otherwise: shown is what comes out here");
   if (status == 5) return say("a part of the recording is damaged: shown is what stands before it");
-  if (status != 0) options_.run_is_unusable();
+  if (status == 0) return;
+  if (run_->here())
+    return say("acus-export has ended with status " + std::to_string(status) + ": shown is what it had made");
+  options_.run_is_unusable(status);
 }
 
 void Gateway::show(Source& source) {

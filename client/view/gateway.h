@@ -7,7 +7,9 @@
 //   page     {"token": "..."}     first of all: that of the URL
 //            {"drive": true}      asks to drive; {"drive": false} gives it back
 //            {"play": "NAME"}     asks for a motion of `choices`; {"play": null} ends it. Not while another page drives
-//            {"run": bool}        plays the recording, or stops it; {"seek": s} shows another moment
+//            {"run": bool}        plays the recording, or stops it; {"seek": s} shows another moment, its end for what
+//            is
+//                                 beyond; below 0 nothing
 //            {"branch": bool}     goes on from the moment that is shown, with a server; or back to the recording
 //            {"beat": k}          has taken in all that came before the gateway's own; a page that is slower gets less
 //   gateway  {"scenes": [NAME...], "motions": [NAME...], "records": bool}
@@ -71,8 +73,8 @@ class Gateway {
   struct Options {
     unsigned short port = 0;  // 0: any that is free
     ServerAddress server;
-    std::string run;                        // a recording to show instead of a server; empty: none
-    std::function<void()> run_is_unusable;  // acus-export has said why
+    std::string run;                                  // a recording to show instead of a server; empty: none
+    std::function<void(int status)> run_is_unusable;  // of acus-export, which has said why
     std::map<std::string, PageFile> page;
     SceneFolder scenes;
     std::string recordings;           // folder that the server records into; empty: not known

@@ -23,7 +23,7 @@ std::vector<std::string> names_in(const std::filesystem::path& folder, const std
 SceneFolder look_around(const std::string& scene) {
   std::error_code error;
   SceneFolder folder;
-  if (std::filesystem::is_regular_file(scene, error)) {
+  if (std::filesystem::exists(scene, error) && !std::filesystem::is_directory(scene, error)) {
     folder.path = std::filesystem::absolute(scene, error).parent_path();
   } else {
     const auto programs = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "client/view/started_server.h"
 
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
@@ -21,8 +22,15 @@ StartedServer::StartedServer(boost::asio::io_context& context, const std::string
 
 StartedServer::~StartedServer() {
   program_.reset();
-  std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
+  std::error_code error;
+  bool recordings = false;
+  for (std::filesystem::directory_iterator each(folder_, error), end; !error && each != end; each.increment(error))
+    if (each->is_regular_file(error)) recordings = true;
+  if (recordings) {
+    std::fprintf(stderr, "acus-view: recordings that nobody saved are in %s\n", folder_.c_str());
+  } else {
+    std::filesystem::remove_all(folder_, error);
+  }
 }
 
 ServerAddress StartedServer::address() const {

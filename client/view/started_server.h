@@ -16,7 +16,7 @@ class StartedServer {
   // The acus-server beside the running program. Returns at once; throws std::system_error if it cannot be started.
   StartedServer(boost::asio::io_context& context, const std::string& scene, const std::vector<std::string>& options,
                 ChildProgram::Ended ended);
-  ~StartedServer();  // ends it, and waits
+  ~StartedServer();  // ends it, and waits; says where recordings are, if there are any
   StartedServer(const StartedServer&) = delete;
   StartedServer& operator=(const StartedServer&) = delete;
 

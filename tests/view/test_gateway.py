@@ -114,8 +114,18 @@ class Gateway(WithGateway):
         self.assertEqual(self.ask(url, "/recordings/run.acus", **token)[::2], (200, b"a recording"))
         for credentials in ({}, {"Authorization": "Bearer "}, {"Authorization": "Bearer 0"}):
             self.assertEqual(self.ask(url, "/recordings/run.acus", **credentials)[0], 401)
+        self.assertEqual(self.ask(url, "/recordings/run.acus", **token)[0], 404)  # it has been taken home
         for name in ("", "other.acus", "../run.acus", ".", "..", "%2e%2e/run.acus", "a/b", "run.acus/"):
             self.assertEqual(self.ask(url, "/recordings/" + name, **token)[0], 404, name)
+
+    def test_a_recording_that_nobody_saved_is_kept(self):
+        process, _ = self.view(scene("insertion_pullback"))
+        folder = next(path for path in glob.glob(os.path.join(self.folder, "acus-view-*")))
+        self.write(os.path.join(folder, "run.acus"), "a recording")
+        process.terminate()
+        _, words = process.communicate(timeout=PATIENCE)
+        self.assertIn("recordings that nobody saved are in " + folder, words)
+        self.assertTrue(os.path.exists(os.path.join(folder, "run.acus")))
 
     def test_a_page_that_takes_nothing_in_is_not_flooded(self):
         _, url = self.view(scene("insertion_pullback"))
@@ -195,8 +205,13 @@ class Gateway(WithGateway):
         self.assertIn("run.acus", words)
 
     def test_what_cannot_be_used_is_named(self):
+        recording = self.path("run.acus")
+        with open(recording, "wb") as file:
+            file.write(b"\x28\xb5\x2f\xfd")
         for arguments, status, words in (
-            (["no_such_scene.yaml"], 2, "the server has ended with status 2"),
+            (["no_such_scene.yaml"], 1, "no_such_scene.yaml: expected the file of a scene or a recording"),
+            ([self.write("bad.yaml", "needles: none")], 2, "the server has ended with status 2"),
+            ([recording, "--play"], 1, "--play and --lockstep are for scenes"),
             (["--page", "/nowhere", scene("insertion_pullback")], 3, "/nowhere/index.html: expected a file of the page"),
             (["--commands", "nonsense"], 1, "--commands"),
             ([scene("insertion_pullback"), "--commands", "tcp://127.0.0.1:5750"], 1, "excludes"),

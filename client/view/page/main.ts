@@ -22,6 +22,7 @@ let forces = new Map<string, Force>();
 let kept: Uint8Array | null = null;
 let drawn = -1; // tick
 let epoch = -1; // of the newest state
+let asking = false; // a request is under way
 let built = ""; // what of the scene is drawn
 const guides = new Group();
 const marks = new Marks();
@@ -51,6 +52,7 @@ function beforeDrawing(): void {
     marks.arrow(each.needle + " tip", tip, new Vector3(...each.tip_force), length, 0xd7263d);
   }
   showFelt(force ?? null);
+  if (standing.run && !standing.run.live) showFigures(hello, force ?? null, stats);
   hands.felt = force ? Math.hypot(...force.haptic_force) : 0;
   drawn = force?.tick ?? drawn;
 }
@@ -174,9 +176,9 @@ function show(): void {
     : replayed ? "the recording is being read" : standing.run ? "the server runs the recording again up to there"
     : "the server does not answer";
   showStatus(words, !standing.server && !standing.run);
-  timeline.show(standing.run);
+  timeline.show(standing.run, standing.driving || !standing.driven);
   showFigures(hello, forces.get(chosen()) ?? null, stats);
-  const mine = standing.server && (standing.driving || !standing.driven), free = mine && !standing.playing;
+  const mine = standing.server && (standing.driving || !standing.driven), free = mine && !standing.playing && !asking;
   showChoice(hello?.file ?? "");
   const hold = element<HTMLButtonElement>("hold");
   hold.textContent = hands.holding ? "Let it go" : replayed ? "Take the needle from here" : "Take the needle";
@@ -201,6 +203,7 @@ function show(): void {
 function stand(next: Standing): void {
   standing = next;
   if (!standing.driving || !standing.server) hands.release();
+  if (standing.run && !standing.run.live) stats = null;
   show();
 }
 
@@ -266,9 +269,12 @@ function letGo(): void {
 
 // A request of somebody who need not hold a needle: this page drives for it, if no other does.
 async function ask(type: string, fields: object = {}): Promise<Message | null> {
-  if (!(await drive())) return null;
-  const answer = await link.request(type, fields);
-  if (!hands.holding) letGo();
+  if (asking) return null;
+  asking = true;
+  show();
+  const answer = (await drive()) ? await link.request(type, fields) : null;
+  if (answer && !hands.holding) letGo();
+  asking = false;
   show();
   return answer;
 }
@@ -320,22 +326,34 @@ async function stopMotion(): Promise<boolean> {
 }
 
 async function recordOrSave(): Promise<void> {
-  const name = hello?.recording;
-  if (!name) return void (await ask("record", { file: recordingName() }));
-  if ((await ask("record"))?.type === "done" && !(await takeHome(name, link.token))) notice(`${name} cannot be fetched`);
+  const name = hello?.recording, next = recordingName();
+  const answer = await ask("record", name ? {} : { file: next });
+  if (answer?.type !== "done" || !hello) return;
+  const { recording, ...rest } = hello;
+  hello = recording ? rest : { ...rest, recording: next };
+  show();
+  if (name && !(await takeHome(name, link.token))) notice(`${name} cannot be fetched`);
 }
 
 // After it nobody holds anything.
 async function load(scene: string): Promise<void> {
   if (!scene) return;
+  hands.waiting = true;
   const answer = await ask("load", { scene });
+  hands.waiting = false;
   if (answer?.type === "done") letGo();
+  show();
+}
+
+async function pauseOrGoOn(): Promise<void> {
+  const paused = hello?.paused ?? false;
+  if ((await ask(paused ? "resume" : "pause"))?.type === "done" && hello) hello = { ...hello, paused: !paused };
   show();
 }
 
 const on = (id: string, what: () => unknown, event = "click"): void => element(id).addEventListener(event, () => void what());
 on("hold", takeOrLet);
-on("pause", () => ask(hello?.paused ? "resume" : "pause"));
+on("pause", pauseOrGoOn);
 on("play", playOrStop);
 on("record", recordOrSave);
 on("scenes", () => load(chosenScene()), "change");

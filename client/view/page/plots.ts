@@ -55,7 +55,7 @@ export class Plots {
         {
           width: 350, height: chart.height, series: [{}, ...series], legend: { show: false },
           scales: { x: { time: false }, y: { range: (_u: uPlot, low: number, high: number) => [Math.min(low, 0), Math.max(high, 0.1) * 1.05] } },
-          axes: [{ ...axis, size: 18 }, axis], cursor: { drag: { x: false, y: false } },
+          axes: [{ ...axis, size: 18 }, { ...axis, space: 22 }], cursor: { drag: { x: false, y: false } },
         },
         [[], ...chart.curves.map(() => [])], host);
     });

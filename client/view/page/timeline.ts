@@ -12,25 +12,28 @@ export class Timeline {
   private asked = 0; // ms
   private later = 0; // timer
   private held = false; // the slider, in a hand
+  private wanted = 0; // s, where it was put last
 
   constructor(private link: Link) {
     element("run-play").addEventListener("click", () => link.say({ run: !this.run?.playing }));
     element("run-back").addEventListener("click", () => link.say({ branch: false }));
-    at().addEventListener("input", () => this.seek());
+    at().addEventListener("input", () => ((this.wanted = Number(at().value)), this.seek()));
     at().addEventListener("pointerdown", () => (this.held = true));
     for (const end of ["pointerup", "pointercancel", "change"]) at().addEventListener(end, () => (this.held = false));
   }
 
-  show(run: Run | null): void {
+  // `mine`: whether this page may end what another drives.
+  show(run: Run | null, mine: boolean): void {
     this.run = run;
     element("timeline").hidden = run === null;
     if (!run) return;
     for (const id of ["run-play", "at", "run-time"]) element(id).hidden = run.live;
     element("run-back").hidden = !run.live;
+    element<HTMLButtonElement>("run-back").disabled = !mine;
     element("run-play").textContent = run.playing ? "❚❚" : "▶";
     element("run-play").setAttribute("aria-label", run.playing ? "Stop the recording" : "Play the recording");
     at().max = String(run.length);
-    if (!this.held) at().value = String(run.at);
+    if (!this.held && this.later === 0) at().value = String(run.at);
     element("run-time").textContent = `${run.at.toFixed(2)} of ${run.length.toFixed(2)} s${run.whole ? "" : " …"}`;
   }
 
@@ -38,12 +41,13 @@ export class Timeline {
   private seek(): void {
     const wait = this.asked + kPeriod - performance.now();
     clearTimeout(this.later);
+    this.later = 0;
     if (wait > 0) {
       this.later = window.setTimeout(() => this.seek(), wait);
       return;
     }
     this.asked = performance.now();
     if (this.run?.playing) this.link.say({ run: false });
-    this.link.say({ seek: Number(at().value) });
+    this.link.say({ seek: this.wanted });
   }
 }
