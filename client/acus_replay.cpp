@@ -5,15 +5,12 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -302,14 +299,6 @@ int replay_trajectory(Arguments& arguments) {
   }
   if (!all_held("acus-replay", limits) && code == kDone) code = kLimitExceeded;
   return code;
-}
-
-// Whether it begins as zstd files do: no CSV does.
-bool is_recording(const std::string& path) {
-  constexpr char kMagic[4] = {'\x28', '\xb5', '\x2f', '\xfd'};
-  char begin[sizeof kMagic] = {};
-  std::ifstream(path, std::ios::binary).read(begin, sizeof begin);
-  return std::equal(std::begin(begin), std::end(begin), std::begin(kMagic));
 }
 
 // What was recorded of a server is simulated again: acus-export, beside this program, can. Ends as that one does.

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "client/command_line.h"
 
+#include <array>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
 
 #include "protocol/endpoint_address.h"
 #include "protocol/key_file.h"
@@ -35,6 +39,14 @@ void declare_keys(CLI::App& app, KeyFiles& files) {
 std::optional<CurveKeys> read_keys(const KeyFiles& files) {
   if (files.server.empty()) return std::nullopt;
   return CurveKeys{protocol::read_public_key(files.server).key, protocol::read_key_pair(files.client)};
+}
+
+bool is_recording(const std::string& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return false;
+  std::array<char, 4> begin{};
+  std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
+  return std::string_view(begin.data(), begin.size()) == "\x28\xb5\x2f\xfd";
 }
 
 std::atomic<bool>& catch_signals() {

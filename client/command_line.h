@@ -24,6 +24,10 @@ void declare_keys(CLI::App& app, KeyFiles& files);
 // Throws protocol::KeyError.
 std::optional<CurveKeys> read_keys(const KeyFiles& files);
 
+// Whether a file is what a server recorded: it begins as zstd's files do, which neither trajectories nor scenes do.
+// Nothing is read of a pipe.
+bool is_recording(const std::string& file);
+
 // From now on SIGINT and SIGTERM set what this returns, and do not end the program.
 std::atomic<bool>& catch_signals();
 

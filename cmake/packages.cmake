@@ -1,6 +1,6 @@
-# Debian packages, which scripts/package builds: acus-server, acus-client, python3-acus, libacus-dev, libacus-engine-dev and acus-scenes, each
-# with what install.cmake gives its component. Files that only packages have are of the same components, and left out of
-# `cmake --install`.
+# Debian packages, which scripts/package builds: acus-server, acus-client, python3-acus, libacus-dev, libacus-engine-dev
+# and acus-scenes, each with what install.cmake gives its component. Files that only packages have are of the same
+# components, and left out of `cmake --install`.
 set(ACUS_MAINTAINER "The Acus authors <authors@acus.example>" CACHE STRING "Who answers for the Debian packages")
 set(acus_debian_revision 1)
 set(acus_components server client python dev engine scenes)

@@ -8,10 +8,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "client/command_line.h"
@@ -86,15 +84,6 @@ void open_browser(const std::string& url) {
   if (std::system(command.c_str()) != 0) std::fprintf(stderr, "acus-view: no program opened the page; open its URL\n");
 }
 
-// A file that begins as zstd's frames do, of which recordings are made.
-bool is_recording(const std::string& file) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored)) return false;
-  char begin[4] = {};
-  std::ifstream(file, std::ios::binary).read(begin, sizeof begin);
-  return std::string_view(begin, sizeof begin) == "\x28\xb5\x2f\xfd";
-}
-
 std::vector<std::string> replay_options(const Arguments& arguments, const view::ServerAddress& server) {
   std::vector<std::string> options{"--commands", server.commands, "--states", server.states};
   if (!arguments.keys.server.empty())
@@ -106,7 +95,7 @@ std::vector<std::string> replay_options(const Arguments& arguments, const view::
 // What is wrong with SCENE; empty if nothing is.
 std::string problem_with(const Arguments& arguments) {
   if (arguments.scene.empty()) return "";
-  if (is_recording(arguments.scene))
+  if (client::is_recording(arguments.scene))
     return arguments.play || arguments.lockstep ? "--play and --lockstep are for scenes, and this is a recording" : "";
   return view::look_around(arguments.scene).path.empty()
              ? "expected the file of a scene or a recording, or the name of an installed scene"
@@ -133,7 +122,7 @@ int run(const Arguments& arguments) {
   bool gone = false;
   std::optional<view::StartedServer> server;
   options.server = {arguments.commands, arguments.states, client::read_keys(arguments.keys)};
-  if (is_recording(arguments.scene)) {
+  if (client::is_recording(arguments.scene)) {
     options.run = arguments.scene;
     options.run_is_unusable = [&](int status) {
       std::fprintf(stderr, "acus-view: %s cannot be shown: acus-export has ended with status %d\n",

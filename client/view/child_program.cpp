@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -19,6 +20,13 @@ constexpr int kMostTries = 150;
 constexpr useconds_t kPauseMicroseconds = 20'000;
 
 }  // namespace
+
+std::string new_folder() {
+  std::string folder = (std::filesystem::temp_directory_path() / "acus-view-XXXXXX").string();
+  if (mkdtemp(folder.data()) == nullptr)
+    throw std::system_error(errno, std::system_category(), "a folder in " + folder);
+  return folder;
+}
 
 ChildProgram::ChildProgram(boost::asio::io_context& context, const std::string& name,
                            std::vector<std::string> arguments, Ended ended)

@@ -12,6 +12,9 @@
 
 namespace acus::view {
 
+// A new folder for what programs leave for each other. Throws std::system_error.
+std::string new_folder();
+
 class ChildProgram {
  public:
   static constexpr int kNoProgram = 127;          // exit status

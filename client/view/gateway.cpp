@@ -52,11 +52,12 @@ bool is_this_machine(std::string_view host) {
   return name == "127.0.0.1" || name == "localhost";
 }
 
-bool is_recording(std::string_view name) {
-  const auto is_plain = [](char c) {
+// Of what the server gives recordings.
+bool is_plain(std::string_view name) {
+  const auto plain = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '_' || c == '-';
   };
-  return !name.empty() && name.front() != '.' && std::all_of(name.begin(), name.end(), is_plain);
+  return !name.empty() && name.front() != '.' && std::all_of(name.begin(), name.end(), plain);
 }
 
 // One connection of a browser: requests for files, and the one that makes it a WebSocket.
@@ -90,7 +91,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
     if (request.method() != http::verb::get && request.method() != http::verb::head)
       return refuse(http::status::method_not_allowed, "expected GET");
-    if (request.target().starts_with(kRecordings)) return hand_out(request);
+    if (request.target().starts_with(kRecordings)) {
+      if (request.method() == http::verb::head) return refuse(http::status::method_not_allowed, "expected GET");
+      return hand_out(request);
+    }
     const auto file = gateway_.options().page.find(std::string(view_of(request.target())));
     if (file == gateway_.options().page.end()) return refuse(http::status::not_found, "no such file");
     send(http::status::ok, file->second, request.method() == http::verb::head, request.keep_alive());
@@ -104,7 +108,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     const std::string name(view_of(request.target()).substr(std::strlen(kRecordings)));
     auto response = std::make_shared<http::response<http::file_body>>(http::status::ok, 11);
     beast::error_code error = http::make_error_code(http::error::bad_target);
-    if (is_recording(name) && !gateway_.options().recordings.empty())
+    if (is_plain(name) && !gateway_.options().recordings.empty())
       response->body().open((gateway_.options().recordings + "/" + name).c_str(), beast::file_mode::scan, error);
     if (error) return refuse(http::status::not_found, "no such recording");
     response->set(http::field::content_type, "application/octet-stream");
@@ -162,10 +166,12 @@ Gateway::Gateway(asio::io_context& context, Options options)
       pause_(context),
       context_(context),
       player_(context, options_.replay, [this](const std::string& why) { say(why); }) {
-  choices_ = nlohmann::json{{"scenes", options_.scenes.scenes},
-                            {"motions", options_.scenes.motions},
-                            {"records", !options_.recordings.empty()}}
-                 .dump();
+  nlohmann::json scenes = nlohmann::json::object();
+  for (const std::string& scene : options_.scenes.scenes) scenes[scene] = motion_for(options_.scenes, scene);
+  choices_ =
+      nlohmann::json{
+          {"scenes", scenes}, {"motions", options_.scenes.motions}, {"records", !options_.recordings.empty()}}
+          .dump();
   if (options_.run.empty()) {
     server_ = std::make_unique<ServerLink>(context_, options_.server, listener());
     source_ = server_.get();
@@ -293,7 +299,7 @@ void Gateway::seek(double seconds) {
 }
 
 void Gateway::branch(Viewer& viewer, bool wanted) {
-  if (!run_ || wanted == live() || (driver_ != nullptr && driver_ != &viewer)) return;
+  if (!run_ || wanted == live() || others_drive(viewer)) return;
   try {
     if (wanted) {
       go_live();
@@ -334,13 +340,13 @@ void Gateway::play_first() {
 
 void Gateway::play(Viewer& viewer, const std::string& motion) {
   const auto& motions = options_.scenes.motions;
-  if (driver_ != nullptr && driver_ != &viewer) return;
+  if (others_drive(viewer)) return;
   if (std::find(motions.begin(), motions.end(), motion) == motions.end()) return;
   player_.play(motion, options_.scenes.motion(motion), source_->lockstep());
 }
 
 void Gateway::stop_playing(Viewer& viewer) {
-  if (driver_ == nullptr || driver_ == &viewer) player_.stop();
+  if (!others_drive(viewer)) player_.stop();
 }
 
 void Gateway::say(const std::string& words) {

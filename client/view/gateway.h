@@ -12,9 +12,9 @@
 //                                 beyond; below 0 nothing
 //            {"branch": bool}     goes on from the moment that is shown, with a server; or back to the recording
 //            {"beat": k}          has taken in all that came before the gateway's own; a page that is slower gets less
-//   gateway  {"scenes": [NAME...], "motions": [NAME...], "records": bool}
-//            what there is to choose from, and whether GET /recordings/NAME (Authorization: Bearer TOKEN) gives what
-//            the server has recorded
+//   gateway  {"scenes": {NAME: MOTION...}, "motions": [NAME...], "records": bool}
+//            what there is to choose from, with the motion that is made for each scene, "" for none, and whether GET
+//            /recordings/NAME (Authorization: Bearer TOKEN) gives what the server has recorded
 //            {"server": bool, "driving": bool, "driven": bool, "playing": NAME, "viewers": n, "lost": n, "run": null or
 //             {"at": s, "length": s, "whole": bool, "playing": bool, "live": bool}}
 //            whether the server answers, whether this page drives, whether any does, which motion is played, how many
@@ -115,6 +115,7 @@ class Gateway {
  private:
   void accept();
   void accept_later();
+  bool others_drive(const Viewer& viewer) const { return driver_ != nullptr && driver_ != &viewer; }
   Source::Listener listener();
   void begin_run();
   void show(Source& source);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <system_error>
 #include <utility>
 #include <variant>
@@ -17,13 +16,6 @@ namespace {
 constexpr auto kBeat = std::chrono::microseconds(16'666);
 constexpr double kHistory = 20;     // s of forces that a jump tells of again, as the page's curves are long
 constexpr std::size_t kStride = 2;  // frames from one of those to the next
-
-std::filesystem::path new_folder() {
-  std::string folder = (std::filesystem::temp_directory_path() / "acus-view-XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr)
-    throw std::system_error(errno, std::system_category(), "a folder for the recording's messages");
-  return folder;
-}
 
 }  // namespace
 

@@ -2,7 +2,6 @@
 #include "client/view/started_server.h"
 
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -10,10 +9,8 @@
 namespace acus::view {
 
 StartedServer::StartedServer(boost::asio::io_context& context, const std::string& scene,
-                             const std::vector<std::string>& options, ChildProgram::Ended ended) {
-  folder_ = (std::filesystem::temp_directory_path() / "acus-view-XXXXXX").string();
-  if (mkdtemp(folder_.data()) == nullptr)
-    throw std::system_error(errno, std::system_category(), "a folder for the server's sockets");
+                             const std::vector<std::string>& options, ChildProgram::Ended ended)
+    : folder_(new_folder()) {
   std::vector<std::string> arguments{scene,          "--commands", address().commands, "--states", address().states,
                                      "--recordings", folder_};
   arguments.insert(arguments.end(), options.begin(), options.end());

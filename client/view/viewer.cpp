@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace acus::view {
 
@@ -91,7 +92,7 @@ void Viewer::take_text(const std::string& text) {
     if (!gateway_.add(*this)) return close("too many pages look already");
     admitted_ = true;
     socket_.read_message_max(kLargestMessage);
-    send(true, std::make_shared<const std::string>(gateway_.choices()));
+    send_text(gateway_.choices());
     tell_of_the_scene();
     gateway_.welcome();
     return beat();
@@ -119,7 +120,7 @@ void Viewer::take_text(const std::string& text) {
 void Viewer::jump(double moment) {
   if (leaving_.size() > kMostRecalled) return;
   outbox_.take();  // void
-  send(true, std::make_shared<const std::string>(json{{"jump", moment}}.dump()));
+  send_text(json{{"jump", moment}}.dump());
 }
 
 void Viewer::recall(const Frame& frame) {
@@ -127,8 +128,7 @@ void Viewer::recall(const Frame& frame) {
 }
 
 void Viewer::say(const std::string& words) {
-  send(true, std::make_shared<const std::string>(
-                 json{{"notice", words}}.dump(-1, ' ', false, json::error_handler_t::replace)));
+  send_text(json{{"notice", words}}.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
 void Viewer::tell() {
@@ -141,7 +141,7 @@ void Viewer::tell() {
   const std::string text = standing.dump();
   if (text == told_) return;
   told_ = text;
-  send(true, std::make_shared<const std::string>(text));
+  send_text(text);
 }
 
 void Viewer::tell_of_the_scene() {
@@ -165,8 +165,10 @@ void Viewer::depart() {
   tell();
   tell_of_the_scene();
   for (Bytes& bytes : outbox_.take()) send(false, std::move(bytes));
-  if (!leaving_.empty()) send(true, std::make_shared<const std::string>(json{{"beat", ++beats_}}.dump()));
+  if (!leaving_.empty()) send_text(json{{"beat", ++beats_}}.dump());
 }
+
+void Viewer::send_text(std::string text) { send(true, std::make_shared<const std::string>(std::move(text))); }
 
 void Viewer::send(bool text, Bytes bytes) {
   leaving_.push_back({text, std::move(bytes)});

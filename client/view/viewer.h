@@ -43,6 +43,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void beat();  // sends what there is, some sixty times a second, if the page keeps up
   void depart();
   void tell();  // how things stand, if that has changed
+  void send_text(std::string text);
   void send(bool text, Bytes bytes);
   void write();
   void close(const char* why);

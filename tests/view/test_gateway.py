@@ -111,6 +111,10 @@ class Gateway(WithGateway):
         folder = next(path for path in glob.glob(os.path.join(self.folder, "acus-view-*")))
         self.write(os.path.join(folder, "run.acus"), "a recording")
         token = {"Authorization": "Bearer " + urlsplit(url).fragment}
+        connection = http.client.HTTPConnection("127.0.0.1", urlsplit(url).port, timeout=PATIENCE)
+        self.addCleanup(connection.close)
+        connection.request("HEAD", "/recordings/run.acus", headers=token)  # takes nothing home
+        self.assertEqual(connection.getresponse().status, 405)
         self.assertEqual(self.ask(url, "/recordings/run.acus", **token)[::2], (200, b"a recording"))
         for credentials in ({}, {"Authorization": "Bearer "}, {"Authorization": "Bearer 0"}):
             self.assertEqual(self.ask(url, "/recordings/run.acus", **credentials)[0], 401)

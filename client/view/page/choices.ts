@@ -3,7 +3,7 @@
 import type { Choices } from "./messages.js";
 import { element } from "./panel.js";
 
-let offered: Choices = { scenes: [], motions: [], records: false };
+let offered: Choices = { scenes: {}, motions: [], records: false };
 let shown = ""; // file
 
 const select = (id: string): HTMLSelectElement => element<HTMLSelectElement>(id);
@@ -11,20 +11,20 @@ const select = (id: string): HTMLSelectElement => element<HTMLSelectElement>(id)
 export function offer(choices: Choices): void {
   offered = choices;
   shown = "";
-  select("scenes").replaceChildren(...offered.scenes.map((name) => new Option(name.replaceAll("_", " "), name)));
-  select("motions").replaceChildren(...offered.motions.map((name) => new Option(name.replaceAll("_", " "), name)));
-  element("choices").hidden = offered.scenes.length === 0;
+  const scenes = Object.keys(offered.scenes);
+  for (const [id, names] of Object.entries({ scenes, motions: offered.motions }))
+    select(id).replaceChildren(...names.map((name) => new Option(name.replaceAll("_", " "), name)));
+  element("choices").hidden = scenes.length === 0;
   element("record").hidden = !offered.records;
 }
 
-// The scene that runs, and the motion that is made for it: of its name, or the longest that its name begins with.
+// The scene that runs, and the motion that is made for it.
 export function showChoice(file: string): void {
   if (file === shown) return;
   shown = file;
   const scene = file.replace(/\.yaml$/, "");
   select("scenes").value = scene;
-  const fitting = offered.motions.filter((name) => scene.startsWith(name)).sort((a, b) => b.length - a.length);
-  select("motions").value = fitting[0] ?? "";
+  select("motions").value = offered.scenes[scene] ?? "";
 }
 
 export const chosenScene = (): string => select("scenes").value;

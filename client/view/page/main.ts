@@ -33,6 +33,9 @@ const link = new Link(location.hash.slice(1), { message, standing: stand, choice
 const timeline = new Timeline(link);
 const hands = new Hands(stage, link, () => needles.get(hands.holding ?? chosen()));
 
+// A recording is shown, and no server has gone on from it.
+const replayed = (): boolean => standing.run !== null && !standing.run.live;
+
 function chosen(): string {
   return element<HTMLSelectElement>("needle").value;
 }
@@ -52,7 +55,7 @@ function beforeDrawing(): void {
     marks.arrow(each.needle + " tip", tip, new Vector3(...each.tip_force), length, 0xd7263d);
   }
   showFelt(force ?? null);
-  if (standing.run && !standing.run.live) showFigures(hello, force ?? null, stats);
+  if (replayed()) showFigures(hello, force ?? null, stats); // show() comes before the forces
   hands.felt = force ? Math.hypot(...force.haptic_force) : 0;
   drawn = force?.tick ?? drawn;
 }
@@ -166,22 +169,24 @@ function message(message: Message): void {
   }
 }
 
-function show(): void {
+function statusWords(): string {
+  if (!standing.server && replayed()) return "the recording is being read";
+  if (!standing.server) return standing.run ? "the server runs the recording again up to there" : "the server does not answer";
+  if (replayed()) return `a recording, ${standing.viewers} looking`;
+  const clock = hello?.paused ? "paused, " : hello?.lockstep ? "lockstep, " : "";
   const driven = standing.playing ? `plays ${standing.playing.replaceAll("_", " ")}`
     : standing.driving ? "you drive" : standing.driven ? "another page drives" : "nobody drives";
-  const replayed = standing.run !== null && !standing.run.live;
-  const words = standing.server
-    ? replayed ? `a recording, ${standing.viewers} looking` : `${hello?.paused ? "paused, " : hello?.lockstep ? "lockstep, " : ""}${standing.viewers} looking, ${driven}` +
-      (standing.lost > 0 ? `, ${standing.lost} events lost` : "")
-    : replayed ? "the recording is being read" : standing.run ? "the server runs the recording again up to there"
-    : "the server does not answer";
-  showStatus(words, !standing.server && !standing.run);
+  return `${clock}${standing.viewers} looking, ${driven}` + (standing.lost > 0 ? `, ${standing.lost} events lost` : "");
+}
+
+function show(): void {
+  showStatus(statusWords(), !standing.server && !standing.run);
   timeline.show(standing.run, standing.driving || !standing.driven);
   showFigures(hello, forces.get(chosen()) ?? null, stats);
   const mine = standing.server && (standing.driving || !standing.driven), free = mine && !standing.playing && !asking;
   showChoice(hello?.file ?? "");
   const hold = element<HTMLButtonElement>("hold");
-  hold.textContent = hands.holding ? "Let it go" : replayed ? "Take the needle from here" : "Take the needle";
+  hold.textContent = hands.holding ? "Let it go" : replayed() ? "Take the needle from here" : "Take the needle";
   hold.setAttribute("aria-pressed", String(hands.holding !== null));
   hold.disabled = !mine || needles.size === 0;
   const play = element<HTMLButtonElement>("play"), record = element<HTMLButtonElement>("record");
@@ -192,10 +197,10 @@ function show(): void {
   for (const id of ["scenes", "motions"]) element<HTMLSelectElement>(id).disabled = !free;
   element("pause").textContent = hello?.paused ? "Go on" : "Pause";
   for (const id of ["pause", "reset", "keep", "step", "record"]) element<HTMLButtonElement>(id).disabled = !free;
-  for (const id of ["reset", "keep", "back"]) element(id).hidden = replayed;
+  for (const id of ["reset", "keep", "back"]) element(id).hidden = replayed();
   element("load").hidden = standing.run !== null || !element("choices").hidden;
-  element("step").hidden = replayed || !hello?.lockstep;
-  element("pause").hidden = replayed || (hello?.lockstep ?? false);
+  element("step").hidden = replayed() || !hello?.lockstep;
+  element("pause").hidden = replayed() || (hello?.lockstep ?? false);
   element<HTMLButtonElement>("back").disabled = !free || kept === null;
   for (const [name, needle] of needles) needle.held = hands.holding === name;
 }
@@ -203,7 +208,7 @@ function show(): void {
 function stand(next: Standing): void {
   standing = next;
   if (!standing.driving || !standing.server) hands.release();
-  if (standing.run && !standing.run.live) stats = null;
+  if (replayed()) stats = null;
   show();
 }
 
@@ -311,7 +316,7 @@ async function playOrStop(): Promise<void> {
 
 // From the moment of the recording that is shown.
 async function goLive(): Promise<boolean> {
-  if (!standing.run || standing.run.live) return true;
+  if (!replayed()) return true;
   link.say({ branch: true });
   const instance = hello?.instance;
   return waitFor(() => standing.run?.live === true && standing.server && hello?.instance !== instance, 600);

@@ -43,7 +43,7 @@ export type Message =
 // What the gateway says (client/view/gateway.h).
 export interface Standing { server: boolean; driving: boolean; driven: boolean; playing: string; viewers: number; lost: number; run: Run | null }
 export interface Run { at: number; length: number; whole: boolean; playing: boolean; live: boolean } // s
-export interface Choices { scenes: string[]; motions: string[]; records: boolean }
+export interface Choices { scenes: Record<string, string>; motions: string[]; records: boolean }
 
 const copy = (bytes: Uint8Array): ArrayBuffer => bytes.slice().buffer as ArrayBuffer; // aligned
 export const float32 = (bytes: Uint8Array): Float32Array => new Float32Array(copy(bytes));
