@@ -128,6 +128,8 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->check(CLI::PositiveNumber)
       ->default_str("unlimited");
   app.add_flag("--lockstep", arguments.loop.lockstep, "Run ticks only when a client's 'step' asks for them");
+  app.add_flag("--paused", arguments.loop.paused, "Begin paused: no tick runs until a client's 'resume'")
+      ->excludes("--lockstep");
   app.add_option("--scenes", arguments.endpoint.folders,
                  "Folder that clients may load scenes and meshes from, with all below it; may be given again")
       ->type_name("FOLDER")
@@ -340,6 +342,7 @@ int main(int argc, char** argv) {
     return kBadCommandLine;
   }
   arguments.endpoint.lockstep = arguments.loop.lockstep;
+  arguments.endpoint.paused = arguments.loop.paused;
   if (arguments.endpoint.folders.empty())
     arguments.endpoint.folders = {std::filesystem::path(arguments.scene).parent_path().string()};
   try {

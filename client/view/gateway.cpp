@@ -315,7 +315,7 @@ void Gateway::go_live() {
   run_->play(false);
   char moment[32];
   std::snprintf(moment, sizeof moment, "%.6f", run_->at());
-  branched_ = std::make_unique<StartedServer>(context_, options_.run, std::vector<std::string>{"--at", moment},
+  branched_ = std::make_unique<StartedServer>(context_, options_.run, std::vector<std::string>{"--at", moment, "--paused"},
                                               [this](int status) {
                                                 back_to_the_run();
                                                 say("the server has ended with status " + std::to_string(status));

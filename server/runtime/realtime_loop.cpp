@@ -38,7 +38,7 @@ CommandLimits command_limits_of(const LoadedScene& world, bool lockstep) {
 }  // namespace
 
 RealtimeLoop::RealtimeLoop(std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link)
-    : world_(std::move(world)), options_(options), link_(link), overrun_(overrun_policy_of(*world_)) {
+    : world_(std::move(world)), options_(options), link_(link), overrun_(overrun_policy_of(*world_)), paused_(options.paused) {
   link_.tick.store(world_->simulation.report().tick, std::memory_order_relaxed);
   watch_commands();
 }

@@ -20,6 +20,7 @@ namespace acus {
 
 struct LoopOptions {
   bool lockstep = false;
+  bool paused = false;  // until `resume`; not in lockstep
   std::uint64_t max_ticks = std::numeric_limits<std::uint64_t>::max();  // after which the loop ends
 };
 
@@ -96,7 +97,7 @@ class RealtimeLoop {
   Punctuality punctuality_;
   std::uint64_t epoch_ = 0;
   std::uint64_t ticks_ = 0;
-  bool paused_ = false;
+  bool paused_;
   bool shut_down_ = false;
 };
 

@@ -88,6 +88,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       bodies_(static_cast<std::size_t>(world.body_count())),
       holders_(world.body_count(), is_shared(world)),
       instance_(draw_instance()),
+      paused_(options.paused),
       request_limit_(kRequestsPerSecond),
       stats_begun_(Clock::now()),
       stats_period_(kStatsPeriod) {

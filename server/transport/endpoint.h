@@ -37,6 +37,7 @@ struct EndpointOptions {
   std::string commands = protocol::kDefaultCommandsEndpoint;
   std::string states = protocol::kDefaultStatesEndpoint;
   bool lockstep = false;
+  bool paused = false;               // as the simulation thread begins
   std::optional<double> rate;        // Hz, instead of that of every scene
   std::vector<std::string> folders;  // that clients may load scenes and meshes from; at least one
   std::string record;                // file to record into from the first tick on; empty: none
@@ -173,7 +174,7 @@ class Endpoint {
   Holders holders_;                // likewise
   std::unordered_map<int, std::string> clients_;  // that hold something, by their connections
   const std::uint64_t instance_;                  // of this start of the server
-  bool paused_ = false;
+  bool paused_;
   bool copying_ = false;  // a copy of the state is on its way
   std::optional<std::uint64_t> due_snapshot_;  // the request that it is for, where the scene asked
   double last_snapshot_ = 0;                   // s of simulation time

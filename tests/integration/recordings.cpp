@@ -272,6 +272,27 @@ TEST_CASE("in real time a server goes on from a recording, and its needles rest 
   CHECK(force.base_position[2] == doctest::Approx(0.5 - 20e-4));
 }
 
+TEST_CASE("a server that begins paused rests at its moment until it is resumed, and a needle can be taken before") {
+  const TemporaryFolder folder;
+  ServerProcess recorded({"--lockstep", "--record", folder / "run"});
+  client::CommandLink commands = hold(recorded);
+  step_down(commands, 0, 20);
+  commands.shutdown(kPatience);
+  CHECK(recorded.process().wait(kPatience) == 0);
+  ServerProcess server({"--paused"}, contents(folder / "run"));
+  client::CommandLink others = hold(server);
+  CHECK(others.hello(kPatience).paused);
+  const protocol::HashReply first = others.hash(kPatience), second = others.hash(kPatience);
+  CHECK(first.tick == 20);
+  CHECK(second.tick == 20);
+  CHECK(second.hash == first.hash);
+  client::StateLink states = subscribe(server, {"force"});
+  others.resume(kPatience);
+  CHECK(receive<protocol::Force>(states).tick == 21);
+  CHECK_FALSE(others.hello(kPatience).paused);
+  CHECK(ServerProcess({"--paused", "--lockstep"}).process().wait(kPatience) == 1);
+}
+
 TEST_CASE("options that do not go with a recording, or without one, and recordings that cannot be used, are refused") {
   const TemporaryFolder folder;
   ServerProcess recorded({"--lockstep", "--record", folder / "run"});

@@ -381,10 +381,12 @@ class Together(Page):
         self.drawn()
         self.take()  # from here
         self.assertTrue(self.get("acus.standing.run.live"))
+        self.wait_for("acus.force('needle').time > 1.2")
         live = self.get("acus.force('needle')")
-        self.assertGreaterEqual(live["time"], 1)
         for axis in range(3):
-            self.assertAlmostEqual(live["base_position"][axis], middle["base_position"][axis], delta=0.002)
+            self.assertAlmostEqual(live["base_position"][axis], middle["commanded_position"][axis], delta=1e-4)
+        self.assertLess(self.get("acus.curves[0]"), 0.1)  # what was before it stays
+        self.assertLess(self.get("Math.max(...acus.curves.slice(1).map((t, i) => t - acus.curves[i]))"), 0.05)
         self.press("hold")
         self.press("run-back")
         self.wait_for("!acus.standing.run.live && acus.force('needle')?.time < 1.02")

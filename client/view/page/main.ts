@@ -23,6 +23,7 @@ let kept: Uint8Array | null = null;
 let drawn = -1; // tick
 let epoch = -1; // of the newest state
 let asking = false; // a request is under way
+let follows = false; // a server goes on from the moment of the recording that is shown: what was told before stays
 let built = ""; // what of the scene is drawn
 const guides = new Group();
 const marks = new Marks();
@@ -64,7 +65,7 @@ function beforeDrawing(): void {
 function renew(next: number): void {
   if (next === epoch) return;
   epoch = next;
-  forget();
+  if (!follows) forget();
 }
 
 function forget(): void {
@@ -128,13 +129,16 @@ function showScale(): void {
 function message(message: Message): void {
   if (["force", "needle", "tissue", "event"].includes(message.type)) renew((message as Force).epoch);
   switch (message.type) {
-    case "hello_reply":
-      if (hello?.instance !== message.instance) epoch = -1;
+    case "hello_reply": {
+      const another = hello?.instance !== message.instance;
+      if (another) epoch = -1;
       renew(message.epoch);
+      if (another) follows = false;
       build(message);
       hello = message;
       show();
       break;
+    }
     case "describe_reply":
       if (!hello?.tissue.nodes || tissue?.is(message)) break;
       setTissue(new Tissue(message));
@@ -206,6 +210,7 @@ function show(): void {
 }
 
 function stand(next: Standing): void {
+  follows = next.run?.live === true && (follows || replayed());
   standing = next;
   if (!standing.driving || !standing.server) hands.release();
   if (replayed()) stats = null;
@@ -253,12 +258,14 @@ async function takeOrLet(): Promise<void> {
     letGo();
     return show();
   }
+  const shown = replayed() ? forces.get(chosen()) : undefined;
   if (!(await goLive()) || !(await stopMotion()) || !(await drive())) return;
   const answer = await link.request("acquire", { needles: [chosen()] });
   if (hello?.lockstep) await link.request("step", { ticks: 1 });
-  const force = await told(chosen(), hello?.epoch ?? 0);
+  const force = shown ?? (await told(chosen(), hello?.epoch ?? 0));
   if (answer.type === "holding" && force) {
     hands.hold(force);
+    if (shown && (await link.request("resume")).type === "done" && hello) hello = { ...hello, paused: false };
   } else {
     if (!force) notice("the needle does not tell where it is: is the simulation paused?");
     link.drive(false);
@@ -314,7 +321,7 @@ async function playOrStop(): Promise<void> {
   if ((await ask("reset"))?.type === "done") link.say({ play: motion });
 }
 
-// From the moment of the recording that is shown.
+// From the moment of the recording that is shown, paused until the needle is held.
 async function goLive(): Promise<boolean> {
   if (!replayed()) return true;
   link.say({ branch: true });
@@ -382,6 +389,7 @@ Object.assign(window, {
     get standing() { return standing; },
     get hello() { return hello; },
     get tissue() { return tissue; },
+    get curves() { return plots.times; }, // s
     force: (needle: string) => forces.get(needle),
     tip: (needle: string) => { const tube = needles.get(needle); return tube && stage.pixel(tube.point(tube.nodes - 1)); },
     renderer: () => {

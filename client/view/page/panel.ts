@@ -15,6 +15,7 @@ const phases: Record<string, string> = {
   free: "free", contact: "touching", inside: "in the tissue", through: "through",
 };
 const kMostEvents = 6;
+const kMostNames = 2; // of needles, in a line
 
 // A spot of colour before words; SVG, since the page's policy permits no style in attributes.
 export function spot(colour: number | string): SVGElement {
@@ -61,6 +62,11 @@ export function showLegend(regions: string[], scale: string | null): void {
   element("legend").replaceChildren(...items);
 }
 
+function heldInWords(names: string[]): string {
+  const shown = names.slice(0, kMostNames).join(", ");
+  return names.length > kMostNames ? `${shown} and ${names.length - kMostNames} more` : shown || "by nobody";
+}
+
 export function showFigures(hello: HelloReply | null, force: Force | null, stats: Stats | null): void {
   const rows: [string, string][] = [];
   if (stats && hello) {
@@ -75,7 +81,7 @@ export function showFigures(hello: HelloReply | null, force: Force | null, stats
     rows.push(["base force", `${Math.hypot(...force.base_force).toFixed(3)} N`]);
     rows.push(["flags", inWords(force.flags)]);
   }
-  if (hello) rows.push(["held", hello.held.join(", ") || "by nobody"]);
+  if (hello) rows.push(["held", heldInWords(hello.held)]);
   const list = element("figures");
   if (list.childElementCount !== 2 * rows.length)
     list.replaceChildren(...rows.flatMap(() => [document.createElement("dt"), document.createElement("dd")]));

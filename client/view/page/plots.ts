@@ -38,7 +38,7 @@ function heading(chart: Chart): HTMLElement {
 
 export class Plots {
   private plots: uPlot[];
-  private times: number[] = [];
+  times: number[] = []; // s
   private values: number[][][] = charts.map((chart) => chart.curves.map(() => []));
   private drawnAt = 0;
   private later = 0; // timer
