@@ -1,5 +1,5 @@
 # Installs the programs, the scenes, and the protocol and client libraries for find_package(acus), which offers
-# acus::protocol, acus::client and acus::haptics. Headers are included as in the sources: "client/client.h" from
+# acus::protocol, acus::client and acus::haptics. Headers are included as in the sources: "client/link/client.h" from
 # include/acus.
 # With COMPONENTS engine it offers acus::engine, too, the simulation as a library.
 # Components are the Debian packages of packages.cmake: server, client, python, dev, scenes; licences go into no package, which
@@ -41,14 +41,10 @@ if(TARGET acus-view)
     install(FILES ${PROJECT_BINARY_DIR}/view/${file} DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/view COMPONENT client)
   endforeach()
 endif()
-# The Python programs stand beside the modules they share; Python looks for those where a link leads.
-set(acus_scripts_dir ${CMAKE_INSTALL_DATADIR}/acus/client)
-set(acus_scripts plot plot-timing picture top)
-install(FILES client/drawing.py client/package_path.py client/top_page.py client/top_watch.py
-        DESTINATION ${acus_scripts_dir} COMPONENT client)
-foreach(script ${acus_scripts})
-  install(PROGRAMS client/${script} DESTINATION ${acus_scripts_dir} COMPONENT client)
-  file(RELATIVE_PATH target ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_DATADIR}/acus/client/${script})
+# The Python programs are modules of the package, and links to one launcher.
+install(PROGRAMS client/python/launch DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/client COMPONENT client)
+foreach(script plot picture top)
+  file(RELATIVE_PATH target ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_DATADIR}/acus/client/launch)
   file(CREATE_LINK ${target} ${PROJECT_BINARY_DIR}/acus-${script} SYMBOLIC)
   install(FILES ${PROJECT_BINARY_DIR}/acus-${script} DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT client)
 endforeach()
@@ -58,17 +54,15 @@ install(DIRECTORY client/python/acus DESTINATION lib/python3/dist-packages COMPO
 install(DIRECTORY client/python/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-acus COMPONENT python
         FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
 if(TARGET acus-server)
-  install(TARGETS acus-server acus-scene acus-export RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
+  install(TARGETS acus-server acus-export RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
   if(TARGET acus-mesh)
     install(TARGETS acus-mesh RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
   endif()
   # systemd finds units below /usr and /usr/local.
   install(FILES cmake/acus-server@.service DESTINATION lib/systemd/system COMPONENT server)
   install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/scenes COMPONENT scenes
-          PATTERN pictures EXCLUDE PATTERN README.md EXCLUDE)
-endif()
-if(TARGET acus-bench)  # not where sanitizers are
-  install(TARGETS acus-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
+          PATTERN pictures EXCLUDE PATTERN README.md EXCLUDE
+          PATTERN make-trajectories EXCLUDE)
 endif()
 
 # The documents stand to each other as in the sources, so that the links between them lead somewhere.

@@ -34,15 +34,14 @@ set(CPACK_DEBIAN_SERVER_DESCRIPTION "simulates needles in soft tissue in real ti
 Acus simulates flexible needles that enter soft tissue, a thousand times a
 second, and serves forces and shapes over ZeroMQ to haptic devices and
 viewers. This package has the server, a systemd unit for it, acus-export, which
-runs recordings again, and programs that time its ticks and print the reference
-of scene files.
+runs recordings again, and acus-mesh, which reads mesh files for both.
 
 The programs need a processor of the level x86-64-v3 and say so where it is
 older.")
 set(CPACK_DEBIAN_CLIENT_DESCRIPTION "replay, plots and a monitor for Acus servers
 Acus simulates needles in soft tissue in real time. This package has programs
 that talk to its server: acus-replay drives recorded motions into it and writes
-what comes back, acus-plot, acus-plot-timing and acus-picture draw that,
+what comes back, acus-plot and acus-picture draw that,
 acus-top shows how a running server does, acus-view shows it in a browser,
 acus-keygen makes keys for server and clients, and acus-haptic puts a haptic
 device, a gamepad or a simulated hand on a needle.")

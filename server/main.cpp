@@ -18,6 +18,8 @@
 #include "server/engine/recording/recording_file.h"
 #include "server/engine/scene/installed_scenes.h"
 #include "server/engine/scene/scene_fields.h"
+#include "server/engine/scene/scene_json.h"
+#include "server/engine/scene/scene_reference.h"
 #include "server/engine/state/snapshot.h"
 #include "server/runtime/log.h"
 #include "server/runtime/privileges.h"
@@ -54,6 +56,7 @@ constexpr const char* kFooter =
     "  acus-server SCENE --check                             see whether the scene can be used, what it costs and "
     "leaves out\n"
     "  acus-server SCENE --lockstep                          ticks run when a client asks: for replays and tests\n"
+    "  acus-server --schema                                  the JSON Schema of scene files, for editors\n"
     "  acus-server RUN --at 12.5                             go on from there in what --record RUN wrote\n"
     "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
     "\nExit status: 0 ended by SIGINT, SIGTERM, a client's shutdown, or --ticks; 1 bad command line; 2 the scene, "
@@ -69,7 +72,29 @@ struct Arguments {
   std::optional<double> at;  // s
   std::string curve_server_key, curve_clients;  // files
   bool check = false;
+  bool json = false;
 };
+
+void print_schema() {
+  std::cout << scene_schema() << std::flush;
+  throw CLI::Success();
+}
+
+void print_tables() {
+  for (const FieldTable& table : scene_tables()) std::cout << "### " << table.title << "\n\n" << table.markdown << '\n';
+  std::cout << std::flush;
+  throw CLI::Success();
+}
+
+int print_json(const std::string& scene) {
+  try {
+    std::cout << scene_as_json(read_scene(scene)) << std::endl;
+    return kEnded;
+  } catch (const SceneError& error) {
+    std::cerr << error.what() << std::endl;
+    return kBadScene;
+  }
+}
 
 // The same as of a scene's field.
 CLI::Validator rate_in_range() {
@@ -164,9 +189,15 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->type_name("FORMAT")
       ->transform(CLI::CheckedTransformer(kLogFormats).description("text or json"))
       ->default_str("text");
-  app.add_flag("--check", arguments.check,
-               "Load the scene, print what it contains, what it costs and what it leaves out, push its needles in to "
-               "print how long ticks take on this machine, and exit");
+  CLI::Option* check =
+      app.add_flag("--check", arguments.check,
+                   "Load the scene, print what it contains, what it costs and what it leaves out, push its needles in "
+                   "to print how long ticks take on this machine, and exit");
+  app.add_flag("--json", arguments.json, "Check the scene file, but for its mesh, print what it says as JSON, and exit")
+      ->excludes(check);
+  app.add_flag_callback("--schema", print_schema, "Print the JSON Schema of scene files, and exit")->trigger_on_parse();
+  app.add_flag_callback("--tables", print_tables, "Print the tables of their fields in Markdown, and exit")
+      ->trigger_on_parse();
 }
 
 // Runs the loop on its own thread, and ends it when it goes out of scope.
@@ -264,6 +295,7 @@ std::string problem_with(const Arguments& arguments) {
   if (arguments.at && !recording)
     return "--at is for recordings, and " + scene + " is none; give one as SCENE, or leave --at out";
   if (!recording) return "";
+  if (arguments.json) return "--json is for scene files, and " + scene + " is a recording";
   if (!arguments.restore.empty())
     return "--restore is for scene files, and " + scene +
            " is a recording; leave --restore out, and give the moment with --at";
@@ -341,6 +373,7 @@ int main(int argc, char** argv) {
     spdlog::error("{}", problem);
     return kBadCommandLine;
   }
+  if (arguments.json) return print_json(arguments.scene);
   arguments.endpoint.lockstep = arguments.loop.lockstep;
   arguments.endpoint.paused = arguments.loop.paused;
   if (arguments.endpoint.folders.empty())

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "client/command_line.h"
+#include "client/link/command_line.h"
 #include "client/view/gateway.h"
 #include "client/view/started_server.h"
 #include "protocol/messages.h"

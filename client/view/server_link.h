@@ -13,7 +13,7 @@
 #include <string_view>
 #include <utility>
 
-#include "client/client.h"
+#include "client/link/client.h"
 #include "client/view/source.h"
 
 namespace acus::view {

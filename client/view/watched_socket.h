@@ -11,7 +11,7 @@
 #include <string_view>
 #include <utility>
 
-#include "client/socket.h"
+#include "client/link/socket.h"
 
 namespace acus::view {
 

@@ -23,21 +23,24 @@ def rooms(engine_rooms):
     runtime = [*protocol, *found, "server/runtime"]
     transport = [*runtime, "server/transport"]
     haptics = ["client/haptics", "client/haptics/devices", "client/haptics/program"]
-    tools = [*transport, "server/tools", "client", *haptics]
+    client = [*protocol, "client/link", "client/replay"]
+    programs = [*transport, "server/export", *client, *haptics]
     return found | {
         "protocol": protocol,
-        "client": [*protocol, "client"],
+        "client/link": [*protocol, "client/link"],
+        "client/replay": client,
         "client/haptics": ["client/haptics"],
         "client/haptics/devices": ["client/haptics", "client/haptics/devices"],
-        "client/haptics/program": [*protocol, "client", *haptics],
-        "client/view": [*protocol, "client", "client/view"],
+        "client/haptics/program": [*client, *haptics],
+        "client/view": [*protocol, "client/link", "client/view"],
         "server/engine/example": [*found],
         "server/runtime": runtime,
         "server/transport": transport,
         "server/main.cpp": transport,
         "server/precompiled.cpp": [],
-        "server/tools": tools,
-        "tests": [*tools, "client/view", "tests"],
+        "server/export": [*transport, "server/export", *client],
+        "tests/study": [*programs, "tests/study"],
+        "tests": [*programs, "client/view", "tests", "tests/study"],
     }
 
 

@@ -47,15 +47,17 @@ class Directions(unittest.TestCase):
             ("server/runtime/a.h", "server/transport/b.h", False),
             ("server/transport/a.h", "server/runtime/b.h", True),
             ("server/main.cpp", "server/transport/b.h", True),
-            ("server/main.cpp", "server/tools/b.h", False),
-            ("server/transport/a.h", "client/b.h", False),
-            ("server/tools/bench/a.h", "client/b.h", True),
+            ("server/main.cpp", "server/export/b.h", False),
+            ("server/engine/tick/a.h", "tests/study/bench/b.h", False),
+            ("client/link/a.h", "client/replay/b.h", False),
+            ("server/transport/a.h", "client/link/b.h", False),
+            ("tests/study/bench/a.h", "client/link/b.h", True),
             ("server/engine/math/a.h", "protocol/b.h", True),
             ("protocol/a.h", "server/engine/math/b.h", False),
-            ("client/a.h", "server/engine/math/b.h", False),
-            ("client/a.h", "protocol/b.h", True),
+            ("client/link/a.h", "server/engine/math/b.h", False),
+            ("client/link/a.h", "protocol/b.h", True),
             ("tests/math/a.cpp", "server/main.cpp", False),
-            ("tests/math/a.cpp", "client/b.h", True),
+            ("tests/math/a.cpp", "client/link/b.h", True),
             ("server/engine/math/a.h", "tests/support/b.h", False),
         ]:
             with self.subTest(path=path, included=included):
@@ -67,8 +69,8 @@ class Directions(unittest.TestCase):
                                  "project, but not server/engine/math"])
 
     def test_angle_brackets_and_relative_paths_are_seen(self):
-        self.assertEqual(len(self.violations({"protocol/a.h": "#include <client/b.h>\n"})), 1)
-        self.assertEqual(len(self.violations({"protocol/a.h": '#include "../client/b.h"\n', "client/b.h": ""})), 1)
+        self.assertEqual(len(self.violations({"protocol/a.h": "#include <client/link/b.h>\n"})), 1)
+        self.assertEqual(len(self.violations({"protocol/a.h": '#include "../client/link/b.h"\n', "client/link/b.h": ""})), 1)
         files = {"protocol/a.h": '#include <vector>\n#include "b.h"\n', "protocol/b.h": ""}
         self.assertEqual(self.violations(files), [])
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/tools/bench/calibration.h"
+#include "tests/study/bench/calibration.h"
 
 #include <doctest/doctest.h>
 

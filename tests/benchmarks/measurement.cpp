@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/tools/bench/measurement.h"
+#include "tests/study/bench/measurement.h"
 
 #include <doctest/doctest.h>
 
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "server/tools/bench/bench_report.h"
+#include "tests/study/bench/bench_report.h"
 #include "tests/benchmarks/small_scene.h"
 
 namespace acus {

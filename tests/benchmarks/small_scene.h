@@ -2,7 +2,7 @@
 // A block of 4 x 4 x 4 nodes with a needle 2 mm above it, and a motion 10 mm into it.
 #pragma once
 
-#include "client/trajectory.h"
+#include "client/replay/trajectory.h"
 #include "server/engine/scene/scene.h"
 
 namespace acus::test {

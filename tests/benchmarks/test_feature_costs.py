@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks that scripts/feature-costs (the first argument) can still make every scene that it measures, that acus-bench
+"""Checks that tests/study/feature-costs (the first argument) can still make every scene that it measures, that acus-bench
 (the second) runs them, and what is said of wrong uses. Nothing is measured."""
 
 import importlib.machinery

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/tools/bench/trajectory_driver.h"
+#include "tests/study/bench/trajectory_driver.h"
 
 #include <doctest/doctest.h>
 

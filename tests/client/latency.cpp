@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/latency.h"
+#include "client/replay/latency.h"
 
 #include <doctest/doctest.h>
 

@@ -6,7 +6,7 @@
 #include <thread>
 #include <variant>
 
-#include "client/client.h"
+#include "client/link/client.h"
 #include "tests/client/mock_server.h"
 
 using namespace std::chrono_literals;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/run_log.h"
+#include "client/replay/run_log.h"
 
 #include <doctest/doctest.h>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/run_statistics.h"
+#include "client/replay/run_statistics.h"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 
-#include "client/client.h"
+#include "client/link/client.h"
 
 using acus::client::RunStatistics;
 using acus::client::Vanished;

@@ -14,11 +14,11 @@ import msgpack
 import numpy as np
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path.insert(0, os.path.join(ROOT, "client"))
+sys.path.insert(0, os.path.join(ROOT, "client", "python"))
 
-import drawing  # noqa: E402  it makes the package findable
 import acus  # noqa: E402
 from acus import shapes  # noqa: E402
+from acus.apps import drawing  # noqa: E402
 
 RECORDING = os.path.join(ROOT, "..", "shared", "data", "hand_motion", "recording1.txt")
 
@@ -56,7 +56,7 @@ class InTemporaryFolder(unittest.TestCase):
 
 class MakeTrajectories(InTemporaryFolder):
     def test_the_committed_trajectories_are_what_the_script_makes(self):
-        self.assert_success(run("scripts/make-trajectories", "--out", self.folder))
+        self.assert_success(run("scenes/make-trajectories", "--out", self.folder))
         names = os.listdir(self.folder)
         self.assertIn("insertion_pullback.csv", names)
         for name in names:
@@ -68,7 +68,7 @@ class MakeTrajectories(InTemporaryFolder):
 
 class ConvertHandMotionCase(InTemporaryFolder):
     def convert(self, recording, *arguments):
-        return run("client/convert_hand_motion.py", recording, "--out", self.path("out.csv"), *arguments)
+        return run("client/replay/convert_hand_motion.py", recording, "--out", self.path("out.csv"), *arguments)
 
     def write_recording(self, rows):
         with open(self.path("recording.txt"), "w", encoding="ascii") as file:
@@ -202,18 +202,18 @@ class Jumps(InTemporaryFolder):
             file.writelines(",".join(map(str, row)) + "\n" for row in [("tick", "time_s", "needle", "kind"), *events])
 
     def jumps(self, *arguments):
-        return run("client/jumps", self.path("run.csv"), *arguments)
+        return run("client/plot", self.path("run.csv"), "--jumps", *arguments)
 
     def test_a_step_is_found_with_its_time_and_a_ramp_is_none(self):
         self.write_forces(range(100), [-1e-1 * max(0, i - 50) - (0.3 if i >= 20 else 0) for i in range(100)])
-        lines = self.jumps("--worst", "2").stdout.splitlines()
+        lines = self.jumps("2").stdout.splitlines()
         self.assertEqual(lines[1].split()[:3], ["0.0200", "needle", "0.3000"])
         self.assertEqual(lines[1].split()[-1], "none")
         self.assertEqual(lines[2].split()[2], "0.0000")
 
     def test_an_event_explains_a_jump_and_flags_are_named(self):
         self.write_forces(range(100), [-0.3 if i >= 20 else 0 for i in range(100)], flags=8)
-        self.assertIn("flags 8", self.jumps("--worst", "1").stdout)
+        self.assertIn("flags 8", self.jumps("1").stdout)
         self.assertEqual(self.jumps("--above", "0.05").returncode, 1)
         self.write_events((19, 0.019, "needle", "puncture"), (20, 0.02, "other", "contact"))
         result = self.jumps("--above", "0.05")
@@ -244,18 +244,18 @@ class PlotTiming(InTemporaryFolder):
 
     def test_a_run_becomes_a_picture(self):
         self.write_timing()
-        self.assert_success(run("client/plot-timing", self.path("timing.csv")))
+        self.assert_success(run("client/plot", self.path("timing.csv")))
         self.assertGreater(os.path.getsize(self.path("timing.png")), 10_000)
 
     def test_what_is_no_timing_is_told(self):
         self.write_timing()
         self.write("timing.stats.csv", "a,b\n1,2\n")
-        result = run("client/plot-timing", self.path("timing.csv"))
+        result = run("client/plot", self.path("timing.csv"))
         self.assertNotEqual(result.returncode, 0)
         self.assertIn("expected a column 'time_step_s'", result.stderr)
         self.write("timing.csv", "seq,sent_s,round_trip_s\n")
-        self.assertIn("found no rows", run("client/plot-timing", self.path("timing.csv")).stderr)
-        self.assertIn("missing.csv", run("client/plot-timing", self.path("missing.csv")).stderr)
+        self.assertIn("found no rows", run("client/plot", self.path("timing.csv")).stderr)
+        self.assertIn("missing.csv", run("client/plot", self.path("missing.csv")).stderr)
 
 
 def block(cells, size):

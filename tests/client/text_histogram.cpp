@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/text_histogram.h"
+#include "client/replay/text_histogram.h"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/trajectory.h"
+#include "client/replay/trajectory.h"
 
 #include <doctest/doctest.h>
 

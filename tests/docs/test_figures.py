@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The figures of the documents are those of docs/figures.json, and scripts/update-figures keeps them so."""
+"""The figures of the documents are those of docs/figures.json, and docs/update-figures keeps them so."""
 
 import json
 import os
@@ -14,7 +14,7 @@ FIGURE = {"name": "force", "value": "1.4 N", "command": "scripts/report", "commi
 
 
 def update(*arguments):
-    return subprocess.run([sys.executable, os.path.join(ROOT, "scripts", "update-figures"), *arguments],
+    return subprocess.run([sys.executable, os.path.join(ROOT, "docs", "update-figures"), *arguments],
                           capture_output=True, text=True, timeout=60, check=False)
 
 
@@ -105,11 +105,11 @@ class Script(unittest.TestCase):
         head = subprocess.run([*git, "rev-parse", "--short=7", "HEAD"], capture_output=True, text=True, check=True,
                               timeout=60).stdout.strip()
         self.put("docs/results.md", "<!-- figure: depth -->?<!-- /figure -->\n")
-        run = self.run_script("--set", "force=1.5 N", "--add", "depth=3 mm", "--command", "scripts/soak")
+        run = self.run_script("--set", "force=1.5 N", "--add", "depth=3 mm", "--command", "tests/study/soak")
         self.assertEqual(run.returncode, 0, run.stderr)
         force, depth = json.loads(self.get("docs/figures.json"))
         self.assertEqual((force["value"], force["commit"], force["command"]), ("1.5 N", head, "scripts/report"))
-        self.assertEqual((depth["value"], depth["commit"], depth["command"]), ("3 mm", head, "scripts/soak"))
+        self.assertEqual((depth["value"], depth["commit"], depth["command"]), ("3 mm", head, "tests/study/soak"))
         self.assertEqual(self.get("docs/results.md"), "<!-- figure: depth -->3 mm<!-- /figure -->\n")
         self.assertIn("no figure 'width'", self.run_script("--set", "width=1").stderr)
 

@@ -2,7 +2,7 @@
 // Trajectories: at all times of one that is accepted, the base stands somewhere.
 #include <cmath>
 
-#include "client/trajectory.h"
+#include "client/replay/trajectory.h"
 #include "tests/fuzz/fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/tools/bench/trajectory_driver.h"
+#include "tests/study/bench/trajectory_driver.h"
 #include "tests/golden/golden_table.h"
 #include "tests/golden/trace_hash.h"
 #include "tests/support/scenes.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What one client does too much of costs the others nothing that they cannot do without. How much time it costs is
-// measured by scripts/flood.
+// measured by tests/study/flood.
 #include <doctest/doctest.h>
 #include <sys/resource.h>
 

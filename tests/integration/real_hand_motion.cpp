@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "client/trajectory.h"
+#include "client/replay/trajectory.h"
 #include "protocol/messages.h"
 #include "tests/integration/server_process.h"
 #include "tests/support/places.h"
@@ -26,7 +26,7 @@ constexpr std::chrono::minutes kRunLimit{5};  // of a recording of 10 s, on a ma
 // inward normal of a broad face; the start was chosen so that the tip passes the surface in the middle of that face,
 // 90 mm on, and ends 55 mm deep, as far again from the side that is held.
 int convert(const std::string& recording, const std::string& trajectory) {
-  Process program({source_path("client/convert_hand_motion.py"), recording, "--out", trajectory, "--start", "-0.0904",
+  Process program({source_path("client/replay/convert_hand_motion.py"), recording, "--out", trajectory, "--start", "-0.0904",
                    "0.0816", "-0.3224", "--direction", "-0.0762", "0.0885", "0.9932"});
   return program.wait(kPatience).value_or(-1);
 }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "client/client.h"
+#include "client/link/client.h"
 #include "tests/integration/process.h"
 #include "tests/support/temporary_folder.h"
 

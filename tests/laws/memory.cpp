@@ -2,7 +2,7 @@
 // Neither method allocates, on problems that need all of their parts.
 #include <doctest/doctest.h>
 
-#include "server/tools/bench/allocation_count.h"
+#include "tests/study/bench/allocation_count.h"
 #include "tests/laws/law_problems.h"
 
 namespace acus {

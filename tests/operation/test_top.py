@@ -21,9 +21,9 @@ from running_server import PATIENCE, SCENE, WithServer
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 TOP = os.path.join(ROOT, "client", "top")
-sys.path.insert(0, os.path.join(ROOT, "client"))
+sys.path.insert(0, os.path.join(ROOT, "client", "python"))
 
-import top_page  # noqa: E402
+from acus.apps import top_page  # noqa: E402
 
 
 class Names(unittest.TestCase):

@@ -17,12 +17,12 @@ CONSUMER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__
 TOOLS = ["dpkg", "dpkg-deb", "dpkg-shlibdeps", "help2man"]
 PACKAGES = ["acus-client", "acus-scenes", "acus-server", "libacus-dev", "libacus-engine-dev", "python3-acus"]
 SOME_FILES = {
-    "acus-server": ["usr/bin/acus-server", "usr/bin/acus-mesh", "usr/bin/acus-bench", "usr/bin/acus-export", "usr/bin/acus-scene",
+    "acus-server": ["usr/bin/acus-server", "usr/bin/acus-mesh", "usr/bin/acus-export",
                     "usr/lib/systemd/system/acus-server@.service", "usr/share/man/man1/acus-server.1.gz"],
     "acus-client": ["usr/bin/acus-view", "usr/share/acus/view/view.js", "usr/bin/acus-replay", "usr/bin/acus-haptic", "usr/bin/acus-keygen", "usr/bin/acus-plot", "usr/bin/acus-top",
-                    "usr/share/acus/client/top_page.py", "usr/share/acus/client/package_path.py", "usr/share/man/man1/acus-keygen.1.gz",
+                    "usr/share/acus/client/launch", "usr/share/man/man1/acus-keygen.1.gz",
                     "usr/share/man/man1/acus-top.1.gz"],
-    "libacus-dev": ["usr/include/acus/client/client.h", "usr/include/acus/client/haptics/kit.h",
+    "libacus-dev": ["usr/include/acus/client/link/client.h", "usr/include/acus/client/haptics/kit.h",
                     "usr/lib/libacus_client.a", "usr/lib/libacus_haptics.a", "usr/lib/cmake/acus/acusConfig.cmake"],
     "libacus-engine-dev": ["usr/include/acus/server/engine/tick/simulation.h", "usr/lib/libacus_engine.a",
                            "usr/lib/cmake/acus/acusEngineTargets.cmake"],
@@ -111,7 +111,7 @@ class Packages(unittest.TestCase):
         self.assertEqual(self.assert_success(self.installed("acus-server", "--version")).strip(), VERSION)
         self.assertIn("insertion", self.assert_success(self.installed("acus-server", "insertion_pullback", "--check")))
         self.assert_success(self.installed("acus-server", "brachytherapy", "--check"))  # whose mesh acus-mesh reads
-        for program in ("acus-replay", "acus-haptic", "acus-keygen", "acus-top", "acus-export", "acus-bench"):
+        for program in ("acus-replay", "acus-haptic", "acus-keygen", "acus-top", "acus-export"):
             self.assertIn("--help", self.assert_success(self.installed(program, "--help")))
         modules = os.path.join(self.root, "usr/lib/python3/dist-packages")
         self.assert_success(run("/usr/bin/python3", "-c", "import acus", env={**os.environ, "PYTHONPATH": modules}))

@@ -94,7 +94,7 @@ class Building(InTemporaryFolder):
             self.assertEqual(client.hello.scene, "elsewhere")
 
     def test_the_schema_is_that_of_the_program(self):
-        shown = subprocess.run([find_program("acus-scene"), "schema"], capture_output=True, text=True, check=True)
+        shown = subprocess.run([find_server(), "--schema"], capture_output=True, text=True, check=True)
         self.assertIn(acus.Scene.schema()["title"], shown.stdout)
         self.assertEqual(acus.Scene.schema()["properties"]["rate"]["default"], 1000)
 

@@ -195,11 +195,11 @@ TEST_CASE("every number has a finite range, beside which only a few may be infin
   CHECK(infinite == std::vector<std::string>{"foundation_stiffness", "max", "min", "puncture_force", "stale_after"});
 }
 
-TEST_CASE("scenes/scene.schema.json is up to date (acus-scene schema > scenes/scene.schema.json)") {
+TEST_CASE("scenes/scene.schema.json is up to date (acus-server --schema > scenes/scene.schema.json)") {
   CHECK(read_text("scenes/scene.schema.json") == scene_schema());
 }
 
-TEST_CASE("scenes/README.md holds every table (acus-scene tables)") {
+TEST_CASE("scenes/README.md holds every table (acus-server --tables)") {
   const std::string readme = read_text("scenes/README.md");
   for (const FieldTable& table : scene_tables()) {
     CAPTURE(table.markdown);

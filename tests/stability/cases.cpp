@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The table's cases: enough of them, each what it says.
-#include "server/tools/study/stability_cases.h"
+#include "tests/study/studies/stability_cases.h"
 
 #include <doctest/doctest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <set>
 
-#include "server/tools/study/stability_mesh.h"
+#include "tests/study/studies/stability_mesh.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace acus;

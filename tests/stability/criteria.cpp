@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The measures of stability on series that are made up.
-#include "server/tools/study/stability_criteria.h"
+#include "tests/study/studies/stability_criteria.h"
 
 #include <doctest/doctest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "server/tools/study/stability_run.h"
+#include "tests/study/studies/stability_run.h"
 
 using namespace acus;
 

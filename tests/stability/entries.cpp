@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Needles that go in anywhere (server/tools/study/entries.h): a few of them in every run of the tests.
-#include "server/tools/study/entries.h"
+// Needles that go in anywhere (tests/study/studies/entries.h): a few of them in every run of the tests.
+#include "tests/study/studies/entries.h"
 
 #include <doctest/doctest.h>
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <string>
 
-#include "server/tools/study/stability_cases.h"
-#include "server/tools/study/stability_run.h"
+#include "tests/study/studies/stability_cases.h"
+#include "tests/study/studies/stability_run.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace acus;

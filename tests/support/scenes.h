@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "client/trajectory.h"
+#include "client/replay/trajectory.h"
 #include "tests/support/places.h"
 
 namespace acus::test {

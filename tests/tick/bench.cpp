@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "server/engine/math/rotation.h"
-#include "server/tools/study/ghosts.h"
+#include "tests/study/studies/ghosts.h"
 
 namespace acus::test {
 

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <mutex>
 
-#include "server/tools/bench/allocation_count.h"
+#include "tests/study/bench/allocation_count.h"
 #include "tests/tick/lock_count.h"
 #include "tests/tick/sealed.h"
 #include "tests/tick/to_and_fro.h"

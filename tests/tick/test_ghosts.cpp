@@ -6,7 +6,7 @@
 
 #include "server/engine/math/random.h"
 #include "server/engine/models/surface.h"
-#include "server/tools/study/ghosts.h"
+#include "tests/study/studies/ghosts.h"
 #include "tests/support/places.h"
 #include "tests/tick/bench.h"
 

@@ -4,7 +4,7 @@
 
 #include "server/engine/state/report_hash.h"
 #include "server/engine/state/state_bytes.h"
-#include "server/tools/bench/trajectory_driver.h"
+#include "tests/study/bench/trajectory_driver.h"
 #include "tests/golden/trace_hash.h"
 #include "tests/support/kernel_sets.h"
 #include "tests/support/scenes.h"

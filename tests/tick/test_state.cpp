@@ -10,7 +10,7 @@
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
 #include "server/engine/tick/step.h"
-#include "server/tools/bench/trajectory_driver.h"
+#include "tests/study/bench/trajectory_driver.h"
 #include "tests/support/scenes.h"
 
 namespace acus::test {

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "server/engine/math/random.h"
-#include "server/tools/study/force_jumps.h"
+#include "tests/study/studies/force_jumps.h"
 #include "tests/support/scenes.h"
 #include "tests/validation/scene_run.h"
 

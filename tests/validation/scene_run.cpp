@@ -8,8 +8,8 @@
 
 #include "server/engine/models/surface.h"
 #include "server/runtime/convert.h"
-#include "server/tools/study/ghosts.h"
-#include "server/tools/study/parabola.h"
+#include "tests/study/studies/ghosts.h"
+#include "tests/study/studies/parabola.h"
 #include "tests/support/places.h"
 
 namespace acus::test {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "client/trajectory.h"
+#include "client/replay/trajectory.h"
 #include "server/engine/models/surface.h"
 #include "server/engine/tick/simulation.h"
-#include "server/tools/bench/trajectory_driver.h"
+#include "tests/study/bench/trajectory_driver.h"
 
 namespace acus::test {
 

@@ -8,10 +8,10 @@
 #include <optional>
 #include <string>
 
-#include "client/command_line.h"
+#include "client/link/command_line.h"
 #include "client/haptics/program/haptic_summary.h"
 #include "client/haptics/program/session.h"
-#include "client/log_file.h"
+#include "client/replay/log_file.h"
 
 namespace {
 

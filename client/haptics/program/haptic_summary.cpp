@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "client/run_statistics.h"
+#include "client/replay/run_statistics.h"
 
 namespace acus::haptics {
 

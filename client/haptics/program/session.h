@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "client/client.h"
+#include "client/link/client.h"
 #include "client/haptics/kit.h"
 #include "client/haptics/program/device_list.h"
 #include "client/haptics/program/force_model.h"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What goes wrong, by kind. The names of the first four are those of the C++ client (client/client.h)."""
+"""What goes wrong, by kind. The names of the first four are those of the C++ client (client/link/client.h)."""
 
 
 class AcusError(Exception):

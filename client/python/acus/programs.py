@@ -25,7 +25,7 @@ def find_server(program=None):
 
 
 def find_program(name, server=None):
-    """Path of acus-scene, acus-export and the like; raises ProgramNotFound."""
+    """Path of acus-export and the like; raises ProgramNotFound."""
     try:
         beside = os.path.join(os.path.dirname(find_server(server)), name)
     except ProgramNotFound:

@@ -31,21 +31,44 @@ def rotate(q, v):
 
 def rotation_about(axis, angle):
     """By an angle (rad) about an axis of any length, which must not be zero."""
-    axis = np.asarray(axis, dtype=float)
-    length = np.linalg.norm(axis)
+    return np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * unit(axis)])
+
+
+def unit(vector):
+    """Of the same direction, of length 1."""
+    vector = np.asarray(vector, dtype=float)
+    length = np.linalg.norm(vector)
     if length == 0:
-        raise ValueError("an axis must not be zero")
-    return np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) / length * axis])
+        raise ValueError("a direction must not be zero")
+    return vector / length
+
+
+def shortest_rotation(a, b):
+    """The rotation about a x b that turns the direction a to the direction b, both of any length."""
+    a, b = unit(a), unit(b)
+    if a @ b < -1 + 1e-12:  # any axis across a will do
+        across = (1.0, 0.0, 0.0) if abs(a[0]) < 0.9 else (0.0, 1.0, 0.0)
+        return np.array([0.0, *unit(np.cross(a, across))])
+    return unit([1 + a @ b, *np.cross(a, b)])
 
 
 def orientation_along(direction):
     """The shortest rotation that turns +x along a direction of any length: the orientation of a needle."""
-    direction = np.asarray(direction, dtype=float)
-    length = np.linalg.norm(direction)
-    if length == 0:
-        raise ValueError("a direction must not be zero")
-    x, y, z = direction / length
-    if x < -1 + 1e-12:
-        return np.array([0.0, 0.0, 0.0, 1.0])
-    quaternion = np.array([1 + x, 0.0, -z, y])  # (1 + a . b, a x b) with a = +x
-    return quaternion / np.linalg.norm(quaternion)
+    return shortest_rotation((1.0, 0.0, 0.0), direction)
+
+
+def orientation_of(axis, side):
+    """Of the frame whose +x is along `axis` and whose +y is as near to `side` as that allows."""
+    x = unit(axis)
+    z = unit(np.cross(x, side))
+    m = np.stack([x, np.cross(z, x), z], axis=1)
+    diagonal = np.diag(m)
+    squares = np.array([1 + diagonal.sum(), *(1 + 2 * diagonal - diagonal.sum())])  # 4 w^2, 4 x^2, 4 y^2, 4 z^2
+    first = int(np.argmax(squares))  # the largest loses no digits
+    products = np.array([  # 4 q_i q_j
+        [squares[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
+        [m[2, 1] - m[1, 2], squares[1], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
+        [m[0, 2] - m[2, 0], m[0, 1] + m[1, 0], squares[2], m[1, 2] + m[2, 1]],
+        [m[1, 0] - m[0, 1], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], squares[3]],
+    ])
+    return products[first] / (2 * np.sqrt(squares[first]))

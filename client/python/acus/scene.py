@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Scenes in Python: read, built, edited, checked, and written as text for the server.
 
-The format is acus-scene's to know: it reads YAML, checks a scene, and tells the schema. Here a scene is what stands in
+The format is acus-server's to know: it reads YAML, checks a scene, and tells the schema. Here a scene is what stands in
 the file, as dictionaries and lists, and a field is named as in the messages of the programs:
 tissue.regions[0].material.young_modulus. A region, needle or guide may be named instead of counted:
 needles[left].length.
@@ -19,7 +19,7 @@ import tempfile
 import numpy as np
 
 from .errors import SceneError
-from .programs import find_program
+from .programs import find_server
 
 PLACE = re.compile(r"\.?([A-Za-z_]+)|\[([^\]]+)\]")
 MESH_FILE = ("tissue", "mesh", "gmsh", "file")
@@ -37,13 +37,13 @@ class Scene:
     def read(cls, path):
         """Of a file. Raises SceneError as the server would, but for what is wrong with its mesh."""
         path = os.fspath(path)
-        return cls(json.loads(run_acus_scene("json", path)), os.path.dirname(os.path.abspath(path)))
+        return cls(json.loads(ask_acus_server("--json", path)), os.path.dirname(os.path.abspath(path)))
 
     @staticmethod
     @functools.cache
     def schema():
         """The JSON Schema of scenes: types, ranges, defaults, and meanings with units."""
-        return json.loads(run_acus_scene("schema"))
+        return json.loads(ask_acus_server("--schema"))
 
     def copy(self):
         return Scene(self.fields, self.folder)
@@ -95,7 +95,7 @@ class Scene:
         with tempfile.NamedTemporaryFile("w", suffix=".yaml", encoding="utf-8") as file:
             file.write(self.text())
             file.flush()
-            run_acus_scene("json", file.name, shown_as="scene")
+            ask_acus_server("--json", file.name, shown_as="scene")
         return self
 
     def text(self):
@@ -122,8 +122,8 @@ class Scene:
         return copy.deepcopy(schema["default"])
 
 
-def run_acus_scene(*arguments, shown_as=None):
-    done = subprocess.run([find_program("acus-scene"), *arguments], capture_output=True, text=True, check=False)
+def ask_acus_server(*arguments, shown_as=None):
+    done = subprocess.run([find_server(), *arguments], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         message = done.stderr.strip()
         if shown_as:  # the file was made for the program

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <client/client.h>
+#include <client/link/client.h>
 #include <client/haptics/kit.h>
 
 #include <cstdio>
