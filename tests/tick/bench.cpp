@@ -9,6 +9,7 @@
 
 #include "server/engine/math/rotation.h"
 #include "tests/study/studies/ghosts.h"
+#include "tests/support/phases.h"
 
 namespace acus::test {
 
@@ -45,6 +46,7 @@ Scene block_scene(double height) {
 
 Bench::Bench(const Scene& scene) : simulation_(scene), surface_(simulation_.mesh()) {
   for (const Needle& needle : scene.needles) commands_.push_back({.seq = 0, .pose = needle.base, .spin = 0});
+  phases_.resize(scene.needles.size(), Phase::free);
   for (const Guide& guide : scene.guides) commands_.push_back({.seq = 0, .pose = guide.pose, .spin = {}});
 }
 
@@ -66,7 +68,12 @@ void Bench::tick() {
 void Bench::check_invariants() {
   const TickReport& report = simulation_.report();
   CAPTURE(report.tick);
-  for (int i = 0; i < static_cast<int>(report.needles.size()); ++i) CHECK_FALSE(is_ghost(simulation_, surface_, i));
+  for (int i = 0; i < static_cast<int>(report.needles.size()); ++i) {
+    CHECK_FALSE(is_ghost(simulation_, surface_, i));
+    Phase& before = phases_[static_cast<std::size_t>(i)];
+    CHECK(explained(report.events, i, before, needle(i).phase));
+    before = needle(i).phase;
+  }
   for (const Event& event : report.events) CHECK((may_intrude || event.kind != EventKind::intrusion));
 }
 

@@ -53,6 +53,7 @@ class Bench {
   Surface surface_;
   std::vector<Command> commands_;
   std::vector<Event> events_;
+  std::vector<Phase> phases_;  // per needle, after the last tick
   std::uint32_t flags_ = 0;
   bool finite_ = true;
 };

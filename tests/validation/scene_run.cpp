@@ -10,6 +10,7 @@
 #include "server/runtime/convert.h"
 #include "tests/study/studies/ghosts.h"
 #include "tests/study/studies/parabola.h"
+#include "tests/support/phases.h"
 #include "tests/support/places.h"
 
 namespace acus::test {
@@ -53,8 +54,12 @@ void SceneRun::run_ticks(std::size_t ticks) {
     driver_.command();
     simulation_.step();
     ticks_.push_back(simulation_.report());
-    for (int i = 0; i < static_cast<int>(ticks_.back().needles.size()); ++i)
+    for (int i = 0; i < static_cast<int>(ticks_.back().needles.size()); ++i) {
       ghosts_ += is_ghost(simulation_, surface_, i) ? 1 : 0;
+      const auto needle = static_cast<std::size_t>(i);
+      const Phase before = ticks_.size() < 2 ? Phase::free : ticks_[ticks_.size() - 2].needles[needle].phase;
+      unexplained_ += explained(ticks_.back().events, i, before, ticks_.back().needles[needle].phase) ? 0 : 1;
+    }
   }
 }
 
@@ -136,6 +141,7 @@ void check_sound(const SceneRun& run) {
     if (!std::all_of(tick.needles.begin(), tick.needles.end(), finite)) ++broken;
   }
   CHECK(run.ghosts() == 0);
+  CHECK(run.unexplained() == 0);
   CHECK(others == 0);
   CHECK(broken == 0);
   CHECK(projected * 100 < run.ticks().size());   // measured: 0.34 % in inclusion_supported

@@ -32,7 +32,8 @@ class SceneRun {
   const std::vector<TickReport>& ticks() const { return ticks_; }  // one per tick that was run
   const NeedleReport& needle(std::size_t tick, std::size_t needle = 0) const { return ticks_[tick].needles[needle]; }
 
-  std::size_t ghosts() const { return ghosts_; }  // ticks and needles
+  std::size_t ghosts() const { return ghosts_; }            // ticks and needles
+  std::size_t unexplained() const { return unexplained_; }  // likewise: changes of phase without their event
 
   // Force against insertion (N): of the needle on its holder, against the base's +x axis.
   double resistance(std::size_t tick, std::size_t needle = 0) const;
@@ -56,7 +57,7 @@ class SceneRun {
   TrajectoryDriver driver_;
   Surface surface_;
   std::vector<TickReport> ticks_;
-  std::size_t ghosts_ = 0;
+  std::size_t ghosts_ = 0, unexplained_ = 0;
 };
 
 // "contact skin, puncture skin, ...": the order of events is easy to compare and to read.

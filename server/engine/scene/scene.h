@@ -147,7 +147,7 @@ struct Tissue {
 enum class NeedleRung { flexible, rigid };
 
 // How the tip is ground. A blunt one slides on a surface as friction lets it. A sharp one bites: pushed at more than the
-// angle of its face against the surface its edge comes first, and it does not slide (tick/insertion/tip_bite.h).
+// angle of its face against the surface its edge comes first, and it does not slide (tick/insertion/tip_friction.h).
 enum class TipShape { blunt, bevel, pencil, trocar };
 
 struct Needle : NeedleBody {

@@ -48,7 +48,7 @@ struct TipMemory {
 };
 
 struct Insertion {
-  Phase phase = Phase::free;
+  Phase phase = Phase::free;             // changes as state/phase.h says
   int path = -1;                         // that the needle is in, -1: none
   double depth = 0;                      // m of needle in the tissue
   int held = -1;                         // the region at whose border the tip rests, inside; -1: none
@@ -100,14 +100,6 @@ inline Insertion make_insertion(int path_capacity) {
   Insertion insertion;
   insertion.vertices.resize(static_cast<std::size_t>(path_capacity));
   return insertion;
-}
-
-// The needle is outside again and remembers nothing.
-inline void forget(Insertion& insertion) {
-  std::vector<VertexMemory> vertices = std::move(insertion.vertices);
-  vertices.assign(vertices.size(), VertexMemory{});
-  insertion = Insertion{};
-  insertion.vertices = std::move(vertices);
 }
 
 }  // namespace acus

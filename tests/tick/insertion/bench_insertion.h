@@ -8,8 +8,8 @@
 
 #include "server/engine/laws/rows.h"
 #include "server/engine/scene/scene.h"
-#include "server/engine/tick/insertion/locate.h"
-#include "server/engine/tick/insertion/transitions.h"
+#include "server/engine/tick/insertion/location.h"
+#include "server/engine/tick/insertion/path_transitions.h"
 
 namespace acus::test {
 

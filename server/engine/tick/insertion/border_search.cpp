@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "server/engine/tick/insertion/tip_give.h"
+#include "server/engine/tick/insertion/tip_compliance.h"
 
 namespace acus {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One needle in the tissue, as the units of this folder see it: what a tick finds out about it (stage 4, locate.h), turns
+// One needle in the tissue, as the units of this folder see it: what a tick finds out about it (stage 4, location.h), turns
 // into rows (stage 5, tip_rows.h and shaft_rows.h), learns from the laws' forces (forces.h) and changes in the end (stage
-// 9, transitions.h, path_growth.h). What it remembers from tick to tick is insertion_state.h.
+// 9, path_transitions.h, path_growth.h). What it remembers from tick to tick is insertion_state.h.
 //
 // Outside, the tip has a contact row along the surface normal, capped by f_p, and two rows of contact friction. At the cap
 // the surface gives way and a path is born at the contact point, or goes on there if the needle is through. Inside, the

@@ -7,7 +7,7 @@
 
 #include "server/engine/state/enums.h"
 #include "server/engine/tick/insertion/material_direction.h"
-#include "server/engine/tick/insertion/tip_give.h"
+#include "server/engine/tick/insertion/tip_compliance.h"
 
 namespace acus {
 

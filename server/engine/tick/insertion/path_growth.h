@@ -8,7 +8,7 @@ namespace acus {
 
 // Moves the path's end to where the tip has cut: along its cutting direction through the material (material_direction.h),
 // through every border that does not hold it, to the first one that does. The end lies in tetrahedron `start`, or on its
-// face towards `came_from`; the tip is `ahead` (m) before a border that holds it (tip_give.h).
+// face towards `came_from`; the tip is `ahead` (m) before a border that holds it (tip_compliance.h).
 std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, double ahead = kInfinity);
 
 // Moves the path's end along the border that holds it, with a vertex at every spacing of the straight way there. Vertices

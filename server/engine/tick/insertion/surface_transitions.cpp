@@ -3,10 +3,9 @@
 
 #include <algorithm>
 
-#include "server/engine/state/enums.h"
+#include "server/engine/state/phase.h"
 #include "server/engine/tick/insertion/path_growth.h"
-#include "server/engine/tick/insertion/tip_bite.h"
-#include "server/engine/tick/insertion/tip_place.h"
+#include "server/engine/tick/insertion/tip_friction.h"
 
 namespace acus {
 
@@ -91,7 +90,7 @@ void add_part(const Transition& now, Path& path, const MaterialPoint& mouth) {
   memory.vertices[path.vertices.size()] = VertexMemory{.s = memory.end_s};
   memory.vertices[path.vertices.size() + 1] = VertexMemory{.s = now.at.needle.model.length - behind_tip};
   path.add_part(mouth);
-  memory.phase = Phase::inside;
+  change_phase(memory, Phase::inside);
   memory.tip = TipMemory{};
   memory.touched = MaterialPoint{};
   memory.end_s = now.at.needle.model.length;
@@ -141,13 +140,13 @@ void leave_contact_or_puncture(const Transition& now) {
   Insertion& memory = now.memory;
   const double contact = memory.tip.contact;
   const bool punctured = press_on_surface(now);
-  memory.phase = touches(memory) ? Phase::contact : Phase::free;
+  change_phase(memory, touches(memory) ? Phase::contact : Phase::free);
   if (!punctured) return;
   Path* const path = find_vacant(now.paths);
   if (!path) return;  // the surface keeps its cap
   const Obstacle& obstacle = *now.work.located.obstacle;
   const double puncture_force = now.at.tissue.interaction(obstacle.material).puncture_force;
-  now.report(EventKind::puncture, obstacle.region, contact / bite(now.at, obstacle, puncture_force, 0).puncture_share);
+  now.report(EventKind::puncture, obstacle.region, contact / tip_friction(now.at, obstacle, puncture_force, 0).puncture_share);
   open_path(now, *path, new_mouth(now, obstacle, contact));
   begin_cut(now, *path, contact);
 }
@@ -157,7 +156,7 @@ std::uint32_t go_through(const Transition& now, Path& path, bool beyond) {
   const double contact = now.memory.tip.contact;
   const bool punctured = press_on_surface(now);
   if (!beyond) {
-    now.memory.phase = Phase::inside;
+    change_phase(now.memory, Phase::inside);
     now.memory.touched = MaterialPoint{};
     now.report(EventKind::reentry, now.at.tissue.region(path.end), 0);
     return 0;

@@ -32,16 +32,6 @@ bool points_along(const InsertionView& at, const Path& path, const Vector3& cutt
 
 }  // namespace
 
-void enter(Insertion& insertion, int path, double needle_length) {
-  assert(path >= 0 && insertion.path < 0);
-  insertion.path = path;
-  insertion.phase = Phase::inside;
-  insertion.tip = TipMemory{};
-  insertion.touched = MaterialPoint{};
-  std::fill(insertion.vertices.begin(), insertion.vertices.end(), VertexMemory{.s = needle_length});
-  insertion.end_s = needle_length;
-}
-
 void place_tip(const InsertionView& at, const Path& path, InsertionWork& work) {
   const Insertion& memory = work.next;
   TipPlace& tip = work.located.tip;

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where the tip stands in its path; locate.h says what it is held to there.
+// Where the tip stands in its path; location.h says what it is held to there.
 #pragma once
 
 #include "server/engine/tick/insertion/insertion.h"
 
 namespace acus {
-
-// The needle is in a path from now on, and remembers nothing of it yet.
-void enter(Insertion& insertion, int path, double needle_length);
 
 // Fills in located.tip but for the length that holds it (share_length). Needs the places along the needle of the path's
 // vertices and end.

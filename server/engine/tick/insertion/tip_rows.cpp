@@ -7,8 +7,8 @@
 
 #include "server/engine/math/rotation.h"
 #include "server/engine/tick/insertion/path_tangents.h"
-#include "server/engine/tick/insertion/tip_bite.h"
-#include "server/engine/tick/insertion/tip_give.h"
+#include "server/engine/tick/insertion/tip_friction.h"
+#include "server/engine/tick/insertion/tip_compliance.h"
 
 namespace acus {
 
@@ -99,7 +99,7 @@ bool add_border_contact(const InsertionView& at, const InsertionWork& work, Rows
   const Obstacle& obstacle = *work.located.obstacle;
   const Border& border = at.tissue.border(obstacle.material, obstacle.region);
   const double gap = obstacle_gap(at, obstacle, work.next.tip, kRecoverySpeed);
-  const double share = bite(at, obstacle, border.puncture_force, border.friction_contact).puncture_share;
+  const double share = tip_friction(at, obstacle, border.puncture_force, border.friction_contact).puncture_share;
   return add_contact(at, obstacle, work.next.tip, share * border.puncture_force, gap, rows);
 }
 
@@ -158,7 +158,7 @@ bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& 
   const Interaction& law = at.tissue.interaction(obstacle.material);
   const int normal_row = rows.count();
   const double gap = obstacle_gap(at, obstacle, tip, kSettlingSpeed);
-  const auto [friction, share] = bite(at, obstacle, law.puncture_force, law.friction_contact);
+  const auto [friction, share] = tip_friction(at, obstacle, law.puncture_force, law.friction_contact);
   return add_contact(at, obstacle, tip, share * law.puncture_force, gap, rows) &&
          add_contact_friction(at, obstacle, tip, friction, 0, normal_row, rows);
 }
@@ -167,7 +167,7 @@ bool add_border_rows(const InsertionView& at, const Path& path, const InsertionW
   assert(work.located.obstacle);
   const Obstacle& obstacle = *work.located.obstacle;
   const Border& border = at.tissue.border(obstacle.material, obstacle.region);
-  const double friction = bite(at, obstacle, border.puncture_force, border.friction_contact).friction;
+  const double friction = tip_friction(at, obstacle, border.puncture_force, border.friction_contact).friction;
   const double cohesion = border_cohesion(at, path, work.next.tip);
   const int normal_row = rows.count();
   return add_border_contact(at, work, rows) &&

@@ -12,15 +12,15 @@
 // as it slides, once the force along the border is more than f_c + mu times the contact force; back along its path there
 // is nothing left to cut. Kept to its cutting direction, a tip that grazes the border would be wedged in.
 //
-// Across its way the tip is held by the tissue around its end and beside its last stretch (locate.h, tip_give.h), on its
+// Across its way the tip is held by the tissue around its end and beside its last stretch (location.h, tip_compliance.h), on its
 // position in the path: at the end as behind it, so that neither way makes a jump.
 //
 // Springs stand in series (rows.h, local_compliance.h): e in the contact row of a surface and in the cutting row. The tip
 // stands e lambda beyond the mesh's surface, or beyond the path's end: tissue which is really at the tip stands behind it
 // in the mesh. A tip that cuts leaves its path's end e f_c behind along the cutting direction, so that the force stays at
-// f_c as the end moves on; towards a border that holds it e falls to nothing (tip_give.h).
+// f_c as the end moves on; towards a border that holds it e falls to nothing (tip_compliance.h).
 //
-// A sharp tip bites: tip_bite.h.
+// The friction of a sharp tip: tip_friction.h.
 //
 // A law that cannot bear any force has no row. All functions return false if a row did not fit.
 #pragma once

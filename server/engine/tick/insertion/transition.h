@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the transitions of a needle (transitions.h) share: what they look at and what they change.
+// What the transitions of a needle (path_transitions.h, surface_transitions.h) share: what they look at and what they change.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/transitions.h"
+#include "server/engine/tick/insertion/path_transitions.h"
 
 #include <algorithm>
 

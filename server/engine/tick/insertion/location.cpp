@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/locate.h"
+#include "server/engine/tick/insertion/location.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
+#include "server/engine/state/phase.h"
 #include "server/engine/tick/insertion/border_search.h"
 #include "server/engine/tick/insertion/path_tangents.h"
 #include "server/engine/tick/insertion/tip_place.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/tip_bite.h"
+#include "server/engine/tick/insertion/tip_friction.h"
 
 #include <doctest/doctest.h>
 
@@ -22,32 +22,32 @@ Needle with_tip(TipShape tip) {
 
 TEST_CASE("a blunt tip, and any that is pushed straight, punctures at f_p and has the friction of the surface") {
   for (const double tilt : {0.0, 30.0, 80.0}) {
-    const Bite blunt = bite(with_tip(TipShape::blunt), tilted(tilt), Vector3::UnitZ(), 0.3);
+    const TipFriction blunt = tip_friction(with_tip(TipShape::blunt), tilted(tilt), Vector3::UnitZ(), 0.3);
     CHECK(blunt.friction == 0.3);
     CHECK(blunt.puncture_share == 1);
   }
-  CHECK(bite(with_tip(TipShape::bevel), tilted(0), Vector3::UnitZ(), 0.3).puncture_share == 1);
+  CHECK(tip_friction(with_tip(TipShape::bevel), tilted(0), Vector3::UnitZ(), 0.3).puncture_share == 1);
 }
 
 TEST_CASE("a sharp tip that is tilted punctures at f_p along the needle, and sticks until its face lies flat") {
   for (const TipShape tip : {TipShape::bevel, TipShape::pencil, TipShape::trocar}) {
     const double flat = 90 - *face_angle(with_tip(tip)) / kDegree;
     for (const double tilt : {15.0, 45.0, flat - 1}) {
-      const Bite found = bite(with_tip(tip), tilted(tilt), Vector3::UnitZ(), 0.3);
+      const TipFriction found = tip_friction(with_tip(tip), tilted(tilt), Vector3::UnitZ(), 0.3);
       CHECK(found.puncture_share == doctest::Approx(std::cos(tilt * kDegree)));
       CHECK(found.friction > std::tan(tilt * kDegree));
     }
-    CHECK(bite(with_tip(tip), tilted(flat + 1), Vector3::UnitZ(), 0.3).friction == 0.3);
-    CHECK(bite(with_tip(tip), tilted(flat - 1), Vector3::UnitZ(), 20).friction == 20);
+    CHECK(tip_friction(with_tip(tip), tilted(flat + 1), Vector3::UnitZ(), 0.3).friction == 0.3);
+    CHECK(tip_friction(with_tip(tip), tilted(flat - 1), Vector3::UnitZ(), 20).friction == 20);
   }
 }
 
 TEST_CASE("a tip that is drawn off does not bite, and a scene may say how it is ground") {
-  CHECK(bite(with_tip(TipShape::bevel), tilted(180), Vector3::UnitZ(), 0.3).puncture_share == 1);
+  CHECK(tip_friction(with_tip(TipShape::bevel), tilted(180), Vector3::UnitZ(), 0.3).puncture_share == 1);
   Needle short_bevel = with_tip(TipShape::bevel);
   short_bevel.tip_angle = 17 * kDegree;
-  CHECK(bite(short_bevel, tilted(75), Vector3::UnitZ(), 0.3).friction == 0.3);
-  CHECK(bite(with_tip(TipShape::bevel), tilted(75), Vector3::UnitZ(), 0.3).friction > 4);
+  CHECK(tip_friction(short_bevel, tilted(75), Vector3::UnitZ(), 0.3).friction == 0.3);
+  CHECK(tip_friction(with_tip(TipShape::bevel), tilted(75), Vector3::UnitZ(), 0.3).friction > 4);
 }
 
 }  // namespace

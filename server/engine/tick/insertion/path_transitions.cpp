@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/transitions.h"
+#include "server/engine/tick/insertion/path_transitions.h"
 
 #include <algorithm>
 
-#include "server/engine/state/enums.h"
+#include "server/engine/state/phase.h"
 #include "server/engine/tick/insertion/path_growth.h"
 #include "server/engine/tick/insertion/path_tangents.h"
 #include "server/engine/tick/insertion/surface_transitions.h"
-#include "server/engine/tick/insertion/tip_give.h"
+#include "server/engine/tick/insertion/tip_compliance.h"
 
 namespace acus {
 
@@ -44,7 +44,7 @@ void leave_last_part(const Transition& now, Path& path) {
   path.drop_part((position(exit) - position(exit - 1)).norm());
   leave_border(now);
   memory.end_s = memory.vertices[exit].s;
-  memory.phase = is_beyond(now.at, path) ? Phase::through : Phase::inside;
+  change_phase(memory, is_beyond(now.at, path) ? Phase::through : Phase::inside);
   memory.tip = TipMemory{};
   memory.touched = MaterialPoint{};
 }
@@ -114,7 +114,7 @@ std::uint32_t advance_end(const Transition& now, Path& path) {
   } else if (path.exited && beyond) {
     now.report(EventKind::exit, now.at.tissue.region(path.end), 0);
   }
-  if (path.exited) memory.phase = beyond ? Phase::through : Phase::inside;
+  if (path.exited) change_phase(memory, beyond ? Phase::through : Phase::inside);
   return flags;
 }
 

@@ -2,7 +2,7 @@
 // What gives way under a tip that the mesh does not resolve.
 #include <doctest/doctest.h>
 
-#include "server/engine/tick/insertion/tip_give.h"
+#include "server/engine/tick/insertion/tip_compliance.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {

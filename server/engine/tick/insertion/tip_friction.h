@@ -27,16 +27,16 @@ namespace acus {
 // Of a sharp tip (rad); none of a blunt one.
 std::optional<double> face_angle(const Needle& needle);
 
-struct Bite {
+struct TipFriction {
   double friction = 0;        // mu' (-)
   double puncture_share = 1;  // of f_p, along the normal
 };
 
 // Of a tip whose unit tangent is `along`, pushed against a surface with the unit normal `normal` towards it.
-Bite bite(const Needle& needle, const Vector3& along, const Vector3& normal, double friction);
+TipFriction tip_friction(const Needle& needle, const Vector3& along, const Vector3& normal, double friction);
 
 // On an obstacle with these f_p (N) and mu, of the tip as it stands at the start of the tick; nothing bites into bone,
 // whose f_p is infinite.
-Bite bite(const InsertionView& at, const Obstacle& obstacle, double puncture_force, double friction);
+TipFriction tip_friction(const InsertionView& at, const Obstacle& obstacle, double puncture_force, double friction);
 
 }  // namespace acus

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/tip_bite.h"
+#include "server/engine/tick/insertion/tip_friction.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,18 +21,18 @@ std::optional<double> face_angle(const Needle& needle) {
   }
 }
 
-Bite bite(const Needle& needle, const Vector3& along, const Vector3& normal, double friction) {
+TipFriction tip_friction(const Needle& needle, const Vector3& along, const Vector3& normal, double friction) {
   const std::optional<double> face = face_angle(needle);
   const double inwards = std::min(-along.dot(normal), 1.0);  // cos theta
   if (!face || inwards <= std::sin(*face)) return {friction, 1};
   return {std::max(friction, 1 / std::tan(*face)), inwards};
 }
 
-Bite bite(const InsertionView& at, const Obstacle& obstacle, double puncture_force, double friction) {
+TipFriction tip_friction(const InsertionView& at, const Obstacle& obstacle, double puncture_force, double friction) {
   if (std::isinf(puncture_force)) return {friction, 1};
   const NeedleView& needle = at.needle;
   const Vector3 along = curve_point(needle.model, needle.start, needle.model.length).tangent;
-  return bite(at.parameters, along, obstacle.at.normal, friction);
+  return tip_friction(at.parameters, along, obstacle.at.normal, friction);
 }
 
 }  // namespace acus

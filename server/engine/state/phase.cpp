@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/state/phase.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace acus {
+
+void change_phase(Insertion& insertion, Phase to) {
+  assert(to == insertion.phase || std::ranges::any_of(kPhaseChanges, [&](const PhaseChange& change) {
+    return change.from == insertion.phase && change.to == to;
+  }));
+  insertion.phase = to;
+}
+
+void enter(Insertion& insertion, int path, double needle_length) {
+  assert(path >= 0 && insertion.path < 0);
+  change_phase(insertion, Phase::inside);
+  insertion.path = path;
+  insertion.tip = TipMemory{};
+  insertion.touched = MaterialPoint{};
+  std::fill(insertion.vertices.begin(), insertion.vertices.end(), VertexMemory{.s = needle_length});
+  insertion.end_s = needle_length;
+}
+
+void forget(Insertion& insertion) {
+  change_phase(insertion, Phase::free);
+  std::vector<VertexMemory> vertices = std::move(insertion.vertices);
+  vertices.assign(vertices.size(), VertexMemory{});
+  insertion = Insertion{};
+  insertion.vertices = std::move(vertices);
+}
+
+}  // namespace acus
