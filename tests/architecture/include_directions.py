@@ -40,6 +40,7 @@ def rooms(engine_rooms):
         "server/precompiled.cpp": [],
         "server/export": [*transport, "server/export", *client],
         "tests/study": [*programs, "tests/study"],
+        "tests/study/tests": [*programs, "tests", "tests/study", "tests/study/tests"],
         "tests": [*programs, "client/view", "tests", "tests/study"],
     }
 
