@@ -7,13 +7,12 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <memory>
 #include <variant>
 
 #include "server/runtime/command_watch.h"
 #include "server/runtime/exchange.h"
 #include "server/runtime/loaded_scene.h"
-#include "server/runtime/recorder.h"
+#include "server/runtime/request.h"
 #include "server/runtime/topics.h"
 #include "server/runtime/wakeup.h"
 
@@ -33,31 +32,12 @@ struct EpochCommand {
 
 inline constexpr std::uint64_t kNoRequest = ~std::uint64_t{0};
 
-// What a client asked for, for the simulation thread to do between two ticks.
-struct Request {
-  enum class Kind : std::uint8_t { pause, resume, reset, replace_world, hash, snapshot, restore, record, step, shutdown };
-
-
-  Kind kind = Kind::pause;
-  std::uint64_t id = 0;                // comes back in the acknowledgement
-  std::uint64_t epoch = 0;             // reset, replace_world, restore: the epoch that begins
-  std::uint32_t ticks = 0;             // step
-  std::unique_ptr<LoadedScene> world;  // replace_world
-  std::unique_ptr<State> state;        // restore: to go on from; hash, snapshot: room for it
-  Recorder* recorder = nullptr;        // record: into it; null: no more
-  std::unique_ptr<StateBox> box;       // record, and what begins an epoch that is recorded: for the recorder
-};
-
 // Records, from the simulation thread to the socket thread.
 struct Acknowledgement {
-  Request::Kind kind = Request::Kind::pause;
-  std::uint64_t id = 0;
-  std::uint64_t epoch = 0, tick = 0;     // where the world stands after the request
-  double time = 0;                       // s
-  bool recording = false;                // record: whether it begins
-  LoadedScene* world = nullptr;          // whose states follow
-  std::unique_ptr<LoadedScene> retired;  // replace_world: the one before, to be destroyed elsewhere
-  std::unique_ptr<State> state;          // hash, snapshot: the copy; restore: to be destroyed elsewhere
+  Request request;                    // that was carried out, with what comes back
+  std::uint64_t epoch = 0, tick = 0;  // where the world stands after it
+  double time = 0;                    // s
+  LoadedScene* world = nullptr;       // whose states follow
 };
 struct ForceRecord {
   std::uint64_t epoch = 0, tick = 0;

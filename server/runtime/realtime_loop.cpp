@@ -116,62 +116,55 @@ void RealtimeLoop::take_requests() {
 }
 
 void RealtimeLoop::handle(Request& request) {
-  switch (request.kind) {
-    case Request::Kind::pause:
-      paused_ = true;
-      break;
-    case Request::Kind::resume:
-      paused_ = false;
-      break;
-    case Request::Kind::reset:
-      world_->simulation.reset();
-      begin_epoch(request);
-      break;
-    case Request::Kind::replace_world:
-      return replace_world(request);
-    case Request::Kind::hash:
-    case Request::Kind::snapshot:
-      *request.state = world_->simulation.state();
-      break;
-    case Request::Kind::restore:
-      world_->simulation.restore(*request.state);
-      begin_epoch(request);
-      break;
-    case Request::Kind::record:
-      recorder_ = request.recorder;
-      record_epoch(request);
-      break;
-    case Request::Kind::step:
-      for (std::uint32_t i = 0; i < request.ticks && !over() && !is_abandoned(request); ++i) {
-        const double computing = tick();
-        publish_tick({.computing = computing, .ended = computing});
-      }
-      break;
-    case Request::Kind::shutdown:
-      shut_down_ = true;
-      break;
-  }
+  handled_ = request.id;
+  std::visit([this](auto& what) { carry_out(what); }, request.what);
   acknowledge(request);
 }
 
-bool RealtimeLoop::is_abandoned(const Request& request) const {
-  return link_.abandoned.load(std::memory_order_relaxed) == request.id;
+void RealtimeLoop::carry_out(request::Pause&) { paused_ = true; }
+void RealtimeLoop::carry_out(request::Resume&) { paused_ = false; }
+void RealtimeLoop::carry_out(request::Shutdown&) { shut_down_ = true; }
+void RealtimeLoop::carry_out(request::Hash& hash) { *hash.state = world_->simulation.state(); }
+void RealtimeLoop::carry_out(request::Snapshot& snapshot) { *snapshot.state = world_->simulation.state(); }
+void RealtimeLoop::carry_out(request::DueSnapshot& snapshot) { *snapshot.state = world_->simulation.state(); }
+
+void RealtimeLoop::carry_out(request::Reset& reset) {
+  world_->simulation.reset();
+  begin_epoch(reset.epoch);
 }
 
-void RealtimeLoop::replace_world(Request& request) {
-  std::unique_ptr<LoadedScene> retired = std::exchange(world_, std::move(request.world));
-  begin_epoch(request);
+void RealtimeLoop::carry_out(request::Restore& restore) {
+  world_->simulation.restore(*restore.state);
+  begin_epoch(restore.epoch);
+}
+
+void RealtimeLoop::carry_out(request::ReplaceWorld& replacement) {
+  std::swap(world_, replacement.world);
+  begin_epoch(replacement.epoch);
   watch_commands();
-  acknowledge(request, std::move(retired));
+}
+
+void RealtimeLoop::carry_out(request::Record& recording) {
+  recorder_ = recording.recorder;
+  record_epoch(recording.box);
+}
+
+// Goes no further when its client is gone.
+void RealtimeLoop::carry_out(request::Step& step) {
+  const auto abandoned = [this] { return link_.abandoned.load(std::memory_order_relaxed) == handled_; };
+  for (std::uint32_t i = 0; i < step.ticks && !over() && !abandoned(); ++i) {
+    const double computing = tick();
+    publish_tick({.computing = computing, .ended = computing});
+  }
 }
 
 // The simulation does not economise: it has just been loaded, reset or restored.
-void RealtimeLoop::begin_epoch(Request& request) {
-  epoch_ = request.epoch;
+void RealtimeLoop::begin_epoch(NewEpoch& next) {
+  epoch_ = next.number;
   overrun_ = overrun_policy_of(*world_);
   for (CommandWatch& watch : watches_) watch.begin_epoch();
   origins_.assign(watches_.size(), {});
-  record_epoch(request);
+  record_epoch(next.box);
 }
 
 // Of a world that none was watched for yet.
@@ -181,20 +174,12 @@ void RealtimeLoop::watch_commands() {
   origins_.assign(bodies, {});
 }
 
-void RealtimeLoop::acknowledge(Request& request, std::unique_ptr<LoadedScene> retired) {
+void RealtimeLoop::acknowledge(Request& request) {
   const TickReport& report = world_->simulation.report();
   link_.epoch.store(epoch_, std::memory_order_relaxed);
   link_.tick.store(report.tick, std::memory_order_relaxed);
   if (Record* record = room_in(link_.records)) {
-    *record = Acknowledgement{request.kind,
-                              request.id,
-                              epoch_,
-                              report.tick,
-                              report.time,
-                              request.recorder != nullptr,
-                              world_.get(),
-                              std::move(retired),
-                              std::move(request.state)};
+    *record = Acknowledgement{std::move(request), epoch_, report.tick, report.time, world_.get()};
     link_.records.commit();
   }
   link_.to_sockets.signal();
@@ -202,12 +187,12 @@ void RealtimeLoop::acknowledge(Request& request, std::unique_ptr<LoadedScene> re
 
 // ---- Recording ----
 
-void RealtimeLoop::record_epoch(Request& request) {
-  if (!recorder_ || !request.box) return;
-  box_ = request.box.get();
+void RealtimeLoop::record_epoch(std::unique_ptr<StateBox>& box) {
+  if (!recorder_ || !box) return;
+  box_ = box.get();
   box_->state = world_->simulation.state();
   box_->full.store(true, std::memory_order_relaxed);
-  record(EpochBegun{epoch_, world_->recorded, std::move(request.box)});
+  record(EpochBegun{epoch_, world_->recorded, std::move(box)});
 }
 
 // The tick that was just made. A second whose state the recorder still holds is left out.

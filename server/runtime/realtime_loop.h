@@ -50,14 +50,23 @@ class RealtimeLoop {
 
   void take_requests();
   void handle(Request& request);
-  bool is_abandoned(const Request& request) const;
-  void replace_world(Request& request);
-  void begin_epoch(Request& request);
-  void record_epoch(Request& request);
+  void carry_out(request::Pause&);
+  void carry_out(request::Resume&);
+  void carry_out(request::Reset& reset);
+  void carry_out(request::ReplaceWorld& replacement);
+  void carry_out(request::Restore& restore);
+  void carry_out(request::Hash& hash);
+  void carry_out(request::Snapshot& snapshot);
+  void carry_out(request::DueSnapshot& snapshot);
+  void carry_out(request::Record& recording);
+  void carry_out(request::Step& step);
+  void carry_out(request::Shutdown&);
+  void begin_epoch(NewEpoch& next);
+  void record_epoch(std::unique_ptr<StateBox>& box);
   void record_tick(bool economizing);
   void record(RecorderItem&& item);
   void watch_commands();
-  void acknowledge(Request& request, std::unique_ptr<LoadedScene> retired = nullptr);
+  void acknowledge(Request& request);
 
   double tick();
   void take_commands();
@@ -97,6 +106,7 @@ class RealtimeLoop {
   Punctuality punctuality_;
   std::uint64_t epoch_ = 0;
   std::uint64_t ticks_ = 0;
+  std::uint64_t handled_ = 0;  // the request that is being carried out
   bool paused_;
   bool shut_down_ = false;
 };

@@ -4,9 +4,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <variant>
 
 #include "server/transport/readable_text.h"
+#include "server/transport/request_rules.h"
 
 namespace acus {
 namespace {
@@ -22,10 +22,10 @@ std::string shown(const std::string& client) {
   return text;
 }
 
-template <class... Messages>
-std::vector<std::string> types_of_requests(const std::variant<Messages...>*) {
+std::vector<std::string> types_of_requests() {
   std::vector<std::string> types;
-  ((kIsStream<Messages> ? void() : types.push_back(Messages::kType)), ...);
+  for (const RequestRule& rule : kRequestRules)
+    if (!rule.stream) types.emplace_back(rule.type);
   return types;
 }
 
@@ -34,7 +34,7 @@ bool is_request(std::string_view type) { return std::ranges::find(request_types(
 }  // namespace
 
 const std::vector<std::string>& request_types() {
-  static const std::vector<std::string> types = types_of_requests(static_cast<const protocol::Command*>(nullptr));
+  static const std::vector<std::string> types = types_of_requests();
   return types;
 }
 

@@ -15,10 +15,6 @@
 
 namespace acus {
 
-// Whether it is a command that only its rejections answer.
-template <class Message>
-constexpr bool kIsStream = std::is_same_v<Message, protocol::Pose> || std::is_same_v<Message, protocol::Spin>;
-
 // The types of what is always answered.
 const std::vector<std::string>& request_types();
 

@@ -39,37 +39,28 @@ class Session {
       Pose pose = needle.base;
       pose.position += needle.base.orientation * Vector3::UnitX() * reach_;
       link_.commands[0].put({epoch_, {.seq = ++seq_, .pose = pose, .spin = 10 * reach_}, {}});
-      carry_out(Request::Kind::step, [](Request& request) { request.ticks = 1; });
+      carry_out(request::Step{1});
     }
   }
 
   void record(Recorder* recorder) {
-    carry_out(Request::Kind::record, [&](Request& request) {
-      request.recorder = recorder;
-      if (recorder) request.box = box();
-    });
+    carry_out(request::Record{recorder, recorder ? box() : nullptr});
     recording_ = recorder != nullptr;
   }
 
   void reset() {
-    carry_out(Request::Kind::reset, [&](Request& request) { begin(request); });
+    carry_out(request::Reset{begin_epoch()});
     reach_ = 0;
   }
 
   void restore(const State& state, double reach) {
-    carry_out(Request::Kind::restore, [&](Request& request) {
-      request.state = std::make_unique<State>(state);
-      begin(request);
-    });
+    carry_out(request::Restore{begin_epoch(), std::make_unique<State>(state)});
     reach_ = reach;
   }
 
   void replace(std::unique_ptr<LoadedScene> world) {
     newest_ = world.get();
-    carry_out(Request::Kind::replace_world, [&](Request& request) {
-      request.world = std::move(world);
-      begin(request);
-    });
+    carry_out(request::ReplaceWorld{begin_epoch(), std::move(world)});
     reach_ = 0;
   }
 
@@ -84,18 +75,13 @@ class Session {
     return box;
   }
 
-  void begin(Request& request) {
-    request.epoch = ++epoch_;
-    if (recording_) request.box = box();
-  }
+  NewEpoch begin_epoch() { return {++epoch_, recording_ ? box() : nullptr}; }
 
-  template <class Prepare>
-  void carry_out(Request::Kind kind, Prepare prepare) {
+  template <class What>
+  void carry_out(What what) {
     Request* request = link_.requests.writable();
     REQUIRE(request);
-    *request = {};
-    request->kind = kind;
-    prepare(*request);
+    *request = {0, std::move(what)};
     link_.requests.commit();
     link_.to_simulation.signal();
     for (bool done = false; !done;) {

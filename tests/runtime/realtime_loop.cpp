@@ -33,12 +33,11 @@ std::unique_ptr<LoadedScene> heavy_world() {
   return std::make_unique<LoadedScene>(scene);
 }
 
-void ask(Link& link, Request::Kind kind, std::uint32_t ticks = 0, std::uint64_t epoch = 0) {
+template <class What>
+void ask(Link& link, What what) {
   Request* request = link.requests.writable();
   REQUIRE(request);
-  request->kind = kind;
-  request->ticks = ticks;
-  request->epoch = epoch;
+  *request = {0, std::move(what)};
   link.requests.commit();
   link.to_simulation.signal();
 }
@@ -76,8 +75,8 @@ Ready after_ticks(TopicSet wanted) {
   Link link;
   link.wanted = wanted;
   RealtimeLoop loop(std::move(owned), {.lockstep = true}, link);
-  ask(link, Request::Kind::step, kTicks);
-  ask(link, Request::Kind::shutdown);
+  ask(link, request::Step{kTicks});
+  ask(link, request::Shutdown{});
   loop.run();
   CHECK(loop.ticks() == kTicks);
   CHECK(link.dropped == 0);
@@ -103,11 +102,11 @@ TEST_CASE("between ticks that are far apart requests are answered, and a signal 
   {
     const std::jthread simulation([&] { loop.run(); });
     for (std::uint64_t epoch = 1; epoch <= kRequests; ++epoch) {
-      ask(link, Request::Kind::reset, 0, epoch);
+      ask(link, request::Reset{{epoch, nullptr}});
       while (link.epoch < epoch) std::this_thread::yield();
     }
     SUBCASE("the stop flag") { link.stop = true; }
-    SUBCASE("a request") { ask(link, Request::Kind::shutdown); }
+    SUBCASE("a request") { ask(link, request::Shutdown{}); }
   }
   CHECK(loop.ticks() < kRequests / 2);
 }
@@ -163,7 +162,7 @@ TEST_CASE("a reset begins with everything that the scene asks for" * doctest::te
   {
     const std::jthread simulation([&] { loop.run(); });
     while (link.tick < 5) std::this_thread::yield();
-    ask(link, Request::Kind::reset, 0, 1);
+    ask(link, request::Reset{{1, nullptr}});
   }
 
   std::uint32_t last_before = 0;  // the flags of the last tick before the reset
