@@ -13,7 +13,7 @@ import numpy as np
 from small_scene import PATIENCE, ROOT, InTemporaryFolder
 
 import acus  # noqa: E402
-from acus.programs import find_program  # noqa: E402
+from acus.programs import find_server  # noqa: E402
 
 SCENES = os.path.join(ROOT, "scenes")
 
