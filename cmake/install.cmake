@@ -2,7 +2,7 @@
 # acus::protocol, acus::client and acus::haptics. Headers are included as in the sources: "client/link/client.h" from
 # include/acus.
 # With COMPONENTS engine it offers acus::engine, too, the simulation as a library.
-# Components are the Debian packages of packages.cmake: server, client, python, dev, scenes; licences go into no package, which
+# Components are the Debian packages of packages.cmake: server, client, python, pyengine, dev, engine, scenes; licences go into no package, which
 # has a file `copyright` instead.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -51,6 +51,9 @@ endforeach()
 # Python itself finds the package there below /usr; the programs above also below other prefixes.
 install(DIRECTORY client/python/acus DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
+if(TARGET acus_engine_python)
+  install(TARGETS acus_engine_python LIBRARY DESTINATION lib/python3/dist-packages COMPONENT pyengine)
+endif()
 install(DIRECTORY client/python/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-acus COMPONENT python
         FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
 if(TARGET acus-server)

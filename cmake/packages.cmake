@@ -1,15 +1,26 @@
-# Debian packages, which scripts/package builds: acus-server, acus-client, python3-acus, libacus-dev, libacus-engine-dev
-# and acus-scenes, each with what install.cmake gives its component. Files that only packages have are of the same
+# Debian packages, which scripts/package builds: acus-server, acus-client, python3-acus, python3-acus-engine, libacus-dev,
+# libacus-engine-dev and acus-scenes, each with what install.cmake gives its component. Files that only packages have are of the same
 # components, and left out of `cmake --install`.
 set(ACUS_MAINTAINER "The Acus authors <authors@acus.example>" CACHE STRING "Who answers for the Debian packages")
 set(acus_debian_revision 1)
 set(acus_components server client python dev engine scenes)
+if(TARGET acus_engine_python)
+  list(APPEND acus_components pyengine)
+endif()
 set(acus_package_server acus-server)
 set(acus_package_client acus-client)
 set(acus_package_python python3-acus)
 set(acus_package_dev libacus-dev)
 set(acus_package_engine libacus-engine-dev)
+set(acus_package_pyengine python3-acus-engine)
 set(acus_package_scenes acus-scenes)
+
+if(TARGET acus_engine_python)
+  get_target_property(acus_python acus_engine_python ACUS_PYTHON)
+  string(REPLACE "." ";" acus_python "${acus_python}")
+  list(GET acus_python 1 acus_python_minor)
+  math(EXPR acus_next_python_minor "${acus_python_minor} + 1")
+endif()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME acus)
@@ -57,6 +68,10 @@ set(CPACK_DEBIAN_ENGINE_DESCRIPTION "simulation of Acus as a library, developmen
 Acus simulates needles in soft tissue in real time. This package has headers
 and a static library of its engine, for programs that step scenes themselves,
 without a server. They need a processor of the level x86-64-v3.")
+set(CPACK_DEBIAN_PYENGINE_DESCRIPTION "simulation of Acus as a Python module
+Acus simulates needles in soft tissue in real time. This package has the module
+behind acus.engine, which steps scenes in the Python process itself, without a
+server. It needs a processor of the level x86-64-v3.")
 set(CPACK_DEBIAN_SCENES_DESCRIPTION "scenes and documents of Acus
 Acus simulates needles in soft tissue in real time. This package has scenes for
 its server, with their meshes and recorded motions, and the documents.")
@@ -77,6 +92,11 @@ set(CPACK_DEBIAN_ENGINE_PACKAGE_DEPENDS
     "libacus-dev (= ${PROJECT_VERSION}-${acus_debian_revision}), libeigen3-dev, libsuitesparse-dev, libxxhash-dev, libyaml-cpp-dev, libzstd-dev")
 set(CPACK_DEBIAN_ENGINE_PACKAGE_RECOMMENDS "acus-server, libopenblas0-serial")
 set(CPACK_DEBIAN_ENGINE_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_PYENGINE_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYENGINE_PACKAGE_DEPENDS
+    "python3 (>= 3.${acus_python_minor}), python3 (<< 3.${acus_next_python_minor}), python3-acus (= ${PROJECT_VERSION}-${acus_debian_revision})")
+set(CPACK_DEBIAN_PYENGINE_PACKAGE_RECOMMENDS "acus-scenes, acus-server, libopenblas0-serial")
+set(CPACK_DEBIAN_PYENGINE_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_SCENES_PACKAGE_ARCHITECTURE all)
 
 set(acus_debian_dir ${PROJECT_SOURCE_DIR}/cmake/debian)

@@ -89,11 +89,12 @@ TEST_CASE("forward and backward substitution are those of the dense factor of th
     for (int j = 0; j < kUnknowns; ++j) reordered(factor.position(i), factor.position(j)) = whole(i, j);
   const MatrixX expected = test::cholesky_factor(reordered);
   const VectorX b = permuted(factor, Random(3).matrix(kUnknowns, 1));
+  MatrixX panel_rows = factor.make_panel_rows();
   VectorX y = b;
-  factor.forward(y);
+  factor.forward(y, panel_rows);
   CHECK((y - test::solve_dense(expected, b)).norm() < 1e-12 * y.norm());
   VectorX x = y;
-  factor.backward(x);
+  factor.backward(x, panel_rows);
   CHECK((x - test::solve_dense(expected.transpose(), y)).norm() < 1e-12 * x.norm());
   CHECK((whole * unpermuted(factor, x) - unpermuted(factor, b)).norm() < 1e-12 * b.norm());
 }
@@ -116,13 +117,14 @@ TEST_CASE("unit columns are the forward substitutions of unit vectors, in both p
   for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
     SparseCholesky factor = factor_of(a, 3);
     REQUIRE(factor.factorize(a, precision));
+    MatrixX panel_rows = factor.make_panel_rows();
     Eigen::MatrixX3d columns = Eigen::MatrixX3d::Constant(factor.tree().longest_way, 3, 9.0);
     for (const int node : {0, 5, 100, kUnknowns / 3 - 1}) {
       const int position = factor.position(3 * node);
-      factor.unit_columns(position, columns);
+      factor.unit_columns(position, columns, panel_rows);
       for (int k = 0; k < 3; ++k) {
         VectorX whole = VectorX::Unit(kUnknowns, position + k);
-        factor.forward(whole);
+        factor.forward(whole, panel_rows);
         CHECK((unfolded(factor, position, columns.col(k)) - whole).norm() < 1e-14 * whole.norm());
       }
     }
@@ -133,10 +135,11 @@ TEST_CASE("the columns of a node carry the diagonal block of the inverse") {
   const SparseMatrix a = definite_matrix(8);
   const SparseCholesky factor = factor_of(a, 3);
   const MatrixX inverse = test::inverse(dense(a));
+  MatrixX panel_rows = factor.make_panel_rows();
   Eigen::MatrixX3d columns(factor.tree().longest_way, 3);
   for (const int node : {0, 17, 71}) {
     const int position = factor.position(3 * node);
-    factor.unit_columns(position, columns);
+    factor.unit_columns(position, columns, panel_rows);
     const int panel = factor.tree().panel_of[static_cast<std::size_t>(position)];
     const auto way = columns.topRows(factor.tree().panels[static_cast<std::size_t>(panel)].to_root);
     CHECK((way.transpose() * way - inverse.block<3, 3>(3 * node, 3 * node)).norm() < 1e-12 * inverse.norm());
@@ -179,16 +182,17 @@ TEST_CASE("in single precision the substitutions are exact ones of a matrix that
   REQUIRE(factor.factorize(a, Precision::single_precision));
   CHECK(factor.precision() == Precision::single_precision);
   // L as rounded, column by column, and from it the matrix that it belongs to.
+  MatrixX panel_rows = factor.make_panel_rows();
   MatrixX inverse(kUnknowns, kUnknowns);
   for (int i = 0; i < kUnknowns; ++i) {
     VectorX column = VectorX::Unit(kUnknowns, i);
-    factor.forward(column);
+    factor.forward(column, panel_rows);
     inverse.col(i) = column;
   }
   const VectorX b = Random(17).matrix(kUnknowns, 1);
   VectorX x = b;
-  factor.forward(x);
-  factor.backward(x);
+  factor.forward(x, panel_rows);
+  factor.backward(x, panel_rows);
   CHECK((x - inverse.transpose() * (inverse * b)).norm() < 1e-13 * x.norm());
 
   const VectorX residual = dense(a) * unpermuted(factor, x) - unpermuted(factor, b);
@@ -200,17 +204,18 @@ TEST_CASE("the same matrix and right-hand side give the same bits, again and in 
   const SparseMatrix a = definite_matrix(9);
   SparseCholesky factor = factor_of(a);
   const VectorX b = permuted(factor, Random(10).matrix(kUnknowns, 1));
+  MatrixX panel_rows = factor.make_panel_rows();
   VectorX x = b;
-  factor.forward(x);
-  factor.backward(x);
+  factor.forward(x, panel_rows);
+  factor.backward(x, panel_rows);
 
   REQUIRE(factor.factorize(definite_matrix(11)));  // something else in between
   REQUIRE(factor.factorize(a));
   const SparseCholesky fresh = factor_of(a);
   for (const SparseCholesky* again : {static_cast<const SparseCholesky*>(&factor), &fresh}) {
     VectorX y = b;
-    again->forward(y);
-    again->backward(y);
+    again->forward(y, panel_rows);
+    again->backward(y, panel_rows);
     CHECK(same_bits(x, y));
   }
 }
@@ -225,9 +230,10 @@ TEST_CASE("an indefinite matrix is refused and the next definite one accepted") 
   const SparseMatrix a = definite_matrix(14);
   REQUIRE(factor.factorize(a));
   const VectorX b = Random(15).matrix(kUnknowns, 1);
+  MatrixX panel_rows = factor.make_panel_rows();
   VectorX x = permuted(factor, b);
-  factor.forward(x);
-  factor.backward(x);
+  factor.forward(x, panel_rows);
+  factor.backward(x, panel_rows);
   CHECK((dense(a) * unpermuted(factor, x) - b).norm() < 1e-12 * b.norm());
 }
 

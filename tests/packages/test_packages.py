@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tempfile
 import unittest
 
@@ -15,7 +16,7 @@ BUILD, CPACK, CMAKE = (os.environ["ACUS_" + name] for name in ("BUILD", "CPACK",
 VERSION = os.environ["ACUS_VERSION"]
 CONSUMER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "install", "consumer")
 TOOLS = ["dpkg", "dpkg-deb", "dpkg-shlibdeps", "help2man"]
-PACKAGES = ["acus-client", "acus-scenes", "acus-server", "libacus-dev", "libacus-engine-dev", "python3-acus"]
+PACKAGES = ["acus-client", "acus-scenes", "acus-server", "libacus-dev", "libacus-engine-dev", "python3-acus", "python3-acus-engine"]
 SOME_FILES = {
     "acus-server": ["usr/bin/acus-server", "usr/bin/acus-mesh", "usr/bin/acus-export",
                     "usr/lib/systemd/system/acus-server@.service", "usr/share/man/man1/acus-server.1.gz"],
@@ -27,6 +28,7 @@ SOME_FILES = {
     "libacus-engine-dev": ["usr/include/acus/server/engine/tick/simulation.h", "usr/lib/libacus_engine.a",
                            "usr/lib/cmake/acus/acusEngineTargets.cmake"],
     "python3-acus": ["usr/lib/python3/dist-packages/acus/__init__.py", "usr/lib/python3/dist-packages/acus/client.py"],
+    "python3-acus-engine": [f"usr/lib/python3/dist-packages/acus_engine.{sysconfig.get_config_var('SOABI')}.so"],
     "acus-scenes": ["usr/share/acus/scenes/insertion_pullback.yaml", "usr/share/acus/scenes/meshes/prostate.msh",
                     "usr/share/acus/scenes/trajectories/through.csv", "usr/share/doc/acus/README.md"],
 }

@@ -13,8 +13,11 @@ from small_scene import InTemporaryFolder
 import acus  # noqa: E402
 from acus.env import POLICIES, LogUniform, NeedleEnv, Outcome, Task, VectorEnv  # noqa: E402
 from acus.env.interface import Box, Discrete  # noqa: E402
-from acus.env.speed import measure  # noqa: E402
+from acus.env.speed import measure, measure_together  # noqa: E402
 from acus.env.tissue_points import TissuePoints  # noqa: E402
+
+
+PLACES = ["engine", "server"] if acus.engine.available() else ["server"]
 
 
 def play(env, policy, **reset):
@@ -94,7 +97,7 @@ class Episodes(unittest.TestCase):
                  "tissue.regions[gel].interaction.cutting_force": 0.25}
         _, info = self.env.reset(options={"parameters": given})
         self.assertEqual(info["parameters"], given)
-        self.assertRaises(acus.Refused, self.env.reset, options={"parameters": {"tissue.colour.red": 1}})
+        self.assertRaises((acus.Refused, acus.SceneError), self.env.reset, options={"parameters": {"tissue.colour.red": 1}})
 
     def test_what_there_is_no_task_for(self):
         self.assertRaisesRegex(ValueError, "reach, force_limit, needle_order", NeedleEnv, "dance")
@@ -134,9 +137,34 @@ def waiting():
     return NeedleEnv(Waiting())
 
 
+class Places(unittest.TestCase):
+    def test_the_engine_and_a_server_give_the_same_bytes(self):
+        episodes = []
+        for on in PLACES:
+            env = NeedleEnv("reach", on=on)
+            self.addCleanup(env.close)
+            episodes.append(play(env, POLICIES["reach"], seed=5))
+        for other in episodes[1:]:
+            np.testing.assert_array_equal(episodes[0][0], other[0])
+            self.assertEqual(episodes[0][1], other[1])
+
+    def test_what_does_not_go_together_is_told(self):
+        self.assertRaisesRegex(ValueError, "'engine' or 'server'", NeedleEnv, on="moon")
+        self.assertRaisesRegex(ValueError, "arguments of Server, found rate", NeedleEnv, on="engine", rate=100)
+        env = NeedleEnv(Waiting(), on=PLACES[0])
+        self.addCleanup(env.close)
+        if PLACES[0] == "engine":
+            self.assertRaisesRegex(AttributeError, "on='server'", lambda: env.world.client)
+
+
 class Worlds(unittest.TestCase):
     def test_they_do_what_one_does_alone(self):
-        with VectorEnv(2, "reach") as worlds:
+        for on in PLACES:
+            with self.subTest(on=on):
+                self.do_what_one_does_alone(on)
+
+    def do_what_one_does_alone(self, on):
+        with VectorEnv(2, "reach", on=on) as worlds:
             observations, _ = worlds.reset(seed=3)
             self.assertEqual(observations.shape, (2, 10))
             rows = [observations]
@@ -145,7 +173,7 @@ class Worlds(unittest.TestCase):
                 observations, rewards, terminated, truncated, infos = worlds.step(actions)
                 self.assertEqual((rewards.shape, terminated.dtype, truncated.dtype, len(infos)), ((2,), bool, bool, 2))
                 rows.append(observations)
-        env = NeedleEnv("reach")
+        env = NeedleEnv("reach", on=on)
         self.addCleanup(env.close)
         observation, _ = env.reset(seed=4)  # the second world's
         for row in rows:
@@ -162,11 +190,11 @@ class Worlds(unittest.TestCase):
             self.assertTrue(truncated.all())
             self.assertAlmostEqual(infos[1]["final_observation"][0] - first[1, 0], 2, places=5)
             self.assertNotEqual(observations[0], first[0])
-            processes = worlds._processes
+            processes = worlds._worlds._processes
             self.assertRaisesRegex(acus.AcusError, "world 1: .*(?s:.*)asked to fail", worlds.step, [0, 1])
             self.assertRaisesRegex(ValueError, "expected 2", worlds.step, [0])
             processes[1].join()
-            self.assertRaisesRegex(acus.AcusError, "world 1 has ended", worlds.step, [0, 0])
+            self.assertRaisesRegex(acus.AcusError, "world 1: its process has ended", worlds.step, [0, 0])
         self.assertEqual([process.exitcode for process in processes], [0, 0])
 
 
@@ -193,10 +221,12 @@ class Parts(InTemporaryFolder):
         self.assertFalse(box.contains(np.array([2, 0], np.float32)) or choice.contains(3))
 
     def test_speed_is_measured(self):
-        found = measure("reach", episodes=1)
-        self.assertGreater(found["steps_per_second"], 0)
-        self.assertGreater(found["ticks"], found["steps"])
-        self.assertAlmostEqual(found["in_process"] + found["ipc"] + found["python"], 1)
+        for on in PLACES:
+            found = measure("reach", on, episodes=1)
+            self.assertGreater(found["steps_per_second"], 0)
+            self.assertGreater(found["ticks"], found["steps"])
+            self.assertTrue(0 < found["in_ticks"] < 1)
+            self.assertGreater(measure_together("reach", on, 2, steps=2), 0)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Dense linear algebra that tests compare with. Compiled once: each file that names one of Eigen's decompositions itself
-// takes seconds longer to compile. Units are the caller's. Shapes that do not fit fail an assertion.
+// Dense linear algebra that tests compare with. Compiled once: each file that names one of Eigen's decompositions
+// itself takes seconds longer to compile. Units are the caller's. Shapes that do not fit fail an assertion.
 #pragma once
 
 #include "server/engine/math/types.h"

@@ -27,8 +27,8 @@ std::string name(EventKind kind) { return protocol::kEventKindNames[static_cast<
 std::string table() {
   std::string rows = "| from | to | event | when |\n|---|---|---|---|\n";
   for (const PhaseChange& change : kPhaseChanges)
-    rows += "| `" + name(change.from) + "` | `" + name(change.to) + "` | `" + name(change.event) + "` | " + change.when +
-            " |\n";
+    rows += "| `" + name(change.from) + "` | `" + name(change.to) + "` | `" + name(change.event) + "` | " +
+            change.when + " |\n";
   return rows;
 }
 
@@ -55,7 +55,8 @@ TEST_CASE("MODEL.md and the contract have the table of phases, and MODEL.md the 
     CAPTURE(page);
     CHECK_MESSAGE(contents(page).find(table()) != std::string::npos, "expected this table:\n" << table());
   }
-  CHECK_MESSAGE(contents("server/MODEL.md").find(diagram()) != std::string::npos, "expected this diagram:\n" << diagram());
+  CHECK_MESSAGE(contents("server/MODEL.md").find(diagram()) != std::string::npos, "expected this diagram:\n"
+                                                                                      << diagram());
 }
 
 // Bench holds after every tick that the events explain the phase.

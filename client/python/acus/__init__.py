@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Needles in soft tissue, simulated by acus-server: docs/python.md says how this package is used."""
+"""Needles in soft tissue, simulated by acus-server or in this process: docs/python.md says how this package is used."""
 
+from . import engine
 from .client import Client
 from .errors import (AcusError, ClientError, KeyFileError, KeysRefused, ProgramNotFound, ProtocolMismatch, Refused,
                      RunError, SceneError, ServerFailed, Vanished)

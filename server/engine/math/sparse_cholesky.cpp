@@ -131,7 +131,6 @@ void SparseCholesky::analyze(const SparseMatrix& lower, int block) {
   position_.resize(static_cast<std::size_t>(lower.rows()));
   for (int i = 0; i < size(); ++i) position_[static_cast<std::size_t>(permutation[i])] = i;
   tree_ = f.tree();
-  panel_.setZero(tree_.widest + kTileRows, 3);
 }
 
 bool SparseCholesky::factorize(const SparseMatrix& lower, Precision precision) {
@@ -161,8 +160,11 @@ Precision SparseCholesky::precision() const {
   return values_.index() == 0 ? Precision::single_precision : Precision::double_precision;
 }
 
-void SparseCholesky::forward(Eigen::Ref<VectorX> x) const {
-  double* w = panel_.data();
+MatrixX SparseCholesky::make_panel_rows() const { return MatrixX::Zero(tree_.widest + kTileRows, 3); }
+
+void SparseCholesky::forward(Eigen::Ref<VectorX> x, MatrixX& panel_rows) const {
+  assert(panel_rows.rows() >= tree_.widest + kTileRows);
+  double* w = panel_rows.data();
   std::visit([&](const auto& values) {
     for (int s = 0; s < static_cast<int>(tree_.panels.size()); ++s) {
       const PanelTree::Panel& panel = tree_.panels[s];
@@ -177,8 +179,9 @@ void SparseCholesky::forward(Eigen::Ref<VectorX> x) const {
   }, values_);
 }
 
-void SparseCholesky::backward(Eigen::Ref<VectorX> x) const {
-  double* w = panel_.data();
+void SparseCholesky::backward(Eigen::Ref<VectorX> x, MatrixX& panel_rows) const {
+  assert(panel_rows.rows() >= tree_.widest + kTileRows);
+  double* w = panel_rows.data();
   std::visit([&](const auto& values) {
     for (int s = static_cast<int>(tree_.panels.size()) - 1; s >= 0; --s) {
       const PanelTree::Panel& panel = tree_.panels[s];
@@ -193,7 +196,7 @@ void SparseCholesky::backward(Eigen::Ref<VectorX> x) const {
   }, values_);
 }
 
-void SparseCholesky::unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns) const {
+void SparseCholesky::unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns, MatrixX& panel_rows) const {
   const int leaf = tree_.panel_of[position];
   assert(tree_.panel_of[position + 2] == leaf);
   const int length = tree_.panels[leaf].to_root;
@@ -203,12 +206,12 @@ void SparseCholesky::unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> col
     for (int s = leaf; s >= 0; s = tree_.panels[s].parent) {
       const PanelTree::Panel& panel = tree_.panels[s];
       auto own = columns.middleRows(length - panel.to_root, panel.columns);
-      panel_.topRows(panel.columns) = own;
-      panel_.middleRows(panel.columns, panel.below + kTileRows).setZero();
-      values.forward_three(tree_, s, panel_.data(), panel_.rows());
-      own = panel_.topRows(panel.columns);
+      panel_rows.topRows(panel.columns) = own;
+      panel_rows.middleRows(panel.columns, panel.below + kTileRows).setZero();
+      values.forward_three(tree_, s, panel_rows.data(), panel_rows.rows());
+      own = panel_rows.topRows(panel.columns);
       for (int i = 0; i < panel.below; ++i)
-        columns.row(length - tree_.from_root[tree_.rows[panel.first_row + i]]) += panel_.row(panel.columns + i);
+        columns.row(length - tree_.from_root[tree_.rows[panel.first_row + i]]) += panel_rows.row(panel.columns + i);
     }
   }, values_);
 }

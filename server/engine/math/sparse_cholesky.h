@@ -46,15 +46,17 @@ class SparseCholesky {
   // position(i): where unknown i stands in the permuted order. A block's unknowns follow each other there too.
   int position(int unknown) const { return position_[static_cast<std::size_t>(unknown)]; }
 
+  // Scratch of the substitutions, for one panel: room for the widest. Threads that share a factor have one each.
+  MatrixX make_panel_rows() const;
   // x <- L⁻¹ x.
-  void forward(Eigen::Ref<VectorX> x) const;
+  void forward(Eigen::Ref<VectorX> x, MatrixX& panel_rows) const;
   // x <- L⁻ᵀ x.
-  void backward(Eigen::Ref<VectorX> x) const;
+  void backward(Eigen::Ref<VectorX> x, MatrixX& panel_rows) const;
 
   const PanelTree& tree() const { return tree_; }
   // columns <- L⁻¹ of the unit vectors at three positions from `position` on, all in one panel; only the way of that
   // panel to the root (panel_tree.h), longest_way entries at most. The rest of `columns` is left alone.
-  void unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns) const;
+  void unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns, MatrixX& panel_rows) const;
 
  private:
   struct Factor;
@@ -62,7 +64,6 @@ class SparseCholesky {
   std::vector<int> position_;
   PanelTree tree_;
   std::variant<PanelValues<float>, PanelValues<double>> values_;
-  mutable MatrixX panel_;  // scratch: the rows of one panel, three right-hand sides
 };
 
 }  // namespace acus

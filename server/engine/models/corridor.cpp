@@ -6,7 +6,8 @@
 
 namespace acus {
 
-Corridor::Corridor(const SparseCholesky& factor, int capacity) : factor_(factor) {
+Corridor::Corridor(const SparseCholesky& factor, int capacity)
+    : factor_(factor), panel_rows_(factor.make_panel_rows()) {
   slots_.resize(static_cast<std::size_t>(capacity));
   slot_of_node_.assign(static_cast<std::size_t>(factor.size() / 3), -1);
   columns_.assign(slots_.size(), Eigen::MatrixX3d::Zero(factor.tree().longest_way, 3));
@@ -32,7 +33,7 @@ int Corridor::take_slot() {
 
 void Corridor::fill(int s, int node) {
   const int position = factor_.position(3 * node);
-  factor_.unit_columns(position, columns_[s]);
+  factor_.unit_columns(position, columns_[s], panel_rows_);
   slots_[s] = {node, factor_.tree().panel_of[position], use_};
   slot_of_node_[node] = s;
   for (int other = 0; other < used_; ++other) {

@@ -50,6 +50,7 @@ class Corridor {
   Matrix3 product(int a, int b) const;
 
   const SparseCholesky& factor_;
+  MatrixX panel_rows_;  // scratch
   std::vector<Slot> slots_;
   std::vector<int> slot_of_node_;
   std::vector<Eigen::MatrixX3d> columns_;  // longest_way x 3 each

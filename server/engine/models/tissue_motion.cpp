@@ -41,6 +41,7 @@ TissueMotion::TissueMotion(const TissueSystem& system, int max_rows, int max_nod
     own_factor_->analyze(matrix_, 3);
     own_factor_->factorize(matrix_);
   }
+  panel_rows_ = factor().make_panel_rows();
   rows_.emplace(factor(), max_rows, max_nodes);
 }
 
@@ -134,7 +135,7 @@ bool TissueMotion::linearize(const TissueState& state) {
     clear_corridor();
   }
   ++iteration_;
-  factor().forward(y_);
+  factor().forward(y_, panel_rows_);
   return exact;
 }
 
@@ -203,7 +204,7 @@ void TissueMotion::solve(std::span<const double> lambda) {
   rows_->add_forces(lambda, y_);
   last_descent_ = iteration_ > 1 ? descent_ : std::numeric_limits<double>::infinity();
   descent_ = y_.squaredNorm();
-  factor().backward(y_);
+  factor().backward(y_, panel_rows_);
   for (int f = 0; f < static_cast<int>(system_.position.size()); ++f) {
     const int i = model_.free_nodes[f];
     step_.col(i) = is(TissueMatrix::turned) ? Vector3(rotation(i) * in_factor(f)) : Vector3(in_factor(f));

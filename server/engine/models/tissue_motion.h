@@ -125,6 +125,7 @@ class TissueMotion {
   const TissueSystem& system_;
   const TissueModel& model_;
   std::optional<SparseCholesky> own_factor_;  // refactorized
+  MatrixX panel_rows_;                        // scratch
   std::optional<TissueRows> rows_;            // made once there is a factor
 
   // The iterate.

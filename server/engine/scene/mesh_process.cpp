@@ -259,6 +259,11 @@ void check_status(int status, const MeshReadingLimits& limits) {
 }
 
 // Not blocking: opening a pipe of that name would wait for a writer.
+std::string& chosen_program() {
+  static std::string path;
+  return path;
+}
+
 void check_mesh_file(const Descriptor& file, std::uint64_t limit) {
   struct stat found {};
   if (file.number() < 0 || fstat(file.number(), &found) != 0) throw MeshError("the file cannot be opened for reading");
@@ -270,7 +275,10 @@ void check_mesh_file(const Descriptor& file, std::uint64_t limit) {
 
 }  // namespace
 
+void use_mesh_program(const std::string& path) { chosen_program() = path; }
+
 std::string mesh_program_path() {
+  if (!chosen_program().empty()) return chosen_program();
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
   if (error) throw MeshError("acus-mesh, which reads meshes, is not found: /proc/self/exe: " + error.message());

@@ -21,8 +21,10 @@ struct MeshReadingLimits {
   std::chrono::milliseconds time{300'000};  // from start to the complete answer, on the wall's clock
 };
 
-// acus-mesh stands beside the running program.
+// acus-mesh stands beside the running program, unless use_mesh_program() has said where it is.
 std::string mesh_program_path();
+// Before scenes are loaded: for a process whose program is not of Acus, as Python's interpreter.
+void use_mesh_program(const std::string& path);
 
 // The answer of `program`, which reads a mesh file of the given ending (".vtk"), for decode_mesh_answer(). Safe in a
 // process with several threads. When it returns or throws, the program has ended. Throws MeshError.

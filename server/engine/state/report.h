@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a tick tells the outside (stage 10): plain values of fixed size, no pointers into the simulation.
+// What a tick tells the outside (stage 10): plain values of fixed size, no pointers into the simulation. What a struct
+// holds stands once more, in its fields(), of which report_hash.h makes a hash.
 #pragma once
 
 #include <array>
@@ -30,6 +31,26 @@ struct NeedleReport {
   Vector3 friction_force = Vector3::Zero();  // along the path, whole shaft
   Vector3 lateral_force = Vector3::Zero();   // across the path, shaft and tip
   Vector3 guide_force = Vector3::Zero();     // of the guides on the needle, N, world
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("command_seq", self.command_seq);
+    visit("command_tick", self.command_tick);
+    visit("phase", self.phase);
+    visit("inserted_depth", self.inserted_depth);
+    visit("unheld", self.unheld);
+    visit("spin", self.spin);
+    visit("base", self.base);
+    visit("told", self.told);
+    visit("tip_position", self.tip_position);
+    visit("tip_force", self.tip_force);
+    visit("base_force", self.base_force);
+    visit("base_torque", self.base_torque);
+    visit("cutting_force", self.cutting_force);
+    visit("friction_force", self.friction_force);
+    visit("lateral_force", self.lateral_force);
+    visit("guide_force", self.guide_force);
+  }
 };
 
 struct Event {
@@ -39,6 +60,16 @@ struct Event {
   int region = 0;                      // that the tip touches or goes into; exit, withdrawal: that it leaves
   Vector3 position = Vector3::Zero();  // m, world
   double force = 0;                    // N, of the law that caused it
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("tick", self.tick);
+    visit("needle", self.needle);
+    visit("kind", self.kind);
+    visit("region", self.region);
+    visit("position", self.position);
+    visit("force", self.force);
+  }
 };
 
 // The stages of a tick, in their order.
@@ -72,6 +103,22 @@ struct TickReport {
   double largest_force = 0;   // N, the largest force in that sum
   std::vector<NeedleReport> needles;                // one per needle of the scene
   std::vector<Event> events;                        // of this tick; capacity reserved at load
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("tick", self.tick);
+    visit("time", self.time);
+    visit("flags", self.flags);
+    visit("rows", self.rows);
+    visit("solver", self.solver);
+    visit("sweeps", self.sweeps);
+    visit("newton_iterations", self.newton_iterations);
+    visit("residual", self.residual);
+    visit("imbalance", self.imbalance);
+    visit("largest_force", self.largest_force);
+    visit("needles", self.needles);
+    visit("events", self.events);
+  }
 };
 
 }  // namespace acus

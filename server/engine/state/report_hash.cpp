@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/engine/state/report_hash.h"
 
+#include <string_view>
+
 namespace acus {
 
 namespace {
@@ -18,43 +20,39 @@ void add_matrix(Hasher& hasher, const Eigen::MatrixBase<Derived>& matrix) {
     for (Eigen::Index i = 0; i < matrix.rows(); ++i) add_number(hasher, matrix(i, j));
 }
 
-void add_needle(Hasher& hasher, const NeedleReport& n) {
-  add_number(hasher, n.command_seq);
-  add_number(hasher, n.command_tick);
-  add_number(hasher, n.phase);
-  add_number(hasher, n.inserted_depth);
-  add_number(hasher, n.unheld);
-  add_number(hasher, n.spin);
-  add_matrix(hasher, n.base.orientation.coeffs());
-  for (const Vector3* v : {&n.base.position, &n.tip_position, &n.tip_force, &n.base_force, &n.base_torque,
-                           &n.cutting_force, &n.friction_force, &n.lateral_force, &n.guide_force})
-    add_matrix(hasher, *v);
-}
+// Adds every field in its order.
+struct Adder {
+  Hasher& hasher;
 
-void add_event(Hasher& hasher, const Event& event) {
-  add_number(hasher, event.tick);
-  add_number(hasher, event.needle);
-  add_number(hasher, event.kind);
-  add_number(hasher, event.region);
-  add_matrix(hasher, event.position);
-  add_number(hasher, event.force);
-}
+  template <class T>
+  void operator()(const char*, const T& value) {
+    visit(value);
+  }
+  // Follows from the state and the command, and is left out, so that hashes of older runs hold.
+  void operator()(const char* name, const Pose& pose) {
+    if (std::string_view(name) == "told") return;
+    add_matrix(hasher, pose.orientation.coeffs());
+    add_matrix(hasher, pose.position);
+  }
+
+  template <class T>
+  void visit(const T& value) {
+    if constexpr (requires { T::fields(value, *this); }) {
+      T::fields(value, *this);
+    } else if constexpr (requires { value.derived(); }) {
+      add_matrix(hasher, value);
+    } else {
+      add_number(hasher, value);
+    }
+  }
+  template <class T>
+  void visit(const std::vector<T>& list) {
+    for (const T& item : list) visit(item);
+  }
+};
 
 }  // namespace
 
-void add_report(Hasher& hasher, const TickReport& report) {
-  add_number(hasher, report.tick);
-  add_number(hasher, report.time);
-  add_number(hasher, report.flags);
-  add_number(hasher, report.rows);
-  add_number(hasher, report.solver);
-  add_number(hasher, report.sweeps);
-  add_number(hasher, report.newton_iterations);
-  add_number(hasher, report.residual);
-  add_number(hasher, report.imbalance);
-  add_number(hasher, report.largest_force);
-  for (const NeedleReport& needle : report.needles) add_needle(hasher, needle);
-  for (const Event& event : report.events) add_event(hasher, event);
-}
+void add_report(Hasher& hasher, const TickReport& report) { TickReport::fields(report, Adder{hasher}); }
 
 }  // namespace acus

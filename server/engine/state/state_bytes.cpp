@@ -5,12 +5,15 @@
 #include <cstring>
 #include <stdexcept>
 #include <type_traits>
+#include <utility>
 
 #include "server/engine/math/hasher.h"
 
 namespace acus {
 
 namespace {
+
+constexpr bool kOff = false;
 
 template <class T>
 constexpr bool kIsNumber = std::is_arithmetic_v<T> || std::is_enum_v<T>;
@@ -214,9 +217,17 @@ std::uint64_t hash(const State& state) {
   return of.hasher.digest();
 }
 
-std::uint64_t comparable_hash(State& state) {
-  state.economizing = false;
-  return hash(state);
+std::uint64_t comparable_hash(const State& state) {
+  StateHasher of;
+  Walk<StateHasher> walk{of};
+  State::fields(state, [&](const char*, const auto& value) {
+    if (static_cast<const void*>(&value) == &state.economizing) {
+      walk.visit(std::as_const(kOff));
+    } else {
+      walk.visit(value);
+    }
+  });
+  return of.hasher.digest();
 }
 
 std::vector<std::byte> to_bytes(const State& state) {

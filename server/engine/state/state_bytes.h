@@ -15,8 +15,8 @@ namespace acus {
 // Of all bytes: equal states have equal hashes, and a difference in the last bit of one number shows.
 std::uint64_t hash(const State& state);
 
-// The same but for what gives way at the moment, which is for a run to say; it is set to nothing.
-std::uint64_t comparable_hash(State& state);
+// The same with `economizing` off, whatever it is: whether ticks are late is not the scene's to say.
+std::uint64_t comparable_hash(const State& state);
 
 std::vector<std::byte> to_bytes(const State& state);
 

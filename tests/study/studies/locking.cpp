@@ -181,7 +181,8 @@ double work_done(const TissueModel& model, const Load& load, SparseCholesky& fac
   if (!factor.factorize(stiffness)) throw std::runtime_error("locking: a stiffness is not positive definite");
   VectorX y(model.unknowns());
   for (int i = 0; i < model.unknowns(); ++i) y[factor.position(i)] = load.forces(i % 3, model.free_nodes[i / 3]);
-  factor.forward(y);
+  MatrixX panel_rows = factor.make_panel_rows();
+  factor.forward(y, panel_rows);
   return y.squaredNorm();
 }
 

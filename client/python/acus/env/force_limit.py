@@ -36,7 +36,7 @@ class ForceLimit(Task):
         return layers()
 
     def begin(self, world, random, options):
-        self._needle = world.client.needles[0]
+        self._needle = world.needles[0]
         self.limit = float(options.get("limit", LIMIT))
         self._force = self._before = 0.0
         self._peak = 0.0

@@ -6,7 +6,7 @@ import numpy as np
 from . import force_limit, needle_order, reach
 from .interface import Env
 from .randomisation import draw
-from .world import World
+from .world import make_world
 
 TASKS = {"reach": reach.Reach, "force_limit": force_limit.ForceLimit, "needle_order": needle_order.NeedleOrder}
 POLICIES = {"reach": reach.policy, "force_limit": force_limit.policy, "needle_order": needle_order.policy}
@@ -14,14 +14,15 @@ POLICIES = {"reach": reach.policy, "force_limit": force_limit.policy, "needle_or
 
 class NeedleEnv(Env):
     """`task` is a name of TASKS or a Task. `randomise` draws parameters of the scene for each episode: True for the
-    task's own ranges, or {place: (low, high)}. Further arguments are those of Server. An episode is the same, bit by
-    bit, for the same seed and the same actions.
+    task's own ranges, or {place: (low, high)}. `on`: "engine" runs it in this process, "server" in a server of its own;
+    by itself the engine where it is and no further arguments are given, which are those of Server. An episode is the
+    same, bit by bit, for the same seed and the same actions, on either.
 
     reset(seed, options): options may hold "parameters", {place: value} in place of drawn ones, and what the task takes
     as its goal. info: "success", "tick", "parameters" after reset, and what the task adds.
     """
 
-    def __init__(self, task="reach", *, randomise=None, **server):
+    def __init__(self, task="reach", *, randomise=None, on=None, **server):
         if isinstance(task, str) and task not in TASKS:
             raise ValueError(f"task: expected one of {', '.join(TASKS)}, found '{task}'")
         self.task = TASKS[task]() if isinstance(task, str) else task
@@ -31,7 +32,7 @@ class NeedleEnv(Env):
         self.scene = self.task.scene()
         self.parameters = {}  # of the scene that is loaded, where it is not the task's
         self._steps = 0
-        self.world = World(self.scene, self.task.topics, **server)
+        self.world = make_world(self.scene, self.task.topics, on, **server)
 
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed)

@@ -38,10 +38,10 @@ class NeedleOrder(Task):
         return brachytherapy()
 
     def begin(self, world, random, options):
-        self._needles = world.client.needles
+        self._needles = world.needles
         self.chosen = int(options.get("chosen", random.integers(NEEDLES)))
         self.inserted = np.zeros(NEEDLES, dtype=bool)
-        described = world.client.describe()
+        described = world.describe()
         places = [[*needle.base_position[:2], SKIN - depth] for needle, depth in zip(self._needles, DEPTHS)]
         self._targets = TissuePoints(described, np.array(places))
         self.targets = self._targets.at(described.positions)
@@ -54,7 +54,7 @@ class NeedleOrder(Task):
             return
         needle = self._needles[index]
         depth = needle.tip_position[2] - self.targets[index, 2]
-        ticks = int(np.ceil(depth / SPEED * world.client.hello.rate))
+        ticks = int(np.ceil(depth / SPEED * world.rate))
         for tick in range(1, ticks + 1):
             world.drive(needle, depth * tick / ticks)
             world.step(1)

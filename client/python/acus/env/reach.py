@@ -42,7 +42,7 @@ class Reach(Task):
         return steering()
 
     def begin(self, world, random, options):
-        self._needle = world.client.needles[0]
+        self._needle = world.needles[0]
         angle, radius = random.uniform(0, 2 * math.pi), ASIDE * math.sqrt(random.uniform())
         drawn = [radius * math.cos(angle), radius * math.sin(angle), ENTRY - random.uniform(*DEPTHS)]
         self.target = np.array(options.get("target", drawn), dtype=float)

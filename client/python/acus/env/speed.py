@@ -1,26 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""How many steps a second an environment makes, and what they are spent on: python3 -m acus.env.speed [TASK...]
+"""How many steps a second environments make: python3 -m acus.env.speed [TASK...]
 
-The scripted policy plays episodes, once timed and once recorded. acus-export then makes the same ticks of the recording
-again, in process and without sockets: what is left of the time in the client's step is that of ipc, with packing and
-unpacking at both ends; the rest is the task's own Python.
+The scripted policy plays episodes: in this process and with a server, alone and in as many worlds as there are processors.
+`in ticks` is the share of the time that the engine's ticks take; the rest is Python's.
 """
 
 import argparse
 import os
-import subprocess
-import tempfile
 import time
 
-from ..programs import find_program
+import numpy as np
+
+from .. import engine
 from .needle_env import POLICIES, TASKS, NeedleEnv
+from .vector_env import VectorEnv
 
 EPISODES = 3
-RECORDING, NOTHING = "episodes.acus", "nothing.acus"
+TOGETHER = {"reach": 300, "force_limit": 300, "needle_order": 6}  # steps of every world
 
 
 class Stopwatch:
-    """Seconds and calls of a function of an object that stands in for it."""
+    """Seconds of a function that stands in for it."""
 
     def __init__(self, function):
         self.function = function
@@ -48,41 +48,31 @@ def play(env, task, episodes):
     return steps, ticks
 
 
-def record(env, task, name, episodes):
-    env.world.client.record(name)
-    play(env, task, episodes)
-    env.world.client.end_recording()
+def measure(task, on, episodes=EPISODES):
+    """A dictionary: task, on, steps, ticks, seconds, steps_per_second, ticks_per_second, and in_ticks, the share of the
+    time that the world takes for them, with its way there and back."""
+    env = NeedleEnv(task, on=on)
+    try:
+        play(env, task, 1)  # the first is not counted
+        env.world.step, env.world.trace = watches = Stopwatch(env.world.step), Stopwatch(env.world.trace)
+        begun = time.perf_counter()
+        steps, ticks = play(env, task, episodes)
+        seconds = time.perf_counter() - begun
+    finally:
+        env.close()
+    return {"task": task, "on": on, "steps": steps, "ticks": ticks, "seconds": seconds, "steps_per_second": steps / seconds,
+            "ticks_per_second": ticks / seconds, "in_ticks": sum(each.seconds for each in watches) / seconds}
 
 
-def seconds_in_process(recording):
-    """That acus-export takes for a recording, the loading included."""
-    begun = time.perf_counter()
-    subprocess.run([find_program("acus-export"), recording, "--quiet"], check=True)
-    return time.perf_counter() - begun
-
-
-def measure(task, episodes=EPISODES):
-    """A dictionary: steps, ticks, seconds, steps_per_second, ticks_per_second, and the shares of the time: in_process,
-    ipc, python."""
-    with tempfile.TemporaryDirectory(prefix="acus-speed-") as folder:
-        env = NeedleEnv(task, options=["--recordings", folder])
-        try:
-            client = env.world.client
-            record(env, task, NOTHING, 0)
-            play(env, task, 1)  # the first is not counted
-            client.step, client.trace, client.restore = (
-                Stopwatch(function) for function in (client.step, client.trace, client.restore))
-            begun = time.perf_counter()
-            steps, ticks = play(env, task, episodes)
-            seconds = time.perf_counter() - begun
-            served = sum(each.seconds for each in (client.step, client.trace, client.restore))
-            record(env, task, RECORDING, episodes)
-        finally:
-            env.close()
-        ticked = seconds_in_process(os.path.join(folder, RECORDING)) - seconds_in_process(os.path.join(folder, NOTHING))
-    return {"task": task, "steps": steps, "ticks": ticks, "seconds": seconds, "steps_per_second": steps / seconds,
-            "ticks_per_second": ticks / seconds, "in_process": ticked / seconds, "ipc": (served - ticked) / seconds,
-            "python": 1 - served / seconds}
+def measure_together(task, on, worlds, steps=None):
+    """Steps a second of all worlds together."""
+    steps = steps or TOGETHER[task]
+    with VectorEnv(worlds, task, on=on) as env:
+        observations, _ = env.reset(seed=0)
+        begun = time.perf_counter()
+        for _ in range(steps):
+            observations = env.step([POLICIES[task](np.asarray(each)) for each in observations])[0]
+        return worlds * steps / (time.perf_counter() - begun)
 
 
 def main():
@@ -90,11 +80,13 @@ def main():
     parser.add_argument("tasks", nargs="*", default=list(TASKS), help=f"default: all of {', '.join(TASKS)}")
     parser.add_argument("--episodes", type=int, default=EPISODES, help="of each (default: %(default)s)")
     arguments = parser.parse_args()
-    print(f"{'task':14}{'steps/s':>9}{'ticks/s':>9}{'ticks in process':>18}{'ipc':>7}{'Python':>8}")
+    worlds = os.cpu_count() or 1
+    print(f"{'task':14}{'on':>8}{'steps/s':>9}{'ticks/s':>9}{'in ticks':>10}{f'steps/s of {worlds} worlds':>22}")
     for task in arguments.tasks:
-        found = measure(task, arguments.episodes)
-        print(f"{task:14}{found['steps_per_second']:9.0f}{found['ticks_per_second']:9.0f}{found['in_process']:17.0%} "
-              f"{found['ipc']:7.0%}{found['python']:8.0%}")
+        for on in ("engine", "server") if engine.available() else ("server",):
+            found = measure(task, on, arguments.episodes)
+            print(f"{task:14}{on:>8}{found['steps_per_second']:9.0f}{found['ticks_per_second']:9.0f}"
+                  f"{found['in_ticks']:10.0%}{measure_together(task, on, worlds):22.0f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Several worlds at once, each with a process of its own for its NeedleEnv, and with a server of its own."""
+"""Several worlds at once: on the engine each has a thread of this process, else a process of its own, with a server of its
+own."""
 
 import multiprocessing
 import traceback
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from .. import engine
 from ..errors import AcusError
 from .needle_env import NeedleEnv
 
@@ -14,30 +17,23 @@ JOINING = 15  # s that a process may take to end its server
 
 class VectorEnv:
     """NeedleEnv's arguments after the number of worlds; `make` (a function without arguments, of a module) makes other
-    environments. As in Gymnasium's vector environments, arrays have a row per world, and an episode that is over
-    begins anew by itself: the step that ends it returns the first observation of the next one, with the last one and
+    environments, in processes. As in Gymnasium's vector environments, arrays have a row per world, and an episode that is
+    over begins anew by itself: the step that ends it returns the first observation of the next one, with the last one and
     its info in infos[i]["final_observation"] and infos[i]["final_info"].
 
-    Processes are spawned: a program that makes a VectorEnv does so below `if __name__ == "__main__":`.
+    Threads step side by side, since a tick does not hold the interpreter's lock. Processes are spawned: a program that
+    makes a VectorEnv with them does so below `if __name__ == "__main__":`.
     """
 
-    def __init__(self, count, task="reach", *, make=None, **arguments):
-        context = multiprocessing.get_context("spawn")
+    def __init__(self, count, task="reach", *, make=None, on=None, **arguments):
+        server = set(arguments) - {"randomise"}
+        threads = on == "engine" or (on is None and make is None and not server and engine.available())
+        if threads:
+            self._worlds = Threads(count, lambda: NeedleEnv(task, on="engine", **arguments))
+        else:
+            self._worlds = Processes(count, make, task, {"on": on, **arguments})
         self.num_envs = count
-        self._pipes, self._processes = [], []
-        for _ in range(count):
-            here, there = context.Pipe()
-            process = context.Process(target=work, args=(there, make, task, arguments), daemon=True)
-            process.start()
-            there.close()
-            self._pipes.append(here)
-            self._processes.append(process)
-        try:
-            spaces = self._gather()
-        except BaseException:
-            self.close()
-            raise
-        self.single_action_space, self.single_observation_space = spaces[0]
+        self.single_action_space, self.single_observation_space = self._worlds.spaces
 
     def __enter__(self):
         return self
@@ -59,6 +55,86 @@ class VectorEnv:
         return np.stack(observations), np.array(rewards), np.array(terminated), np.array(truncated), list(infos)
 
     def close(self):
+        self._worlds.close()
+
+    def _ask(self, what, values):
+        if len(values) != self.num_envs:
+            raise ValueError(f"expected {self.num_envs} of them, found {len(values)}")
+        return without_trouble(self._worlds.ask(what, values))
+
+
+def without_trouble(answers):
+    """The results of (succeeded, result) of all worlds; raises AcusError where one has trouble."""
+    trouble = [f"world {i}: {result}" for i, (succeeded, result) in enumerate(answers) if not succeeded]
+    if trouble:
+        raise AcusError(trouble[0])
+    return [result for _, result in answers]
+
+
+class Threads:
+    """An environment each, stepped side by side. ask() answers (succeeded, result) of every world."""
+
+    def __init__(self, count, make):
+        self._pool = ThreadPoolExecutor(count, thread_name_prefix="acus-world")
+        self._envs = [None] * count
+        try:
+            self._envs = without_trouble(self._all(lambda _: make(), range(count)))
+        except BaseException:
+            self.close()
+            raise
+        self.spaces = (self._envs[0].action_space, self._envs[0].observation_space)
+
+    def ask(self, what, values):
+        def one(env, value):
+            return env.reset(**value) if what == "reset" else step(env, value)
+
+        return self._all(lambda pair: one(*pair), zip(self._envs, values))
+
+    def close(self):
+        self._pool.shutdown()
+        for env in self._envs:
+            if env:
+                env.close()
+        self._envs = []
+
+    def _all(self, function, values):
+        def answer(value):
+            try:
+                return True, function(value)
+            except Exception:  # pylint: disable=broad-except  # told to who asked, whatever it is
+                return False, traceback.format_exc()
+
+        return list(self._pool.map(answer, values))
+
+
+class Processes:
+    """Likewise, each in a process."""
+
+    def __init__(self, count, make, task, arguments):
+        context = multiprocessing.get_context("spawn")
+        self._pipes, self._processes = [], []
+        for _ in range(count):
+            here, there = context.Pipe()
+            process = context.Process(target=work, args=(there, make, task, arguments), daemon=True)
+            process.start()
+            there.close()
+            self._pipes.append(here)
+            self._processes.append(process)
+        try:
+            self.spaces = without_trouble(self._gather())[0]
+        except BaseException:
+            self.close()
+            raise
+
+    def ask(self, what, values):
+        for pipe, value in zip(self._pipes, values):
+            try:
+                pipe.send((what, value))
+            except OSError:
+                pass  # its process has ended, which the answer tells
+        return self._gather()
+
+    def close(self):
         for pipe in self._pipes:
             try:
                 pipe.send(("close", None))
@@ -71,30 +147,16 @@ class VectorEnv:
                 process.terminate()
         self._pipes, self._processes = [], []
 
-    def _ask(self, what, values):
-        if len(values) != self.num_envs:
-            raise ValueError(f"expected {self.num_envs} of them, found {len(values)}")
-        for pipe, value in zip(self._pipes, values):
-            try:
-                pipe.send((what, value))
-            except OSError:
-                pass  # its process has ended, which the answer tells
-        return self._gather()
-
     def _gather(self):
         """Of all worlds, also where one has trouble: answers and questions keep their order."""
-        answers = [self._answer(i) for i in range(self.num_envs)]
-        trouble = [result for succeeded, result in answers if not succeeded]
-        if trouble:
-            raise AcusError(trouble[0])
-        return [result for _, result in answers]
+        return [self._answer(pipe) for pipe in self._pipes]
 
-    def _answer(self, world):
+    @staticmethod
+    def _answer(pipe):
         try:
-            succeeded, result = self._pipes[world].recv()
+            return pipe.recv()
         except (EOFError, OSError):
-            return False, f"the process of world {world} has ended"
-        return succeeded, result if succeeded else f"world {world}: {result}"
+            return False, "its process has ended"
 
 
 def work(pipe, make, task, arguments):

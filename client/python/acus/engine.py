@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""The simulation in this process, without a server: models, states that are values, and steps.
+
+    model = engine.load(acus.find_scene("insertion_pullback"))
+    state = model.start()
+    needle = model.needles[0]
+    report = engine.step(model, state, {"needle": (position, orientation, spin)})
+    print(report["needle"].base_force, report.events)
+
+It is the module acus_engine, compiled from the server's code (GPL-3.0-or-later): scripts/build makes it where pybind11 is
+installed, and the Debian package python3-acus-engine has it. `available()` tells whether it is there.
+"""
+
+import glob
+import importlib.util
+import os
+import sys
+
+from .errors import ProgramNotFound, SceneError
+from .messages import Guide, Needle
+from .programs import CHECKOUT, find_program, find_server
+from .scene import Scene
+
+MODULE = "acus_engine"
+NEEDED = {"avx2", "bmi2", "fma"}  # of the processor: it is compiled for the level x86-64-v3
+
+
+def _find():
+    """The module's file: of the build that the server is of, or as Python finds it; None if it is not there."""
+    try:
+        build = os.path.dirname(os.path.dirname(os.path.realpath(find_server())))
+    except ProgramNotFound:
+        build = os.path.join(CHECKOUT, "build", "release")
+    built = glob.glob(os.path.join(build, "python", MODULE + ".*.so"))
+    return importlib.util.spec_from_file_location(MODULE, built[0]) if built else importlib.util.find_spec(MODULE)
+
+
+def _processor_can():
+    try:
+        with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
+            flags = next((line for line in file if line.startswith("flags")), "")
+    except OSError:
+        return True
+    return not flags or NEEDED <= set(flags.split())
+
+
+def available():
+    """Whether the compiled module is there, and this processor can run it."""
+    return (MODULE in sys.modules or _find() is not None) and _processor_can()
+
+
+def _module():
+    """Loaded when it is needed first. Raises ProgramNotFound."""
+    if MODULE in sys.modules:
+        return sys.modules[MODULE]
+    found = _find()
+    if found is None:
+        raise ProgramNotFound("the compiled engine is not there; install pybind11-dev and python3-dev and run "
+                              "scripts/build, or install the package python3-acus-engine")
+    if not _processor_can():
+        raise ProgramNotFound("the compiled engine needs a processor of the level x86-64-v3 (AVX2, FMA)")
+    module = importlib.util.module_from_spec(found)
+    found.loader.exec_module(module)
+    sys.modules[MODULE] = module
+    try:
+        module.use_mesh_program(find_program("acus-mesh"))
+    except ProgramNotFound:
+        pass  # a scene with a mesh file says so
+    return module
+
+
+class Model:
+    """A loaded scene, which states share; any number of threads may use it. `needles` and `guides` as in `hello`."""
+
+    def __init__(self, loaded):
+        self._loaded = loaded
+        self.name, self.rate, self.time_step = loaded.name, loaded.rate, loaded.time_step
+        self.needles = [Needle(each) for each in loaded.needles]
+        self.guides = [Guide(each) for each in loaded.guides]
+        self.regions = loaded.regions
+        self.tetrahedra = loaded.tetrahedra  # nodes of each, n x 4
+        self.tetrahedron_regions = loaded.tetrahedron_regions  # number of the region of each
+        self.rest_positions = loaded.rest_positions  # m, nodes x 3
+
+    def start(self):
+        """The state after loading."""
+        return self._loaded.start()
+
+    def state(self, snapshot):
+        """Of the bytes of a state, or of a snapshot of a server with the same scene. Raises ValueError."""
+        return self._loaded.state(snapshot)
+
+
+def load(scene):
+    """Model of a Scene, a scene file, or YAML with more than one line. Raises SceneError, ProgramNotFound."""
+    module = _module()
+    try:
+        if isinstance(scene, Scene):
+            return Model(module.Model.parse(scene.text(), scene.folder or ""))
+        text = os.fspath(scene)
+        return Model(module.Model.parse(text) if "\n" in text else module.Model.read(text))
+    except module.SceneError as error:
+        raise SceneError(str(error)) from None
+
+
+def step(model, state, commands=None, ticks=1):
+    """Moves the state on by so many ticks, and returns the Report of the last. `commands` are taken in by the first of
+    them: {name: (position, orientation)} or (position, orientation, spin), as `pose` has them; a body without one keeps
+    its last. The interpreter's lock is released meanwhile."""
+    if state.model is not model._loaded:  # pylint: disable=protected-access
+        raise ValueError("the state is of another model")
+    return state.step(commands or {}, ticks)

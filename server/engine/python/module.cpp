@@ -1,0 +1,421 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The engine as a Python module, acus_engine; client/python/acus/engine.py is what users import. Names, units and
+// frames are those of the protocol (protocol/README.md), quaternions are w, x, y, z.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <span>
+
+#include "protocol/enums.h"
+#include "server/engine/math/rotation.h"
+#include "server/engine/python/engine_state.h"
+#include "server/engine/scene/mesh_process.h"
+#include "server/engine/scene/scene_error.h"
+#include "server/engine/state/snapshot.h"
+#include "server/engine/state/state_bytes.h"
+#include "server/engine/tick/base_motion.h"
+
+namespace py = pybind11;
+
+namespace acus::python {
+namespace {
+
+using Array = py::array_t<double>;
+
+// ---- Arrays ----
+
+Array array_of(const Vector3& v) { return Array(3, v.data()); }
+
+Array array_of(const Quaternion& q) {
+  const double values[]{q.w(), q.x(), q.y(), q.z()};
+  return Array(4, values);
+}
+
+// The columns of a matrix as rows, without a copy; not to be written. `owner` lives as long.
+py::array rows_of(const Matrix3X& m, py::handle owner) {
+  Array view({m.cols(), Eigen::Index{3}}, {3 * sizeof(double), sizeof(double)}, m.data(), owner);
+  view.attr("flags").attr("writeable") = false;
+  return view;
+}
+
+py::array rows_of(const std::vector<std::array<int, 4>>& rows, py::handle owner) {
+  py::array_t<int> view({rows.size(), std::size_t{4}}, {4 * sizeof(int), sizeof(int)},
+                        rows.empty() ? nullptr : rows.front().data(), owner);
+  view.attr("flags").attr("writeable") = false;
+  return view;
+}
+
+Vector3 vector_from(const py::handle& given, const char* what) {
+  const auto array = Array::ensure(given);
+  if (!array || array.ndim() != 1 || array.size() != 3)
+    throw py::value_error(std::string(what) + ": expected 3 numbers");
+  return {array.at(0), array.at(1), array.at(2)};
+}
+
+Quaternion quaternion_from(const py::handle& given, const char* what) {
+  const auto array = Array::ensure(given);
+  if (!array || array.ndim() != 1 || array.size() != 4)
+    throw py::value_error(std::string(what) + ": expected 4 numbers, w x y z");
+  const Quaternion q(array.at(0), array.at(1), array.at(2), array.at(3));
+  if (!(std::abs(q.norm() - 1) <= protocol::kQuaternionTolerance))
+    throw py::value_error(std::string(what) + ": expected a unit quaternion, its length is " +
+                          std::to_string(q.norm()));
+  return q;
+}
+
+// ---- Reports ----
+
+struct Report {
+  std::shared_ptr<EngineModel> model;
+  TickReport report;
+};
+
+// What a tick tells of one needle; `of` keeps it.
+struct ReportOfNeedle {
+  std::shared_ptr<const Report> of;
+  int needle;
+
+  const NeedleReport& report() const { return of->report.needles[static_cast<std::size_t>(needle)]; }
+  Quaternion world_from_base() const { return report().base.orientation; }
+};
+
+struct ReportOfEvent {
+  std::shared_ptr<const Report> of;
+  Event event;
+
+  const Scene& scene() const { return of->model->scene(); }
+};
+
+std::shared_ptr<Report> report_of(const EngineState& state, TickReport report) {
+  return std::make_shared<Report>(Report{state.model, std::move(report)});
+}
+
+std::vector<ReportOfEvent> events_of(const std::shared_ptr<Report>& report) {
+  std::vector<ReportOfEvent> events;
+  for (const Event& event : report->report.events) events.push_back({report, event});
+  return events;
+}
+
+// ---- Steps ----
+
+// (position, orientation) or (position, orientation, spin); None leaves position and orientation, or spin, as they are.
+Command command_from(const py::handle& given, bool guide) {
+  if (!py::isinstance<py::sequence>(given) || py::len(given) < 2 || py::len(given) > 3)
+    throw py::value_error("a command: expected (position, orientation) or (position, orientation, spin)");
+  const auto parts = py::reinterpret_borrow<py::sequence>(given);
+  const py::object position = parts[0], orientation = parts[1];
+  Command command;
+  if (position.is_none() != orientation.is_none())
+    throw py::value_error("a command: position and orientation go together");
+  if (!position.is_none())
+    command.pose = Pose{vector_from(position, "position"), quaternion_from(orientation, "orientation")};
+  if (py::len(given) == 3 && !py::object(parts[2]).is_none()) command.spin = py::cast<double>(parts[2]);
+  if (guide && command.spin) throw py::value_error("a command: guides do not spin");
+  if (!in_range(command)) throw py::value_error("a command: a number is not finite, or too large");
+  return command;
+}
+
+std::map<int, Command> commands_from(const EngineState& state, const py::dict& given) {
+  const Model& model = state.model->model();
+  std::map<int, Command> commands;
+  for (const auto& [name, value] : given) {
+    const int body = state.model->body(py::cast<std::string>(name)), guide = body - model.needle_count();
+    Command command = command_from(value, guide >= 0);
+    command.seq = 1 + (guide < 0 ? state.state.bases[body] : state.state.guides[guide].motion).command_seq;
+    commands[body] = command;
+  }
+  return commands;
+}
+
+// One thread at a time: the interpreter's lock is not held while it steps.
+class Stepping {
+ public:
+  explicit Stepping(EngineState& state) : state_(state) {
+    if (std::exchange(state_.busy, true)) throw std::runtime_error("another thread steps this state; copy() it first");
+  }
+  ~Stepping() { state_.busy = false; }
+  Stepping(const Stepping&) = delete;
+  Stepping& operator=(const Stepping&) = delete;
+
+ private:
+  EngineState& state_;
+};
+
+std::vector<TickReport> run(EngineState& state, const py::dict& commands, int ticks, bool each) {
+  if (ticks < 1) throw py::value_error("ticks: expected at least 1, found " + std::to_string(ticks));
+  const std::map<int, Command> parsed = commands_from(state, commands);
+  const Stepping stepping(state);
+  std::vector<TickReport> reports;
+  {
+    const py::gil_scoped_release release;
+    state.step(parsed, ticks, each ? &reports : nullptr);
+  }
+  if (!each) reports.push_back(state.report);
+  return reports;
+}
+
+std::shared_ptr<Report> step(EngineState& state, const py::dict& commands, int ticks) {
+  return report_of(state, std::move(run(state, commands, ticks, false).front()));
+}
+
+std::vector<std::shared_ptr<Report>> trace(EngineState& state, const py::dict& commands, int ticks) {
+  std::vector<std::shared_ptr<Report>> reports;
+  for (TickReport& each : run(state, commands, ticks, true)) reports.push_back(report_of(state, std::move(each)));
+  return reports;
+}
+
+// ---- States as bytes ----
+
+py::bytes bytes_of(const EngineState& state) {
+  State copy = state.state;
+  copy.economizing = false;
+  const std::vector<std::byte> bytes = make_snapshot(state.model->model().fingerprint, copy);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+EngineState from_bytes(const std::shared_ptr<EngineModel>& model, const py::bytes& given) {
+  const std::string_view bytes = given;
+  try {
+    return {model, read_snapshot(model->model(), std::as_bytes(std::span(bytes)))};
+  } catch (const SnapshotError& error) {
+    throw py::value_error(error.what());
+  }
+}
+
+Array orientations(const EngineState& state, const std::string& needle) {
+  const auto& q = state.state.needles[static_cast<std::size_t>(state.model->needle(needle))].q;
+  Array all({q.size(), std::size_t{4}});
+  auto rows = all.mutable_unchecked<2>();
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    const auto row = static_cast<py::ssize_t>(i);
+    rows(row, 0) = q[i].w(), rows(row, 1) = q[i].x(), rows(row, 2) = q[i].y(), rows(row, 3) = q[i].z();
+  }
+  return all;
+}
+
+std::vector<Array> paths_of(const EngineState& state) {
+  std::vector<Array> paths;
+  for (const Path& path : state.state.paths) {
+    if (path.points() == 0) continue;
+    Array points({static_cast<py::ssize_t>(path.points()), py::ssize_t{3}});
+    auto rows = points.mutable_unchecked<2>();
+    for (int i = 0; i < path.points(); ++i) {
+      const Vector3 p = material_position(state.model->model().mesh, state.state.tissue.x, path.point(i));
+      for (int axis = 0; axis < 3; ++axis) rows(i, axis) = p[axis];
+    }
+    paths.push_back(std::move(points));
+  }
+  return paths;
+}
+
+// ---- The scene ----
+
+py::list needles_of(const EngineModel& of) {
+  const State loaded = make_state(of.model());
+  py::list needles;
+  for (std::size_t i = 0; i < of.scene().needles.size(); ++i) {
+    const Pose base = loaded.bases[i].spun_pose();
+    needles.append(py::dict(
+        py::arg("name") = of.scene().needles[i].name, py::arg("length") = of.model().needles[i].length,
+        py::arg("diameter") = of.model().needles[i].diameter, py::arg("nodes") = of.model().needles[i].nodes(),
+        py::arg("base_position") = array_of(base.position), py::arg("base_orientation") = array_of(base.orientation)));
+  }
+  return needles;
+}
+
+py::list guides_of(const EngineModel& of) {
+  py::list guides;
+  for (std::size_t g = 0; g < of.scene().guides.size(); ++g) {
+    const Guide& guide = of.scene().guides[g];
+    guides.append(py::dict(py::arg("name") = guide.name, py::arg("needle") = guide.needle,
+                           py::arg("position") = array_of(guide.pose.position),
+                           py::arg("orientation") = array_of(guide.pose.orientation)));
+  }
+  return guides;
+}
+
+std::vector<std::string> regions_of(const EngineModel& of) {
+  std::vector<std::string> names;
+  if (of.scene().tissue.left_out()) return names;
+  for (const Region& region : of.scene().tissue.regions) names.push_back(region.name);
+  return names;
+}
+
+// ---- The module ----
+
+void declare_model(py::module_& module) {
+  py::class_<EngineModel, std::shared_ptr<EngineModel>>(module, "Model", "A loaded scene; constant.")
+      .def_static(
+          "read", [](const std::string& path) { return std::make_shared<EngineModel>(read_scene(path)); },
+          py::arg("path"), "Of a scene file, with its mesh.")
+      .def_static(
+          "parse",
+          [](const std::string& text, const std::string& folder) {
+            return std::make_shared<EngineModel>(parse_scene(text, "scene", folder));
+          },
+          py::arg("text"), py::arg("folder") = "", "Of YAML; meshes are looked up in the folder.")
+      .def(
+          "start", [](const std::shared_ptr<EngineModel>& model) { return EngineState(model); },
+          "The State after loading.")
+      .def("state", from_bytes, py::arg("bytes"),
+           "The State of a snapshot: of State.bytes(), or of a server with the same scene.")
+      .def_property_readonly("name", [](const EngineModel& of) { return of.scene().name; })
+      .def_property_readonly(
+          "rate", [](const EngineModel& of) { return of.scene().rate; }, "Hz, ticks a second.")
+      .def_property_readonly(
+          "time_step", [](const EngineModel& of) { return of.model().h; }, "s")
+      .def_property_readonly("needles", needles_of, "As `hello_reply` lists them.")
+      .def_property_readonly("guides", guides_of, "Likewise.")
+      .def_property_readonly("regions", regions_of, "Names.")
+      .def_property_readonly(
+          "tetrahedra",
+          [](py::object self) { return rows_of(self.cast<const EngineModel&>().model().mesh.tetrahedra, self); },
+          "Nodes of each, n x 4.")
+      .def_property_readonly(
+          "tetrahedron_regions",
+          [](const EngineModel& of) {
+            return py::array_t<int>(static_cast<py::ssize_t>(of.model().regions.size()), of.model().regions.data());
+          },
+          "Number of the region of each.")
+      .def_property_readonly(
+          "rest_positions",
+          [](py::object self) { return rows_of(self.cast<const EngineModel&>().model().mesh.nodes, self); },
+          "m, nodes x 3, of the tissue at rest.");
+}
+
+void declare_state(py::module_& module) {
+  py::class_<EngineState>(module, "State",
+                          "All that the next tick depends on, besides the model and commands: a value.")
+      .def("copy", [](const EngineState& state) { return EngineState(state); })
+      .def("__copy__", [](const EngineState& state) { return EngineState(state); })
+      .def("__deepcopy__", [](const EngineState& state, const py::dict&) { return EngineState(state); })
+      .def("__eq__",
+           [](const EngineState& a, const EngineState& b) { return a.model == b.model && identical(a.state, b.state); })
+      .def("step", step, py::arg("commands") = py::dict(), py::arg("ticks") = 1,
+           "So many ticks; {name: (position, orientation[, spin])} is taken in by the first. The Report of the last.")
+      .def("trace", trace, py::arg("commands") = py::dict(), py::arg("ticks") = 1, "Likewise; the Report of each.")
+      .def("bytes", bytes_of, "A snapshot; a server with the same scene goes on from it by `restore`.")
+      .def_property_readonly(
+          "hash", [](const EngineState& state) { return comparable_hash(state.state); }, "As a server's `hash`.")
+      .def_property_readonly("model", [](const EngineState& state) { return state.model; })
+      .def_property_readonly(
+          "report", [](const EngineState& state) { return report_of(state, state.report); }, "Of the last tick.")
+      .def_property_readonly("tick", [](const EngineState& state) { return state.state.tick; })
+      .def_property_readonly(
+          "time",
+          [](const EngineState& state) { return static_cast<double>(state.state.tick) * state.model->model().h; }, "s")
+      .def_property_readonly(
+          "tissue_positions",
+          [](py::object self) { return rows_of(self.cast<const EngineState&>().state.tissue.x, self); },
+          "m, nodes x 3: a view, which steps change.")
+      .def(
+          "needle_positions",
+          [](py::object self, const std::string& needle) {
+            const auto& state = self.cast<const EngineState&>();
+            return rows_of(state.state.needles[static_cast<std::size_t>(state.model->needle(needle))].x, self);
+          },
+          py::arg("needle"), "m, nodes x 3, the base first: a view, which steps change.")
+      .def("needle_orientations", orientations, py::arg("needle"), "Nodes x 4, world from node.")
+      .def_property_readonly("paths", paths_of, "m, points x 3 of each, the mouth first.");
+}
+
+// A vector of the report as a property.
+template <Vector3 NeedleReport::*Field>
+Array vector_field(const ReportOfNeedle& of) {
+  return array_of(of.report().*Field);
+}
+
+void declare_reports(py::module_& module) {
+  using Needle = ReportOfNeedle;
+  py::class_<Report, std::shared_ptr<Report>>(module, "Report", "What a tick tells.")
+      .def(
+          "__getitem__",
+          [](const std::shared_ptr<Report>& of, const std::string& needle) {
+            return Needle{of, of->model->needle(needle)};
+          },
+          "What it tells of a needle, by name.")
+      .def_property_readonly("tick", [](const Report& of) { return of.report.tick; })
+      .def_property_readonly(
+          "time", [](const Report& of) { return of.report.time; }, "s")
+      .def_property_readonly("flags", [](const Report& of) { return of.report.flags; })
+      .def_property_readonly("rows", [](const Report& of) { return of.report.rows; })
+      .def_property_readonly(
+          "residual", [](const Report& of) { return of.report.residual; }, "N")
+      .def_property_readonly(
+          "imbalance", [](const Report& of) { return of.report.imbalance; }, "N")
+      .def_property_readonly("events", events_of);
+  py::class_<Needle>(module, "NeedleReport", "What a tick tells of a needle, with the names of the topic `force`.")
+      .def_property_readonly("tick", [](const Needle& of) { return of.of->report.tick; })
+      .def_property_readonly("time", [](const Needle& of) { return of.of->report.time; })
+      .def_property_readonly("flags", [](const Needle& of) { return of.of->report.flags; })
+      .def_property_readonly(
+          "needle",
+          [](const Needle& of) { return of.of->model->scene().needles[static_cast<std::size_t>(of.needle)].name; })
+      .def_property_readonly("seq", [](const Needle& of) { return of.report().command_seq; })
+      .def_property_readonly(
+          "phase", [](const Needle& of) { return protocol::kPhaseNames[static_cast<std::size_t>(of.report().phase)]; })
+      .def_property_readonly("depth", [](const Needle& of) { return of.report().inserted_depth; })
+      .def_property_readonly("unheld", [](const Needle& of) { return of.report().unheld; })
+      .def_property_readonly("spin", [](const Needle& of) { return of.report().spin; })
+      .def_property_readonly("base_position", [](const Needle& of) { return array_of(of.report().base.position); })
+      .def_property_readonly("base_orientation",
+                             [](const Needle& of) { return array_of(of.report().base.orientation); })
+      .def_property_readonly("commanded_position", [](const Needle& of) { return array_of(of.report().told.position); })
+      .def_property_readonly(
+          "commanded_orientation",
+          [](const Needle& of) {
+            return array_of(Quaternion(of.report().told.orientation * rotation_exp({-of.report().spin, 0, 0})));
+          })
+      .def_property_readonly(
+          "base_force_in_base",
+          [](const Needle& of) { return array_of(Vector3(of.world_from_base().conjugate() * of.report().base_force)); })
+      .def_property_readonly("base_torque_in_base",
+                             [](const Needle& of) {
+                               return array_of(Vector3(of.world_from_base().conjugate() * of.report().base_torque));
+                             })
+      .def_property_readonly("tip_position", vector_field<&NeedleReport::tip_position>)
+      .def_property_readonly("tip_force", vector_field<&NeedleReport::tip_force>)
+      .def_property_readonly("base_force", vector_field<&NeedleReport::base_force>)
+      .def_property_readonly("base_torque", vector_field<&NeedleReport::base_torque>)
+      .def_property_readonly("cutting_force", vector_field<&NeedleReport::cutting_force>)
+      .def_property_readonly("friction_force", vector_field<&NeedleReport::friction_force>)
+      .def_property_readonly("lateral_force", vector_field<&NeedleReport::lateral_force>)
+      .def_property_readonly("guide_force", vector_field<&NeedleReport::guide_force>);
+  py::class_<ReportOfEvent>(module, "Event", "As the topic `event` tells it.")
+      .def_property_readonly("tick", [](const ReportOfEvent& of) { return of.event.tick; })
+      .def_property_readonly("time", [](const ReportOfEvent& of) { return of.of->report.time; })
+      .def_property_readonly(
+          "needle",
+          [](const ReportOfEvent& of) { return of.scene().needles[static_cast<std::size_t>(of.event.needle)].name; })
+      .def_property_readonly(
+          "kind",
+          [](const ReportOfEvent& of) { return protocol::kEventKindNames[static_cast<std::size_t>(of.event.kind)]; })
+      .def_property_readonly("region",
+                             [](const ReportOfEvent& of) {
+                               return of.scene().tissue.regions[static_cast<std::size_t>(of.event.region)].name;
+                             })
+      .def_property_readonly("position", [](const ReportOfEvent& of) { return array_of(of.event.position); })
+      .def_property_readonly("force", [](const ReportOfEvent& of) { return of.event.force; });
+}
+
+}  // namespace
+}  // namespace acus::python
+
+PYBIND11_MODULE(acus_engine, module) {
+  using namespace acus::python;
+  module.doc() = "The simulation of Acus in this process; import acus.engine.";
+  module.attr("version") = ACUS_VERSION;
+  py::register_exception<acus::SceneError>(module, "SceneError", PyExc_ValueError);
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const std::out_of_range& error) {
+      PyErr_SetString(PyExc_KeyError, error.what());
+    }
+  });
+  module.def("use_mesh_program", acus::use_mesh_program, py::arg("path"));
+  declare_model(module);
+  declare_state(module);
+  declare_reports(module);
+}

@@ -1,0 +1,154 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""acus.engine: the simulation in this process does what a server does, bit by bit."""
+
+import threading
+import unittest
+
+import numpy as np
+
+from small_scene import InTemporaryFolder
+
+import acus  # noqa: E402
+from acus import engine  # noqa: E402
+
+TICKS = 300
+
+
+def push(model, tick):
+    """The command of a needle that goes in along its axis at 20 mm/s."""
+    needle = model.needles[0]
+    return {needle.name: (needle.base_position + 0.02 * tick / model.rate * needle.axis, needle.base_orientation, 0.1 * tick)}
+
+
+def pushed(model, ticks=TICKS):
+    state = model.start()
+    reports = [engine.step(model, state, push(model, tick)) for tick in range(1, ticks + 1)]
+    return state, reports
+
+
+@unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
+class Engine(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.path = acus.find_scene("insertion_pullback")
+        cls.model = engine.load(cls.path)
+
+
+class Runs(Engine):
+    def test_a_server_gives_the_same_bytes(self):
+        state, reports = pushed(self.model, 1200)
+        with acus.Server(self.path, lockstep=True) as server, server.client(topics=("force", "event")) as client:
+            needle = client.needles[0]
+            client.acquire(needle)
+            events = []
+            for tick, report in enumerate(reports, 1):
+                client.pose(needle, *push(self.model, tick)["needle"])
+                states = client.step(1)
+                events += states.events
+                ours, theirs = report["needle"], states["needle"]
+                for name in ("tip_position", "base_force", "base_force_in_base", "commanded_orientation", "friction_force"):
+                    np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name), name)
+                self.assertEqual((ours.tick, ours.phase, ours.depth, ours.seq), (theirs.tick, theirs.phase, theirs.depth, theirs.seq))
+            self.assertEqual(client.hash().hash, state.hash)
+            snapshot = client.snapshot().snapshot
+            self.assertEqual(self.model.state(snapshot), state)
+            client.restore(state.bytes())
+            self.assertEqual(client.hash().hash, state.hash)
+        own = [event for report in reports for event in report.events]
+        self.assertEqual([(event.kind, event.tick, event.region, event.force) for event in own],
+                         [(event.kind, event.tick, event.region, event.force) for event in events])
+        self.assertIn("puncture", [event.kind for event in own])
+
+    def test_many_ticks_at_once_are_the_same_and_a_trace_has_each(self):
+        state, reports = pushed(self.model, 5)
+        at_once, traced = self.model.start(), self.model.start()
+        engine.step(self.model, at_once, push(self.model, 1), ticks=5)
+        trace = traced.trace(push(self.model, 1), 5)
+        self.assertEqual(at_once, traced)
+        self.assertNotEqual(at_once, state)  # it was told once
+        self.assertEqual([report.tick for report in trace], [1, 2, 3, 4, 5])
+        np.testing.assert_array_equal(trace[0]["needle"].base_position, reports[0]["needle"].base_position)
+
+    def test_threads_step_states_of_one_model(self):
+        alone, _ = pushed(self.model)
+        found = [None] * 4
+
+        def run(i):
+            found[i] = pushed(self.model)[0].hash
+
+        threads = [threading.Thread(target=run, args=(i,)) for i in range(len(found))]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(found, [alone.hash] * len(found))
+
+    def test_a_mesh_file_is_read(self):
+        model = engine.load(acus.find_scene("brachytherapy"))
+        self.assertEqual(len(model.needles), 6)
+        self.assertGreater(len(model.tetrahedra), 1000)
+
+
+class Values(Engine):
+    def test_a_copy_is_another_state(self):
+        state, _ = pushed(self.model, 20)
+        copy, read = state.copy(), self.model.state(state.bytes())
+        self.assertTrue(copy == state == read)
+        self.assertEqual(copy.hash, state.hash)
+        engine.step(self.model, state, push(self.model, 21))
+        self.assertNotEqual(copy, state)
+        self.assertEqual((copy.tick, state.tick), (20, 21))
+        for other in (copy, read):
+            engine.step(self.model, other, push(self.model, 21))
+            self.assertEqual(other, state)
+
+    def test_arrays_are_views_that_cannot_be_written(self):
+        state = self.model.start()
+        tissue, needle = state.tissue_positions, state.needle_positions("needle")
+        before = needle.copy()
+        self.assertEqual(tissue.shape, self.model.rest_positions.shape)
+        engine.step(self.model, state, push(self.model, 1000), ticks=200)
+        self.assertTrue(np.shares_memory(tissue, state.tissue_positions))
+        self.assertGreater(np.abs(needle - before).max(), 1e-3)  # it shows what is now
+        for array in (tissue, needle, self.model.rest_positions, self.model.tetrahedra):
+            self.assertRaises(ValueError, array.__setitem__, (0, 0), 1)
+        del state
+        self.assertTrue(np.isfinite(tissue).all())  # which keeps what it shows
+        np.testing.assert_allclose(np.linalg.norm(self.model.start().needle_orientations("needle"), axis=1), 1)
+
+    def test_paths_lead_to_the_tip(self):
+        state, reports = pushed(self.model, 1200)
+        (path,) = state.paths
+        self.assertLess(np.linalg.norm(path[-1] - reports[-1]["needle"].tip_position), 3e-3)
+
+
+class Errors(InTemporaryFolder, Engine):
+    def test_scenes(self):
+        self.assertRaisesRegex(acus.SceneError, "rate", engine.load, "acus_scene: 1\nrate: fast\n")
+        self.assertRaisesRegex(acus.SceneError, "nowhere", engine.load, "nowhere.yaml")
+        self.assertEqual(engine.load(acus.Scene({"name": "own", "tissue": {"rung": "none"}})).name, "own")
+
+    def test_commands(self):
+        state, needle = self.model.start(), self.model.needles[0]
+        here = (needle.base_position, needle.base_orientation)
+        for commands, what in (({"other": here}, "no needle or guide 'other'"), ({"needle": here[:1]}, "expected \\(position"),
+                               ({"needle": (here[0], [1, 1, 0, 0])}, "unit quaternion"), ({"needle": ([1, 2], here[1])}, "3 numbers"),
+                               ({"needle": ([np.nan] * 3, here[1])}, "not finite"), ({"needle": (None, here[1])}, "go together")):
+            with self.subTest(what=what):
+                self.assertRaisesRegex((ValueError, KeyError), what, engine.step, self.model, state, commands)
+        self.assertRaisesRegex(ValueError, "at least 1", engine.step, self.model, state, {}, 0)
+        self.assertRaisesRegex(KeyError, "no needle 'other'", lambda: state.report["other"])
+        self.assertEqual(state.tick, 0)  # nothing has happened
+        engine.step(self.model, state, {"needle": (None, None, 0.5)})
+
+    def test_states(self):
+        other = engine.load("acus_scene: 1\ntissue: {rung: none}\n")
+        self.assertRaisesRegex(ValueError, "another model", engine.step, other, self.model.start())
+        for damaged in (b"", b"nonsense", self.model.start().bytes()[:-1], other.start().bytes()):
+            self.assertRaises(ValueError, self.model.state, damaged)
+        self.assertNotEqual(self.model.start(), other.start())
+
+
+if __name__ == "__main__":
+    unittest.main()
