@@ -34,7 +34,7 @@ def rooms(engine_rooms):
         "client/haptics/program": [*client, *haptics],
         "client/view": [*protocol, "client/link", "client/view"],
         "server/engine/example": [*found],
-        "server/engine/python": [*found, "server/engine/python"],
+        "server/engine/python": [*protocol, *found, "server/engine/python"],
         "server/runtime": runtime,
         "server/transport": transport,
         "server/main.cpp": transport,
