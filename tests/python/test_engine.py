@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """acus.engine: the simulation in this process does what a server does, bit by bit."""
 
+import signal
 import threading
 import unittest
 
@@ -84,6 +85,33 @@ class Runs(Engine):
             thread.join()
         self.assertEqual(found, [alone.hash] * len(found))
 
+    def test_long_work_can_be_interrupted(self):
+        state = self.model.start()
+        threading.Timer(0.3, signal.raise_signal, [signal.SIGINT]).start()
+        self.assertRaises(KeyboardInterrupt, engine.step, self.model, state, {}, 10**9)
+        tick = state.tick
+        self.assertGreater(tick, 0)
+        engine.step(self.model, state)
+        self.assertEqual(state.tick, tick + 1)
+
+    def test_a_state_that_a_thread_steps_is_not_to_be_read(self):
+        state, refused = self.model.start(), []
+
+        def look():
+            for read in (lambda: state.hash, state.bytes, state.copy, lambda: state == state, lambda: state.paths,
+                         lambda: state.step({}), lambda: state.report):
+                try:
+                    read()
+                except RuntimeError as error:
+                    refused.append(str(error))
+            signal.raise_signal(signal.SIGINT)
+
+        threading.Timer(0.3, look).start()
+        self.assertRaises(KeyboardInterrupt, engine.step, self.model, state, {}, 10**9)
+        self.assertEqual(len(refused), 7)
+        self.assertIn("another thread steps this state", refused[0])
+        self.assertGreater(state.hash, 0)
+
     def test_a_mesh_file_is_read(self):
         model = engine.load(acus.find_scene("brachytherapy"))
         self.assertEqual(len(model.needles), 6)
@@ -148,6 +176,7 @@ class Errors(InTemporaryFolder, Engine):
         for damaged in (b"", b"nonsense", self.model.start().bytes()[:-1], other.start().bytes()):
             self.assertRaises(ValueError, self.model.state, damaged)
         self.assertNotEqual(self.model.start(), other.start())
+        self.assertEqual(self.model.start(), engine.load(self.path).start())
 
 
 if __name__ == "__main__":

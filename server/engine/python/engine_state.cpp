@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <stdexcept>
 #include <utility>
 
@@ -75,15 +76,22 @@ EngineState::EngineState(std::shared_ptr<EngineModel> of, State from)
   report_state(model->model(), state, report);
 }
 
-void EngineState::step(const std::map<int, Command>& commands, int ticks, std::vector<TickReport>* after) {
+void EngineState::step(const std::map<int, Command>& commands, int ticks, std::vector<TickReport>* after,
+                       const std::function<bool()>& stop) {
+  constexpr auto kBetweenQuestions = std::chrono::milliseconds(50);
   std::unique_ptr<Workspace> workspace = model->lend(number_);
   report.events.reserve(workspace->scratch.events.capacity());
   std::ranges::fill(workspace->commands, std::nullopt);
   for (const auto& [body, command] : commands) merge(workspace->commands[static_cast<std::size_t>(body)], command);
+  auto asked = std::chrono::steady_clock::now();
   for (int tick = 0; tick < ticks; ++tick) {
     acus::step(model->model(), workspace->commands, state, workspace->scratch, report);
     std::ranges::fill(workspace->commands, std::nullopt);
     if (after) after->push_back(report);
+    if (const auto now = std::chrono::steady_clock::now(); now - asked > kBetweenQuestions) {
+      asked = now;
+      if (stop()) break;
+    }
   }
   model->give_back(std::move(workspace));
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -53,8 +54,10 @@ class EngineState {
   EngineState(std::shared_ptr<EngineModel> of, State from);
   EngineState(const EngineState& other) : EngineState(other.model, other.state) { report = other.report; }
 
-  // So many ticks with these commands, by body, which the first of them takes in; after each of them `after`, if given.
-  void step(const std::map<int, Command>& commands, int ticks, std::vector<TickReport>* after);
+  // So many ticks with these commands, by body, which the first of them takes in. Each report goes into `after`, if
+  // given. Ends early, between two ticks, where `stop`, asked now and then, says so.
+  void step(const std::map<int, Command>& commands, int ticks, std::vector<TickReport>* after,
+            const std::function<bool()>& stop);
 
   const std::shared_ptr<EngineModel> model;
   State state;

@@ -128,11 +128,19 @@ std::map<int, Command> commands_from(const EngineState& state, const py::dict& g
   return commands;
 }
 
+constexpr const char* kBusy = "another thread steps this state; copy() it first, or wait for it";
+
+// For who reads it: not while another thread steps it.
+const EngineState& resting(const EngineState& state) {
+  if (state.busy) throw std::runtime_error(kBusy);
+  return state;
+}
+
 // One thread at a time: the interpreter's lock is not held while it steps.
 class Stepping {
  public:
   explicit Stepping(EngineState& state) : state_(state) {
-    if (std::exchange(state_.busy, true)) throw std::runtime_error("another thread steps this state; copy() it first");
+    if (std::exchange(state_.busy, true)) throw std::runtime_error(kBusy);
   }
   ~Stepping() { state_.busy = false; }
   Stepping(const Stepping&) = delete;
@@ -147,10 +155,15 @@ std::vector<TickReport> run(EngineState& state, const py::dict& commands, int ti
   const std::map<int, Command> parsed = commands_from(state, commands);
   const Stepping stepping(state);
   std::vector<TickReport> reports;
+  bool interrupted = false;
   {
     const py::gil_scoped_release release;
-    state.step(parsed, ticks, each ? &reports : nullptr);
+    state.step(parsed, ticks, each ? &reports : nullptr, [&interrupted] {
+      const py::gil_scoped_acquire acquire;
+      return interrupted = PyErr_CheckSignals() != 0;
+    });
   }
+  if (interrupted) throw py::error_already_set();  // as KeyboardInterrupt; the state is that of the last tick
   if (!each) reports.push_back(state.report);
   return reports;
 }
@@ -168,7 +181,7 @@ std::vector<std::shared_ptr<Report>> trace(EngineState& state, const py::dict& c
 // ---- States as bytes ----
 
 py::bytes bytes_of(const EngineState& state) {
-  State copy = state.state;
+  State copy = resting(state).state;
   copy.economizing = false;
   const std::vector<std::byte> bytes = make_snapshot(state.model->model().fingerprint, copy);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -184,7 +197,7 @@ EngineState from_bytes(const std::shared_ptr<EngineModel>& model, const py::byte
 }
 
 Array orientations(const EngineState& state, const std::string& needle) {
-  const auto& q = state.state.needles[static_cast<std::size_t>(state.model->needle(needle))].q;
+  const auto& q = resting(state).state.needles[static_cast<std::size_t>(state.model->needle(needle))].q;
   Array all({q.size(), std::size_t{4}});
   auto rows = all.mutable_unchecked<2>();
   for (std::size_t i = 0; i < q.size(); ++i) {
@@ -196,7 +209,7 @@ Array orientations(const EngineState& state, const std::string& needle) {
 
 std::vector<Array> paths_of(const EngineState& state) {
   std::vector<Array> paths;
-  for (const Path& path : state.state.paths) {
+  for (const Path& path : resting(state).state.paths) {
     if (path.points() == 0) continue;
     Array points({static_cast<py::ssize_t>(path.points()), py::ssize_t{3}});
     auto rows = points.mutable_unchecked<2>();
@@ -287,20 +300,25 @@ void declare_model(py::module_& module) {
 void declare_state(py::module_& module) {
   py::class_<EngineState>(module, "State",
                           "All that the next tick depends on, besides the model and commands: a value.")
-      .def("copy", [](const EngineState& state) { return EngineState(state); })
-      .def("__copy__", [](const EngineState& state) { return EngineState(state); })
-      .def("__deepcopy__", [](const EngineState& state, const py::dict&) { return EngineState(state); })
+      .def("copy", [](const EngineState& state) { return EngineState(resting(state)); })
+      .def("__copy__", [](const EngineState& state) { return EngineState(resting(state)); })
+      .def("__deepcopy__", [](const EngineState& state, const py::dict&) { return EngineState(resting(state)); })
       .def("__eq__",
-           [](const EngineState& a, const EngineState& b) { return a.model == b.model && identical(a.state, b.state); })
+           [](const EngineState& a, const EngineState& b) {
+             return a.model->model().fingerprint == b.model->model().fingerprint &&
+                    identical(resting(a).state, resting(b).state);
+           })
       .def("step", step, py::arg("commands") = py::dict(), py::arg("ticks") = 1,
            "So many ticks; {name: (position, orientation[, spin])} is taken in by the first. The Report of the last.")
       .def("trace", trace, py::arg("commands") = py::dict(), py::arg("ticks") = 1, "Likewise; the Report of each.")
       .def("bytes", bytes_of, "A snapshot; a server with the same scene goes on from it by `restore`.")
       .def_property_readonly(
-          "hash", [](const EngineState& state) { return comparable_hash(state.state); }, "As a server's `hash`.")
+          "hash", [](const EngineState& state) { return comparable_hash(resting(state).state); },
+          "As a server's `hash`.")
       .def_property_readonly("model", [](const EngineState& state) { return state.model; })
       .def_property_readonly(
-          "report", [](const EngineState& state) { return report_of(state, state.report); }, "Of the last tick.")
+          "report", [](const EngineState& state) { return report_of(state, resting(state).report); },
+          "Of the last tick.")
       .def_property_readonly("tick", [](const EngineState& state) { return state.state.tick; })
       .def_property_readonly(
           "time",
