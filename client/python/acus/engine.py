@@ -15,6 +15,7 @@ import glob
 import importlib.util
 import os
 import sys
+import threading
 
 from .errors import ProgramNotFound, SceneError
 from .messages import Guide, Needle
@@ -22,6 +23,7 @@ from .programs import CHECKOUT, find_program, find_server
 from .scene import Scene
 
 MODULE = "acus_engine"
+_LOCK = threading.RLock()
 NEEDED = {"avx2", "bmi2", "fma"}  # of the processor: it is compiled for the level x86-64-v3
 
 
@@ -51,8 +53,11 @@ def available():
 
 def _module():
     """Loaded when it is needed first. Raises ProgramNotFound."""
-    if MODULE in sys.modules:
-        return sys.modules[MODULE]
+    with _LOCK:
+        return sys.modules.get(MODULE) or _import()
+
+
+def _import():
     found = _find()
     if found is None:
         raise ProgramNotFound("the compiled engine is not there; install pybind11-dev and python3-dev and run "
@@ -61,11 +66,11 @@ def _module():
         raise ProgramNotFound("the compiled engine needs a processor of the level x86-64-v3 (AVX2, FMA)")
     module = importlib.util.module_from_spec(found)
     found.loader.exec_module(module)
-    sys.modules[MODULE] = module
     try:
         module.use_mesh_program(find_program("acus-mesh"))
     except ProgramNotFound:
         pass  # a scene with a mesh file says so
+    sys.modules[MODULE] = module
     return module
 
 
@@ -95,10 +100,11 @@ def load(scene):
     """Model of a Scene, a scene file, or YAML with more than one line. Raises SceneError, ProgramNotFound."""
     module = _module()
     try:
-        if isinstance(scene, Scene):
-            return Model(module.Model.parse(scene.text(), scene.folder or ""))
-        text = os.fspath(scene)
-        return Model(module.Model.parse(text) if "\n" in text else module.Model.read(text))
+        with _LOCK:  # one at a time: OpenBLAS without threads may not be called by several
+            if isinstance(scene, Scene):
+                return Model(module.Model.parse(scene.text(), scene.folder or ""))
+            text = os.fspath(scene)
+            return Model(module.Model.parse(text) if "\n" in text else module.Model.read(text))
     except module.SceneError as error:
         raise SceneError(str(error)) from None
 

@@ -10,8 +10,10 @@ class TissuePoints:
 
     def __init__(self, described, places):
         corners = described.positions.astype(float)[described.tetrahedra]  # tetrahedra x 4 x 3
-        edges = np.transpose(corners[:, 1:] - corners[:, :1], (0, 2, 1))
-        inverse = np.linalg.inv(edges)
+        a, b, c = np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)
+        # Rows of the inverse of (a b c), in closed form: worlds are threads, and not every LAPACK may be called by several.
+        inverse = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+        inverse /= np.sum(a * inverse[:, 0], axis=1)[:, None, None]
         nodes, shares = [], []
         for place in np.asarray(places, dtype=float):
             three = np.einsum("tij,tj->ti", inverse, place - corners[:, 0])
