@@ -76,6 +76,8 @@ bool Requests::may(const Sender& sender, const Message& message) {
                     fmt::format("'{}' needs a server that was started with --lockstep", Message::kType));
     return false;
   }
+  // Of a client that is gone nobody wants the ticks.
+  if (kRule.mode == RequestRule::Mode::lockstep && !is_open_(sender.connection)) return false;
   return !kRule.changes_world || may_change_world(sender, message);
 }
 
@@ -219,11 +221,11 @@ void Requests::handle(const Sender& sender, const protocol::Restore& request) {
 
 void Requests::handle(const Sender& sender, const protocol::Record& request) {
   if (!has_room(sender, request)) return;  // before there is a file
-  request::Record recording;
+  request::Record recording{nullptr, request.file ? world_.make_box() : nullptr};
   try {
     if (request.file) {
       recordings_.begin_for_client(*request.file);
-      recording = {recordings_.recorder(), world_.make_box()};
+      recording.recorder = recordings_.recorder();
     } else {
       recordings_.ask_to_end();
     }
@@ -233,9 +235,8 @@ void Requests::handle(const Sender& sender, const protocol::Record& request) {
   ask(sender, request, std::move(recording));
 }
 
-// Of a client that is gone nobody wants the ticks.
 void Requests::handle(const Sender& sender, const protocol::Step& request) {
-  if (is_open_(sender.connection)) ask(sender, request, request::Step{request.ticks});
+  ask(sender, request, request::Step{request.ticks});
 }
 
 void Requests::handle(const Sender& sender, const protocol::Shutdown& request) {

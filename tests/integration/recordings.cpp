@@ -256,13 +256,22 @@ TEST_CASE("a server goes on from a moment of a recording, bit by bit, and its ow
   CHECK(again.hash(kPatience).tick == 40);
 }
 
-TEST_CASE("in real time a server goes on from a recording, and its needles rest where they were going") {
-  const TemporaryFolder folder;
-  ServerProcess recorded({"--lockstep", "--record", folder / "run"});
+namespace {
+
+// A run of 20 ticks in which the needle goes down.
+void record_steps(const std::string& file) {
+  ServerProcess recorded({"--lockstep", "--record", file});
   client::CommandLink commands = hold(recorded);
   step_down(commands, 0, 20);
   commands.shutdown(kPatience);
   CHECK(recorded.process().wait(kPatience) == 0);
+}
+
+}  // namespace
+
+TEST_CASE("in real time a server goes on from a recording, and its needles rest where they were going") {
+  const TemporaryFolder folder;
+  record_steps(folder / "run");
   ServerProcess server({}, contents(folder / "run"));
   client::StateLink states = subscribe(server, {"force"});
   protocol::Force force;
@@ -274,11 +283,7 @@ TEST_CASE("in real time a server goes on from a recording, and its needles rest 
 
 TEST_CASE("a server that begins paused rests at its moment until it is resumed, and a needle can be taken before") {
   const TemporaryFolder folder;
-  ServerProcess recorded({"--lockstep", "--record", folder / "run"});
-  client::CommandLink commands = hold(recorded);
-  step_down(commands, 0, 20);
-  commands.shutdown(kPatience);
-  CHECK(recorded.process().wait(kPatience) == 0);
+  record_steps(folder / "run");
   ServerProcess server({"--paused"}, contents(folder / "run"));
   client::CommandLink others = hold(server);
   CHECK(others.hello(kPatience).paused);

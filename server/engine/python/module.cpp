@@ -181,9 +181,7 @@ std::vector<std::shared_ptr<Report>> trace(EngineState& state, const py::dict& c
 // ---- States as bytes ----
 
 py::bytes bytes_of(const EngineState& state) {
-  State copy = resting(state).state;
-  copy.economizing = false;
-  const std::vector<std::byte> bytes = make_snapshot(state.model->model().fingerprint, copy);
+  const std::vector<std::byte> bytes = make_snapshot(state.model->model().fingerprint, resting(state).state);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 

@@ -69,6 +69,7 @@ def stretches(ticks):
 
 
 def jumps_of(run, needle):
+    """Of a needle, or of all; the worst first."""
     found = []
     for name in [needle] if needle else run.needles:
         own = [(event.tick, event.kind) for event in run.events if event.needle == name]
@@ -76,11 +77,11 @@ def jumps_of(run, needle):
     return sorted(found, key=lambda jump: -jump.size)
 
 
-def table(run, needle, worst):
-    """Lines for people of the so many worst ones of a needle, or of all."""
-    return [HEADER, *(jump.line() for jump in jumps_of(run, needle)[:worst])]
+def table(found, worst):
+    """Lines for people of the so many worst of jumps_of()."""
+    return [HEADER, *(jump.line() for jump in found[:worst])]
 
 
-def unexplained(run, needle, limit):
-    """How many above a limit (N) have no event as their cause."""
-    return sum(jump.size > limit and not jump.events for jump in jumps_of(run, needle))
+def unexplained(found, limit):
+    """How many of jumps_of() above a limit (N) have no event as their cause."""
+    return sum(jump.size > limit and not jump.events for jump in found)

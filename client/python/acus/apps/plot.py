@@ -135,11 +135,11 @@ def draw_run(arguments):
 
 def list_jumps(arguments):
     """The exit status."""
-    run = acus.Run(arguments.run)
-    print("\n".join(jumps.table(run, arguments.needle, arguments.jumps)))
+    jumped = jumps.jumps_of(acus.Run(arguments.run), arguments.needle)
+    print("\n".join(jumps.table(jumped, arguments.jumps)))
     if arguments.above is None:
         return 0
-    found = jumps.unexplained(run, arguments.needle, arguments.above)
+    found = jumps.unexplained(jumped, arguments.above)
     print(f"{found} above {arguments.above:g} N without an event")
     return 1 if found else 0
 

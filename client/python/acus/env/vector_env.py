@@ -8,9 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from .. import engine
 from ..errors import AcusError
 from .needle_env import NeedleEnv
+from .world import is_on_engine
 
 JOINING = 15  # s that a process may take to end its server
 
@@ -26,9 +26,7 @@ class VectorEnv:
     """
 
     def __init__(self, count, task="reach", *, make=None, on=None, **arguments):
-        server = set(arguments) - {"randomise"}
-        threads = on == "engine" or (on is None and make is None and not server and engine.available())
-        if threads:
+        if make is None and is_on_engine(on, set(arguments) - {"randomise"}):
             self._worlds = Threads(count, lambda: NeedleEnv(task, on="engine", **arguments))
         else:
             self._worlds = Processes(count, make, task, {"on": on, **arguments})

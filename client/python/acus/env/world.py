@@ -17,9 +17,12 @@ def make_world(scene, topics=("force",), on=None, **server):
         raise ValueError(f"on: expected 'engine' or 'server', found '{on}'")
     if on == "engine" and server:
         raise ValueError(f"the engine takes no arguments of Server, found {', '.join(server)}")
-    if on == "engine" or (on is None and not server and engine.available()):
-        return EngineWorld(scene)
-    return ServerWorld(scene, topics, **server)
+    return EngineWorld(scene) if is_on_engine(on, server) else ServerWorld(scene, topics, **server)
+
+
+def is_on_engine(on, server):
+    """Whether make_world() takes the engine for these arguments of Server."""
+    return on == "engine" or (on is None and not server and engine.available())
 
 
 class World:
