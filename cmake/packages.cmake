@@ -82,6 +82,7 @@ set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "acus-scenes, libopenblas0-serial")
 set(CPACK_DEBIAN_SERVER_PACKAGE_SUGGESTS acus-client)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_DEPENDS "python3, python3-acus (= ${PROJECT_VERSION}-${acus_debian_revision})")
 set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "acus-server, python3-matplotlib, python3-pil")
+set(CPACK_DEBIAN_CLIENT_PACKAGE_SUGGESTS "chromium, ffmpeg") # acus-view --export
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-msgpack, python3-numpy, python3-zmq")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // acus-view: shows a server in a browser, and lets a mouse hold its needle.
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -10,9 +11,11 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "client/link/command_line.h"
+#include "client/view/film.h"
 #include "client/view/gateway.h"
 #include "client/view/started_server.h"
 #include "protocol/messages.h"
@@ -34,6 +37,7 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  acus-view insertion_pullback        an installed scene, or a file, with a server of its own\n"
     "  acus-view run.acus                  a recording, of acus-server --record or of the page\n"
+    "  acus-view run.acus --export run.mp4 the recording as a film\n"
     "  acus-view                           the server at the default endpoints\n"
     "  acus-view --commands ipc:///run/acus/liver/commands --states ipc:///run/acus/liver/states\n"
     "\nThe page is for this machine alone, and for those who know its URL. From another machine: ssh -L "
@@ -51,6 +55,7 @@ struct Arguments {
   client::KeyFiles keys;
   unsigned short port = 0;
   bool no_browser = false, lockstep = false, play = false;
+  view::FilmOptions film;  // no target: none
 };
 
 void declare(CLI::App& app, Arguments& arguments) {
@@ -74,6 +79,19 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->needs(scene);
   app.add_flag("--play", arguments.play, "Play the motion that is made for the scene once the page is open")
       ->needs(scene);
+  CLI::Option* film = app.add_option("--export", arguments.film.target,
+                                     "Show nothing: make pictures of the recording into a folder, or a film if the "
+                                     "name ends in .mp4, .webm or .mkv, and end. Needs chromium, films ffmpeg too")
+                          ->type_name("FOLDER|FILE")
+                          ->needs(scene);
+  app.add_option("--rate", arguments.film.rate, "Pictures a second of simulation time, for --export")
+      ->needs(film)
+      ->check(CLI::Range(0.1, 240.0))
+      ->capture_default_str();
+  app.add_option("--size", arguments.film.size, "Width and height of these pictures, in pixels")
+      ->needs(film)
+      ->check(CLI::Range(200, 4000))
+      ->capture_default_str();
   app.add_flag("--no-browser", arguments.no_browser, "Print the URL and open nothing");
 }
 
@@ -95,12 +113,50 @@ std::vector<std::string> replay_options(const Arguments& arguments, const view::
 // What is wrong with SCENE; empty if nothing is.
 std::string problem_with(const Arguments& arguments) {
   if (arguments.scene.empty()) return "";
+  if (!arguments.film.target.empty()) {
+    if (!client::is_recording(arguments.scene))
+      return "--export is for recordings, and this is none; record a run first (acus-server --record)";
+    if (const std::string problem = view::problem_with(arguments.film); !problem.empty())
+      return "--export " + arguments.film.target + ": " + problem;
+  }
   if (client::is_recording(arguments.scene))
     return arguments.play || arguments.lockstep ? "--play and --lockstep are for scenes, and this is a recording" : "";
   return view::look_around(arguments.scene).path.empty()
              ? "expected the file of a scene or a recording, or the name of an installed scene"
              : "";
 }
+
+// Makes the film while the context runs, which it ends.
+class Filming {
+ public:
+  Filming(asio::io_context& context, const std::string& url, const view::FilmOptions& options)
+      : thread_([this, &context, url, options](const std::stop_token& stop) {
+          try {
+            make_film(url, options, tell_progress, stop);
+            done_ = true;
+          } catch (const std::exception& error) {
+            if (!stop.stop_requested()) std::fprintf(stderr, "acus-view: --export: %s\n", error.what());
+          }
+          context.stop();
+        }) {}
+
+  // Ends it where it is.
+  bool end() {
+    thread_.request_stop();
+    thread_.join();
+    return done_;
+  }
+
+ private:
+  static void tell_progress(int done, int all) {
+    const bool terminal = isatty(STDERR_FILENO) != 0;
+    if (terminal) std::fprintf(stderr, "\rpicture %d of %d%s", done, all, done == all ? "\n" : "");
+    if (!terminal && done == all) std::fprintf(stderr, "%d pictures\n", all);
+  }
+
+  bool done_ = false;
+  std::jthread thread_;
+};
 
 int run(const Arguments& arguments) {
   if (const std::string problem = problem_with(arguments); !problem.empty()) {
@@ -153,6 +209,11 @@ int run(const Arguments& arguments) {
   } catch (const boost::system::system_error& error) {
     std::fprintf(stderr, "acus-view: port %d: %s\n", arguments.port, error.what());
     return kCannotListen;
+  }
+  if (!arguments.film.target.empty()) {
+    Filming filming(context, gateway->url(), arguments.film);
+    context.run();
+    return filming.end() ? kEnded : gone ? kNoServer : kFailed;
   }
   std::printf("%s\n", gateway->url().c_str());
   std::fflush(stdout);

@@ -394,6 +394,24 @@ class Together(Page):
         self.wait_for("acus.force('needle')?.time > 1.1")
         self.assertEqual(self.errors(), [])
 
+    def test_a_recording_becomes_pictures(self):
+        run, pictures = self.record(1), os.path.join(self.folder, "pictures")
+        done = self.launch("acus-view", run, "--export", pictures, "--rate", "2")
+        done.communicate(timeout=PATIENCE)
+        self.assertEqual(done.returncode, 0)
+        self.assertEqual(sorted(os.listdir(pictures)), ["000001.png", "000002.png", "000003.png"])
+        found = [numpy.asarray(Image.open(os.path.join(pictures, name)).convert("RGB")).astype(int)
+                 for name in sorted(os.listdir(pictures))]
+        for picture in found:
+            self.assertEqual(picture.shape, (SIZE[1], SIZE[0], 3))
+            self.assertGreater(len(numpy.unique(picture.reshape(-1, 3), axis=0)), 500)  # tissue, needle, words
+        for one, other in ((0, 1), (1, 2)):  # needle and curves have gone on
+            self.assertGreater(numpy.count_nonzero(numpy.abs(found[one] - found[other]).max(axis=2) > 30), 200)
+        for shown, target in ((run, pictures), (scene("layers"), self.path("others"))):  # there already; no recording
+            refused = self.launch("acus-view", shown, "--export", target)
+            self.assertIn("--export", refused.communicate(timeout=PATIENCE)[1])
+            self.assertEqual(refused.returncode, 1)
+
     def test_a_paused_simulation_goes_on_for_whoever_asks(self):
         _, url = self.view(scene("insertion_pullback"))
         self.look(url)

@@ -23,6 +23,8 @@ let kept: Uint8Array | null = null;
 let drawn = -1; // tick
 let epoch = -1; // of the newest state
 let asking = false; // a request is under way
+let jumped = 0; // how often what was told became void
+let shapes = 0; // since then
 let follows = false; // a server goes on from the moment of the recording that is shown: what was told before stays
 let built = ""; // what of the scene is drawn
 const guides = new Group();
@@ -69,6 +71,8 @@ function renew(next: number): void {
 }
 
 function forget(): void {
+  ++jumped;
+  shapes = 0;
   forces = new Map();
   marks.clear();
   plots.clear();
@@ -150,10 +154,12 @@ function message(message: Message): void {
       stage.draw();
       break;
     case "needle":
+      ++shapes;
       needles.get(message.needle)?.update(float64(message.positions), float64(message.orientations));
       stage.draw();
       break;
     case "tissue":
+      ++shapes;
       tissue?.update(float32(message.positions));
       marks.path(message);
       if (tissue && tissue.colouring !== "regions") showScale();
@@ -397,6 +403,18 @@ Object.assign(window, {
       return String(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
     },
     stage, link, hands,
+    // A moment (s) of the recording, drawn whole, for pictures.
+    show: async (moment: number) => {
+      document.body.className = "film";
+      link.say({ run: false });
+      const jumps = jumped;
+      link.say({ seek: moment });
+      const all = needles.size + (tissue ? 1 : 0);
+      if (!(await waitFor(() => jumped > jumps && shapes >= all, 60))) throw new Error("no state of this moment came");
+      plots.draw(true);
+      const frames = (stage.draw(), stage.frames);
+      if (!(await waitFor(() => stage.frames > frames, 60))) throw new Error("nothing was drawn");
+    },
   },
 });
 show();

@@ -80,7 +80,7 @@ export class Plots {
     this.draw(false);
   }
 
-  private draw(now: boolean): void {
+  draw(now: boolean): void {
     const time = performance.now(), left = this.drawnAt + kPeriod - time;
     if (!now && left > 0) {
       this.later ||= window.setTimeout(() => this.draw(true), left);
