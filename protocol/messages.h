@@ -190,6 +190,7 @@ struct NeedleInfo {
   std::uint32_t nodes = 0;      // first at the base, last at the tip
   Vector3 base_position{};      // m, world, after loading
   Quaternion base_orientation;  // world from base, after loading
+  Vector3 cutting_direction{};  // unit, in the frame of the tip, whose axis is +x
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -199,6 +200,7 @@ struct NeedleInfo {
     visit("nodes", self.nodes);
     visit("base_position", self.base_position);
     visit("base_orientation", self.base_orientation);
+    visit("cutting_direction", self.cutting_direction);
   }
 };
 

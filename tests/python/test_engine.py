@@ -162,11 +162,15 @@ class Errors(InTemporaryFolder, Engine):
         here = (needle.base_position, needle.base_orientation)
         for commands, what in (({"other": here}, "no needle or guide 'other'"), ({"needle": here[:1]}, "expected \\(position"),
                                ({"needle": (here[0], [1, 1, 0, 0])}, "unit quaternion"), ({"needle": ([1, 2], here[1])}, "3 numbers"),
-                               ({"needle": ([np.nan] * 3, here[1])}, "not finite"), ({"needle": (None, here[1])}, "go together")):
+                               ({"needle": ([np.nan] * 3, here[1])}, "command of 'needle': .* not finite"),
+                               ({"needle": (None, here[1])}, "go together"), ({"needle": (*here, "fast")}, "spin: expected a number"),
+                               ({"needle": "ab"}, "position of 'needle'"), ({5: here}, "no needle or guide '5'")):
             with self.subTest(what=what):
                 self.assertRaisesRegex((ValueError, KeyError), what, engine.step, self.model, state, commands)
         self.assertRaisesRegex(ValueError, "at least 1", engine.step, self.model, state, {}, 0)
         self.assertRaisesRegex(KeyError, "no needle 'other'", lambda: state.report["other"])
+        self.assertRaises(TypeError, engine.step, self.model, state, {}, 1.5)
+        self.assertRaisesRegex(TypeError, "Model.start", engine.step, self.model, 5)
         self.assertEqual(state.tick, 0)  # nothing has happened
         engine.step(self.model, state, {"needle": (None, None, 0.5)})
 
@@ -177,6 +181,22 @@ class Errors(InTemporaryFolder, Engine):
             self.assertRaises(ValueError, self.model.state, damaged)
         self.assertNotEqual(self.model.start(), other.start())
         self.assertEqual(self.model.start(), engine.load(self.path).start())
+        self.assertFalse(self.model.start() == 5)
+        self.assertRaisesRegex(TypeError, "expected bytes", self.model.state, "text")
+
+    def test_there_are_no_empty_objects(self):
+        report = engine.step(self.model, self.model.start())
+        for one in (self.model.start(), self.model.start().model, report, report["needle"]):
+            with self.subTest(kind=type(one).__name__):
+                self.assertRaises(TypeError, type(one).__new__, type(one))
+                self.assertRaises(TypeError, type(one))
+
+    def test_needles_are_those_of_hello(self):
+        for name in ("steering", "brachytherapy"):
+            with acus.Server(acus.find_scene(name), lockstep=True) as server, server.client() as client:
+                model = engine.load(acus.find_scene(name))
+                self.assertEqual([str(each) for each in model.needles], [str(each) for each in client.needles])
+                self.assertEqual([str(each) for each in model.guides], [str(each) for each in client.hello.guides])
 
 
 if __name__ == "__main__":

@@ -102,6 +102,32 @@ class Episodes(unittest.TestCase):
     def test_what_there_is_no_task_for(self):
         self.assertRaisesRegex(ValueError, "reach, force_limit, needle_order", NeedleEnv, "dance")
 
+    def test_what_cannot_be_done_is_refused_and_changes_nothing(self):
+        self.assertRaisesRegex(ValueError, "reset\\(\\) first", NeedleEnv("reach").step, [0, 0])
+        wrong = {"reach": ([[np.nan, 0], [1], "go"], [{"target": [np.nan] * 3}, {"target": 1}, {"limit": 1}]),
+                 "force_limit": ([[np.inf], []], [{"limit": 0}, {"limit": np.nan}, {"target": [0, 0, 0]}]),
+                 "needle_order": ([-1, 6, 1.5, [1, 2]], [{"chosen": 9}, {"chosen": 1.5}])}
+        for task, (actions, options) in wrong.items():
+            env, other = NeedleEnv(task), NeedleEnv(task)
+            self.addCleanup(env.close)
+            for each in options:
+                with self.subTest(task=task, options=each):
+                    self.assertRaisesRegex(ValueError, "options", env.reset, options=each)
+            env.reset(seed=1)
+            other.reset(seed=1)
+            for action in actions:
+                with self.subTest(task=task, action=action):
+                    self.assertRaises(ValueError, env.step, action)
+            action = env.action_space.sample()
+            np.testing.assert_array_equal(env.step(action)[0], other.step(action)[0])
+            other.close()
+            self.assertRaisesRegex(ValueError, "closed", other.step, action)
+            other.close()  # once more does nothing
+        self.assertRaisesRegex(ValueError, "at least 1", VectorEnv, 0)
+        worlds = VectorEnv(1, "reach")
+        worlds.close()
+        self.assertRaisesRegex(ValueError, "closed", worlds.reset)
+
     @unittest.skipUnless(importlib.util.find_spec("gymnasium"), "Gymnasium is not installed")
     def test_gymnasium_has_nothing_to_complain_of(self):
         from gymnasium.utils.env_checker import check_env

@@ -13,6 +13,7 @@ installed, and the Debian package python3-acus-engine has it. `available()` tell
 
 import glob
 import importlib.util
+import operator
 import os
 import sys
 import threading
@@ -93,7 +94,9 @@ class Model:
 
     def state(self, snapshot):
         """Of the bytes of a state, or of a snapshot of a server with the same scene. Raises ValueError."""
-        return self._loaded.state(snapshot)
+        if not isinstance(snapshot, (bytes, bytearray, memoryview)):
+            raise TypeError(f"a snapshot: expected bytes, found {type(snapshot).__name__}")
+        return self._loaded.state(bytes(snapshot))
 
 
 def load(scene):
@@ -103,7 +106,7 @@ def load(scene):
         with _LOCK:  # one at a time: OpenBLAS without threads may not be called by several
             if isinstance(scene, Scene):
                 return Model(module.Model.parse(scene.text(), scene.folder or ""))
-            text = os.fspath(scene)
+            text = os.fsdecode(scene)
             return Model(module.Model.parse(text) if "\n" in text else module.Model.read(text))
     except module.SceneError as error:
         raise SceneError(str(error)) from None
@@ -112,7 +115,10 @@ def load(scene):
 def step(model, state, commands=None, ticks=1):
     """Moves the state on by so many ticks, and returns the Report of the last. `commands` are taken in by the first of
     them: {name: (position, orientation)} or (position, orientation, spin), as `pose` has them; a body without one keeps
-    its last. The interpreter's lock is released meanwhile."""
+    its last. The interpreter's lock is released meanwhile. Raises ValueError or KeyError for a command that cannot be
+    used; the state is as it was."""
+    if not isinstance(state, _module().State):
+        raise TypeError(f"a state: expected what Model.start() returns, found {type(state).__name__}")
     if state.model is not model._loaded:  # pylint: disable=protected-access
         raise ValueError("the state is of another model")
-    return state.step(commands or {}, ticks)
+    return state.step(commands or {}, operator.index(ticks))

@@ -111,6 +111,7 @@ class Needle(Message):
     nodes: int
     base_position: Vector  # m, after loading
     base_orientation: Quaternion  # world from base, after loading
+    cutting_direction: Vector  # unit, in the frame of the tip, whose axis is +x
 
     @property
     def axis(self):

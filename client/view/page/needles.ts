@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Needles as tubes of their true diameter, with a stripe that shows the spin, and a hub at the base; guides as rings.
+// Needles as tubes of their true diameter, with a stripe that shows the spin, a bevel that points to where it steers,
+// and a hub at the base; guides as rings.
 import {
   BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Mesh, MeshPhongMaterial, Quaternion, SphereGeometry,
   TorusGeometry, Vector3, DoubleSide, Color,
@@ -7,6 +8,7 @@ import {
 import type { HelloReply } from "./messages.js";
 
 const kAround = 12; // corners of a section
+const kPoint = 5; // radii, length of the point
 const steel = new Color(0x8c97a4), stripe = new Color(0xd7263d);
 
 export class NeedleTube {
@@ -15,6 +17,7 @@ export class NeedleTube {
   readonly nodes: number;
   positions: Float64Array;
   private radius: number;
+  private apex = new Vector3(); // of the point, off the tip's axis (m), in its frame
   private tube: Mesh;
   private hub: Mesh;
 
@@ -22,6 +25,8 @@ export class NeedleTube {
     this.name = needle.name;
     this.nodes = needle.nodes;
     this.radius = needle.diameter / 2;
+    const [, y, z] = needle.cutting_direction;
+    this.apex.set(0, y, z).setLength(Math.hypot(y, z) > 1e-6 ? this.radius : 0);
     this.positions = new Float64Array(3 * needle.nodes);
     const corners = (needle.nodes + 1) * (kAround + 1); // one ring more: the point
     const geometry = new BufferGeometry();
@@ -82,7 +87,8 @@ export class NeedleTube {
       middle.copy(this.point(i));
       // The point: the last section drawn out of the one before it.
       const radius = ring === this.nodes ? 0 : this.radius;
-      if (i === this.nodes - 1 && ring < this.nodes) middle.addScaledVector(across.set(-1, 0, 0).applyQuaternion(turn), 3 * this.radius);
+      if (ring === this.nodes - 1) middle.addScaledVector(across.set(-1, 0, 0).applyQuaternion(turn), kPoint * this.radius);
+      if (ring === this.nodes) middle.add(across.copy(this.apex).applyQuaternion(turn));
       for (let k = 0; k <= kAround; ++k) {
         const angle = (2 * Math.PI * k) / kAround;
         across.set(0, Math.cos(angle), Math.sin(angle)).applyQuaternion(turn);

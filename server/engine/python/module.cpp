@@ -46,21 +46,18 @@ py::array rows_of(const std::vector<std::array<int, 4>>& rows, py::handle owner)
   return view;
 }
 
-Vector3 vector_from(const py::handle& given, const char* what) {
+Vector3 vector_from(const py::handle& given, const std::string& what) {
   const auto array = Array::ensure(given);
-  if (!array || array.ndim() != 1 || array.size() != 3)
-    throw py::value_error(std::string(what) + ": expected 3 numbers");
+  if (!array || array.ndim() != 1 || array.size() != 3) throw py::value_error(what + ": expected 3 numbers");
   return {array.at(0), array.at(1), array.at(2)};
 }
 
-Quaternion quaternion_from(const py::handle& given, const char* what) {
+Quaternion quaternion_from(const py::handle& given, const std::string& what) {
   const auto array = Array::ensure(given);
-  if (!array || array.ndim() != 1 || array.size() != 4)
-    throw py::value_error(std::string(what) + ": expected 4 numbers, w x y z");
+  if (!array || array.ndim() != 1 || array.size() != 4) throw py::value_error(what + ": expected 4 numbers, w x y z");
   const Quaternion q(array.at(0), array.at(1), array.at(2), array.at(3));
   if (!(std::abs(q.norm() - 1) <= protocol::kQuaternionTolerance))
-    throw py::value_error(std::string(what) + ": expected a unit quaternion, its length is " +
-                          std::to_string(q.norm()));
+    throw py::value_error(what + ": expected a unit quaternion, its length is " + std::to_string(q.norm()));
   return q;
 }
 
@@ -100,28 +97,37 @@ std::vector<ReportOfEvent> events_of(const std::shared_ptr<Report>& report) {
 // ---- Steps ----
 
 // (position, orientation) or (position, orientation, spin); None leaves position and orientation, or spin, as they are.
-Command command_from(const py::handle& given, bool guide) {
+// `body` for errors.
+Command command_from(const py::handle& given, const std::string& body, bool guide) {
+  const auto error = [&body](const std::string& what) {
+    return py::value_error("the command of '" + body + "': " + what);
+  };
   if (!py::isinstance<py::sequence>(given) || py::len(given) < 2 || py::len(given) > 3)
-    throw py::value_error("a command: expected (position, orientation) or (position, orientation, spin)");
+    throw error("expected (position, orientation) or (position, orientation, spin)");
   const auto parts = py::reinterpret_borrow<py::sequence>(given);
   const py::object position = parts[0], orientation = parts[1];
   Command command;
-  if (position.is_none() != orientation.is_none())
-    throw py::value_error("a command: position and orientation go together");
+  if (position.is_none() != orientation.is_none()) throw error("position and orientation go together");
   if (!position.is_none())
-    command.pose = Pose{vector_from(position, "position"), quaternion_from(orientation, "orientation")};
-  if (py::len(given) == 3 && !py::object(parts[2]).is_none()) command.spin = py::cast<double>(parts[2]);
-  if (guide && command.spin) throw py::value_error("a command: guides do not spin");
-  if (!in_range(command)) throw py::value_error("a command: a number is not finite, or too large");
+    command.pose = Pose{vector_from(position, "the position of '" + body + "'"),
+                        quaternion_from(orientation, "the orientation of '" + body + "'")};
+  if (py::len(given) == 3 && !py::object(parts[2]).is_none()) {
+    const auto spin = Array::ensure(parts[2]);
+    if (!spin || spin.size() != 1) throw error("spin: expected a number");
+    command.spin = *spin.data();
+  }
+  if (guide && command.spin) throw error("guides do not spin");
+  if (!in_range(command)) throw error("a number is not finite, or too large");
   return command;
 }
 
 std::map<int, Command> commands_from(const EngineState& state, const py::dict& given) {
   const Model& model = state.model->model();
   std::map<int, Command> commands;
-  for (const auto& [name, value] : given) {
-    const int body = state.model->body(py::cast<std::string>(name)), guide = body - model.needle_count();
-    Command command = command_from(value, guide >= 0);
+  for (const auto& [key, value] : given) {
+    const std::string name = py::str(key);
+    const int body = state.model->body(name), guide = body - model.needle_count();
+    Command command = command_from(value, name, guide >= 0);
     command.seq = 1 + (guide < 0 ? state.state.bases[body] : state.state.guides[guide].motion).command_seq;
     commands[body] = command;
   }
@@ -230,7 +236,8 @@ py::list needles_of(const EngineModel& of) {
     needles.append(py::dict(
         py::arg("name") = of.scene().needles[i].name, py::arg("length") = of.model().needles[i].length,
         py::arg("diameter") = of.model().needles[i].diameter, py::arg("nodes") = of.model().needles[i].nodes(),
-        py::arg("base_position") = array_of(base.position), py::arg("base_orientation") = array_of(base.orientation)));
+        py::arg("base_position") = array_of(base.position), py::arg("base_orientation") = array_of(base.orientation),
+        py::arg("cutting_direction") = array_of(of.scene().needles[i].cutting_direction.normalized())));
   }
   return needles;
 }
@@ -254,6 +261,14 @@ std::vector<std::string> regions_of(const EngineModel& of) {
 }
 
 // ---- The module ----
+
+// Objects come from the functions of this module: `__new__`, which Python would call, would leave them empty.
+void forbid_new(py::module_& module) {
+  for (const char* name : {"Model", "State", "Report", "NeedleReport", "Event"})
+    module.attr(name).attr("__new__") = py::cpp_function([](const py::args&, const py::kwargs&) {
+      throw py::type_error("objects of acus_engine come from its functions");
+    });
+}
 
 void declare_model(py::module_& module) {
   py::class_<EngineModel, std::shared_ptr<EngineModel>>(module, "Model", "A loaded scene; constant.")
@@ -301,11 +316,13 @@ void declare_state(py::module_& module) {
       .def("copy", [](const EngineState& state) { return EngineState(resting(state)); })
       .def("__copy__", [](const EngineState& state) { return EngineState(resting(state)); })
       .def("__deepcopy__", [](const EngineState& state, const py::dict&) { return EngineState(resting(state)); })
-      .def("__eq__",
-           [](const EngineState& a, const EngineState& b) {
-             return a.model->model().fingerprint == b.model->model().fingerprint &&
-                    identical(resting(a).state, resting(b).state);
-           })
+      .def(
+          "__eq__",
+          [](const EngineState& a, const EngineState& b) {
+            return a.model->model().fingerprint == b.model->model().fingerprint &&
+                   identical(resting(a).state, resting(b).state);
+          },
+          py::is_operator())
       .def("step", step, py::arg("commands") = py::dict(), py::arg("ticks") = 1,
            "So many ticks; {name: (position, orientation[, spin])} is taken in by the first. The Report of the last.")
       .def("trace", trace, py::arg("commands") = py::dict(), py::arg("ticks") = 1, "Likewise; the Report of each.")
@@ -361,7 +378,7 @@ void declare_reports(py::module_& module) {
       .def_property_readonly(
           "imbalance", [](const Report& of) { return of.report.imbalance; }, "N")
       .def_property_readonly("events", events_of);
-  py::class_<Needle>(module, "NeedleReport", "What a tick tells of a needle, with the names of the topic `force`.")
+  py::class_<Needle>(module, "NeedleReport", "What a tick tells of a needle, by the names of the topic `force`.")
       .def_property_readonly("tick", [](const Needle& of) { return of.of->report.tick; })
       .def_property_readonly("time", [](const Needle& of) { return of.of->report.time; })
       .def_property_readonly("flags", [](const Needle& of) { return of.of->report.flags; })
@@ -434,4 +451,5 @@ PYBIND11_MODULE(acus_engine, module) {
   declare_model(module);
   declare_state(module);
   declare_reports(module);
+  forbid_new(module);
 }

@@ -28,6 +28,7 @@ class ForceLimit(Task):
     steps = 300
     action_space = Box(-1.0, 1.0, (1,))
     observation_space = Box(-np.inf, np.inf, (5,))
+    options = ("limit",)  # N
     ranges = {"tissue.regions[skin].interaction.puncture_force": (0.7, 1.1),
               "tissue.regions[muscle].interaction.puncture_force": (0.5, 0.9),
               "tissue.regions[muscle].interaction.friction_viscous": (100, 250)}
@@ -38,13 +39,15 @@ class ForceLimit(Task):
     def begin(self, world, random, options):
         self._needle = world.needles[0]
         self.limit = float(options.get("limit", LIMIT))
+        if not 0 < self.limit < np.inf:
+            raise ValueError(f"options: limit: expected a force (N) above 0, found {self.limit}")
         self._force = self._before = 0.0
         self._peak = 0.0
         self._feed = 0.0
         self._goal = DEPTH + 0.01  # it starts 10 mm above the skin
 
     def act(self, world, action):
-        self._feed = float(np.clip(action, -1, 1)[0])
+        self._feed = float(action[0])
         depth = world.depths[self._needle.name] + FEED * self._feed
         world.drive(self._needle, max(0.0, depth))
         forces = [axial_resistance(states[self._needle.name]) for states in world.trace(TICKS)]

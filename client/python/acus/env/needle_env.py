@@ -4,7 +4,7 @@
 import numpy as np
 
 from . import force_limit, needle_order, reach
-from .interface import Env
+from .interface import Box, Discrete, Env
 from .randomisation import draw
 from .world import make_world
 
@@ -31,12 +31,16 @@ class NeedleEnv(Env):
         self.ranges = dict(self.task.ranges if randomise is True else randomise or {})
         self.scene = self.task.scene()
         self.parameters = {}  # of the scene that is loaded, where it is not the task's
-        self._steps = 0
+        self._steps = None  # of the episode, once there is one
         self.world = make_world(self.scene, self.task.topics, on, **server)
 
     def reset(self, *, seed=None, options=None):
+        self._open()
         super().reset(seed=seed)
         options = dict(options or {})
+        known = ("parameters", *self.task.options)
+        if unknown := [name for name in options if name not in known]:
+            raise ValueError(f"options: expected {' or '.join(known)}, found '{unknown[0]}'")
         parameters = {**draw(self.ranges, self.np_random), **options.pop("parameters", {})}
         if parameters == self.parameters:
             self.world.begin()
@@ -47,7 +51,11 @@ class NeedleEnv(Env):
         return self._observation(), {"success": False, "tick": self.world.states.tick, "parameters": parameters}
 
     def step(self, action):
-        self.task.act(self.world, action)
+        """An action beyond the bounds of a Box counts as one at them."""
+        self._open()
+        if self._steps is None:
+            raise ValueError("step: expected reset() first")
+        self.task.act(self.world, checked(action, self.action_space))
         self._steps += 1
         outcome = self.task.judge(self.world)
         truncated = not outcome.terminated and self._steps >= self.task.steps
@@ -55,7 +63,13 @@ class NeedleEnv(Env):
         return self._observation(), float(outcome.reward), bool(outcome.terminated), truncated, info
 
     def close(self):
-        self.world.close()
+        world, self.world = self.world, None
+        if world is not None:
+            world.close()
+
+    def _open(self):
+        if self.world is None:
+            raise ValueError("the environment is closed")
 
     def _load(self, parameters):
         scene = self.scene.copy()
@@ -66,3 +80,17 @@ class NeedleEnv(Env):
 
     def _observation(self):
         return np.asarray(self.task.observe(self.world), dtype=self.observation_space.dtype)
+
+
+def checked(action, space):
+    """The action as one of the space, or ValueError."""
+    if isinstance(space, Discrete):
+        if not space.contains(action):
+            raise ValueError(f"action: expected an integer from 0 to {space.n - 1}, found {action}")
+        return int(action)
+    if not isinstance(space, Box):
+        return action  # of a task that has spaces of its own
+    array = np.asarray(action, dtype=float)
+    if array.shape != space.shape or not np.all(np.isfinite(array)):
+        raise ValueError(f"action: expected {' x '.join(map(str, space.shape))} finite numbers, found {action}")
+    return np.clip(array, space.low, space.high)

@@ -30,6 +30,7 @@ class NeedleOrder(Task):
     steps = 12
     action_space = Discrete(NEEDLES)
     observation_space = Box(-np.inf, np.inf, (5 * NEEDLES,))
+    options = ("chosen",)
     ranges = {"tissue.regions[tissue].material.young_modulus": (8e3, 14e3),
               "tissue.regions[prostate].material.young_modulus": (25e3, 40e3),
               "tissue.regions[prostate].interaction.puncture_force": (1.6, 2.2)}
@@ -39,7 +40,9 @@ class NeedleOrder(Task):
 
     def begin(self, world, random, options):
         self._needles = world.needles
-        self.chosen = int(options.get("chosen", random.integers(NEEDLES)))
+        self.chosen = options.get("chosen", int(random.integers(NEEDLES)))
+        if not self.action_space.contains(self.chosen):
+            raise ValueError(f"options: chosen: expected an integer from 0 to {NEEDLES - 1}, found {self.chosen}")
         self.inserted = np.zeros(NEEDLES, dtype=bool)
         described = world.describe()
         places = [[*needle.base_position[:2], SKIN - depth] for needle, depth in zip(self._needles, DEPTHS)]
@@ -48,7 +51,7 @@ class NeedleOrder(Task):
         self._repeated = False
 
     def act(self, world, action):
-        index = int(action)
+        index = action
         self._repeated = bool(self.inserted[index])
         if self._repeated:
             return

@@ -34,6 +34,7 @@ class Reach(Task):
     steps = 150
     action_space = Box(np.array([0, -1], np.float32), np.array([1, 1], np.float32))
     observation_space = Box(-np.inf, np.inf, (10,))
+    options = ("target",)  # m, world
     ranges = {"tissue.regions[0].material.young_modulus": (20e3, 45e3),
               "tissue.regions[0].interaction.cutting_force": (0.2, 0.4),
               "needles[0].cutting_direction[1]": (0.08, 0.15)}
@@ -46,12 +47,14 @@ class Reach(Task):
         angle, radius = random.uniform(0, 2 * math.pi), ASIDE * math.sqrt(random.uniform())
         drawn = [radius * math.cos(angle), radius * math.sin(angle), ENTRY - random.uniform(*DEPTHS)]
         self.target = np.array(options.get("target", drawn), dtype=float)
+        if self.target.shape != (3,) or not np.all(np.isfinite(self.target)):
+            raise ValueError(f"options: target: expected 3 finite numbers, found {options['target']}")
         self._heading = self._needle.axis
         self._tip = self._force(world).tip_position
         self._distance = np.linalg.norm(self.target - self._tip)
 
     def act(self, world, action):
-        feed, turn = np.clip(action, self.action_space.low, self.action_space.high)
+        feed, turn = action
         name = self._needle.name
         world.drive(self._needle, world.depths[name] + FEED * float(feed), world.spins[name] + TURN * float(turn))
         world.step(TICKS)

@@ -13,7 +13,7 @@ class Outcome(NamedTuple):
 
 class Task:
     """`steps` end an episode at the latest; `topics` are those of Client; `ranges` what NeedleEnv(randomise=True)
-    draws, by place in the scene: (low, high) or a function of a numpy Generator."""
+    draws, by place in the scene: (low, high) or a function of a numpy Generator; `options` the names that begin() knows."""
 
     name = ""
     steps = 100
@@ -21,6 +21,7 @@ class Task:
     action_space = None
     observation_space = None
     ranges = {}
+    options = ()
 
     def scene(self):
         """A Scene."""

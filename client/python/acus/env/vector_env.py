@@ -4,7 +4,7 @@ own."""
 
 import multiprocessing
 import traceback
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
 
@@ -21,11 +21,13 @@ class VectorEnv:
     over begins anew by itself: the step that ends it returns the first observation of the next one, with the last one and
     its info in infos[i]["final_observation"] and infos[i]["final_info"].
 
-    Threads step side by side, since a tick does not hold the interpreter's lock. Processes are spawned: a program that
+    Threads step side by side, since a tick does not hold the interpreter's lock; after an interrupt call reset(). Processes are spawned: a program that
     makes a VectorEnv with them does so below `if __name__ == "__main__":`.
     """
 
     def __init__(self, count, task="reach", *, make=None, on=None, **arguments):
+        if count < 1:
+            raise ValueError(f"count: expected at least 1 world, found {count}")
         if make is None and is_on_engine(on, set(arguments) - {"randomise"}):
             self._worlds = Threads(count, lambda: NeedleEnv(task, on="engine", **arguments))
         else:
@@ -53,9 +55,13 @@ class VectorEnv:
         return np.stack(observations), np.array(rewards), np.array(terminated), np.array(truncated), list(infos)
 
     def close(self):
-        self._worlds.close()
+        worlds, self._worlds = self._worlds, None
+        if worlds is not None:
+            worlds.close()
 
     def _ask(self, what, values):
+        if self._worlds is None:
+            raise ValueError("the environments are closed")
         if len(values) != self.num_envs:
             raise ValueError(f"expected {self.num_envs} of them, found {len(values)}")
         return without_trouble(self._worlds.ask(what, values))
@@ -102,7 +108,12 @@ class Threads:
             except Exception:  # pylint: disable=broad-except  # told to who asked, whatever it is
                 return False, traceback.format_exc()
 
-        return list(self._pool.map(answer, values))
+        answers = [self._pool.submit(answer, value) for value in values]
+        try:
+            return [each.result() for each in answers]
+        except BaseException:  # an interrupt: none goes on behind the caller's back
+            wait(answers)
+            raise
 
 
 class Processes:
