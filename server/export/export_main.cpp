@@ -127,7 +127,7 @@ void print(const Rerun& rerun, const std::string& file) {
   const std::optional<Difference>& difference = rerun.difference();
   if (!difference) {
     std::printf("outcome     the same to the last bit%s\n", rerun.damaged() ? ", as far as it can be read" : "");
-  } else if (difference->told) {
+  } else if (difference->reported) {
     std::printf("outcome     differs from tick %" PRIu64 " of epoch %" PRIu64 " on\n", difference->tick, difference->epoch);
   } else {
     std::printf("outcome     differs: the state after tick %" PRIu64 " of epoch %" PRIu64

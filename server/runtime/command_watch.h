@@ -17,11 +17,11 @@ struct CommandLimits {
   double ramp = 0.05;         // s in which the force goes from whole to nothing, and back
 };
 
-class CommandWatch {
+class CommandMonitor {
  public:
   static constexpr std::size_t kWindow = 100;  // ticks
 
-  explicit CommandWatch(const CommandLimits& limits = {}) : limits_(limits) {}
+  explicit CommandMonitor(const CommandLimits& limits = {}) : limits_(limits) {}
 
   // A tick that took a fresh command in, or did not. Returns whether commands have just become stale.
   bool tick(bool fresh) {
@@ -38,7 +38,7 @@ class CommandWatch {
   // A new epoch of the same world: no command was given in it. A force that is ramped down stays so till the first.
   void begin_epoch() {
     const double share = share_;
-    *this = CommandWatch(limits_);
+    *this = CommandMonitor(limits_);
     share_ = share;
   }
 

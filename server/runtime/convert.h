@@ -24,8 +24,8 @@ inline void put(const NeedleReport& needle, protocol::Force& force) {
   force.unheld = needle.unheld;
   force.base_position = to_wire(needle.base.position);
   force.base_orientation = to_wire(needle.base.orientation);
-  force.commanded_position = to_wire(needle.told.position);
-  force.commanded_orientation = to_wire(needle.told.orientation * rotation_exp({-needle.spin, 0, 0}));
+  force.commanded_position = to_wire(needle.commanded.position);
+  force.commanded_orientation = to_wire(needle.commanded.orientation * rotation_exp({-needle.spin, 0, 0}));
   force.spin = needle.spin;
   force.tip_position = to_wire(needle.tip_position);
   force.tip_force = to_wire(needle.tip_force);

@@ -43,7 +43,7 @@ struct ForceRecord {
   std::uint64_t epoch = 0, tick = 0;
   double time = 0;  // s
   CommandOrigin origin;
-  CommandWatch watch;
+  CommandMonitor watch;
   std::uint32_t flags = 0;
   LawMethod solver = LawMethod::gauss_seidel;
   int needle = 0;

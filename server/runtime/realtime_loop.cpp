@@ -162,15 +162,15 @@ void RealtimeLoop::carry_out(request::Step& step) {
 void RealtimeLoop::begin_epoch(NewEpoch& next) {
   epoch_ = next.number;
   overrun_ = overrun_policy_of(*world_);
-  for (CommandWatch& watch : watches_) watch.begin_epoch();
-  origins_.assign(watches_.size(), {});
+  for (CommandMonitor& watch : monitors_) watch.begin_epoch();
+  origins_.assign(monitors_.size(), {});
   record_epoch(next.box);
 }
 
 // Of a world that none was watched for yet.
 void RealtimeLoop::watch_commands() {
   const auto bodies = static_cast<std::size_t>(world_->body_count());
-  watches_.assign(bodies, CommandWatch(command_limits_of(*world_, options_.lockstep)));
+  monitors_.assign(bodies, CommandMonitor(command_limits_of(*world_, options_.lockstep)));
   origins_.assign(bodies, {});
 }
 
@@ -246,7 +246,7 @@ bool RealtimeLoop::take_command(int body) {
   origins_[i] = taken.origin;
   Command command = taken.command;
   if (!allow(body, command)) return false;
-  if (world_->simulation.command(body, command)) record(recorded::Told{body, command});
+  if (world_->simulation.command(body, command)) record(recorded::BodyCommand{body, command});
   return true;
 }
 
@@ -257,7 +257,7 @@ bool RealtimeLoop::allow(int body, Command& command) {
                           clients.beyond == Beyond::reject};
   const Acceptance acceptance = limit(limits, world_->simulation.motion(body).pose, command);
   if (acceptance == Acceptance::whole) return true;
-  watches_[static_cast<std::size_t>(body)].limit();
+  monitors_[static_cast<std::size_t>(body)].limit();
   if (Record* record = room_in(link_.records)) {
     *record = LimitRecord{epoch_, command.seq, body, acceptance};
     link_.records.commit();
@@ -272,9 +272,9 @@ void RealtimeLoop::take_commands() {
   for (int body = 0; body < kMaxBodies; ++body) {
     const bool fresh = take_command(body);
     if (body >= world_->body_count()) continue;
-    CommandWatch& watch = watches_[static_cast<std::size_t>(body)];
+    CommandMonitor& watch = monitors_[static_cast<std::size_t>(body)];
     if (watch.tick(fresh) || (refused && watch.stale()))
-      record(recorded::Told{body, world_->simulation.come_to_rest(body)});
+      record(recorded::BodyCommand{body, world_->simulation.come_to_rest(body)});
   }
 }
 
@@ -317,7 +317,7 @@ ForceRecord RealtimeLoop::force_record(std::size_t needle, TopicSet wanted) cons
           report.tick,
           report.time,
           origins_[needle],
-          watches_[needle],
+          monitors_[needle],
           flags(report, wanted),
           report.solver,
           static_cast<int>(needle),

@@ -96,7 +96,7 @@ class RealtimeLoop {
   std::unique_ptr<LoadedScene> world_;
   const LoopOptions options_;
   Link& link_;
-  std::vector<CommandWatch> watches_;   // per needle, then per guide
+  std::vector<CommandMonitor> monitors_;  // per needle, then per guide
   std::vector<CommandOrigin> origins_;  // likewise, of the newest command
   std::array<const EpochCommand*, kMaxBodies> taken_{};  // commands for an epoch that has not begun yet
   OverrunPolicy overrun_;

@@ -75,8 +75,8 @@ void Recorder::write(RecorderItem& item) {
   if (const auto* tick = std::get_if<recorded::Tick>(&item)) {
     writer_.add(*tick);
     last_tick_ = tick->tick;
-  } else if (const auto* told = std::get_if<recorded::Told>(&item)) {
-    writer_.add(*told);
+  } else if (const auto* given = std::get_if<recorded::BodyCommand>(&item)) {
+    writer_.add(*given);
   } else if (auto* begun = std::get_if<EpochBegun>(&item)) {
     if (begun->world != world_) writer_.add(*begun->world);
     world_ = std::move(begun->world);

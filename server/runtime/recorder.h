@@ -28,7 +28,7 @@ struct EpochBegun {
   std::unique_ptr<StateBox> state;  // full; serves for the seconds that follow, too
 };
 struct SecondOver {};  // the state of the tick before lies in the newest box
-using RecorderItem = std::variant<SecondOver, EpochBegun, recorded::Told, recorded::Tick>;
+using RecorderItem = std::variant<SecondOver, EpochBegun, recorded::BodyCommand, recorded::Tick>;
 
 class Recorder {
  public:

@@ -122,8 +122,8 @@ void Publisher::publish(const HapticRecord& record, const LoadedScene& world) {
   protocol::Haptics haptics;
   put_tick(record.force, world, haptics);
   haptics.seq = needle.command_seq;
-  haptics.position = to_wire(needle.told.position);
-  haptics.orientation = to_wire(needle.told.orientation * rotation_exp({-needle.spin, 0, 0}));
+  haptics.position = to_wire(needle.commanded.position);
+  haptics.orientation = to_wire(needle.commanded.orientation * rotation_exp({-needle.spin, 0, 0}));
   haptics.spin = needle.spin;
   haptics.force = to_wire(share * needle.base_force);
   haptics.torque = to_wire(share * needle.base_torque);

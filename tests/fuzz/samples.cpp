@@ -78,7 +78,7 @@ std::string items() {
   std::string bytes;
   Hasher hasher;
   for (int i = 0; i < 5; ++i) {
-    append(bytes, recorded::Told{0, {.seq = 1, .pose = simulation.scene().needles[0].base, .spin = 0.1}});
+    append(bytes, recorded::BodyCommand{0, {.seq = 1, .pose = simulation.scene().needles[0].base, .spin = 0.1}});
     push(simulation);
     append(bytes, recorded::Tick{simulation.report().tick, digest(hasher, simulation.report()), i == 3});
   }

@@ -20,8 +20,8 @@ NeedleModel held_needle(bool rigid, const BaseHold& hold, const Vector3& gravity
   return make_needle_model(body, gravity, rigid, hold);
 }
 
-void tick(NeedleMotion& motion, NeedleState& state, const Pose& told, const Pose& before) {
-  motion.begin(state, told, before);
+void tick(NeedleMotion& motion, NeedleState& state, const Pose& commanded, const Pose& before) {
+  motion.begin(state, commanded, before);
   for (double moved = 1; moved > 1e-12;) {
     motion.linearize(state);
     motion.clear_rows();
@@ -72,10 +72,10 @@ TEST_CASE("on springs that are stiff enough a base is where it is told, and its 
   for (const bool rigid : {true, false}) {
     const BaseHold stiff{1e9, 0, 1e8, 0};
     const NeedleModel held = held_needle(rigid, stiff, kGravity);
-    NeedleModel told = held;
-    told.hold.reset();
+    NeedleModel commanded = held;
+    commanded.hold.reset();
     NeedleState one = make_needle_state(held, {}), other = one;
-    NeedleMotion motion(held, 1e-3, 0), exact(told, 1e-3, 0);
+    NeedleMotion motion(held, 1e-3, 0), exact(commanded, 1e-3, 0);
     Random random(5);
     Pose base, before;
     for (int i = 0; i < 50; ++i) {
@@ -170,19 +170,19 @@ TEST_CASE("a holder that goes to and fro puts in all that needle and spring have
     NeedleState state = make_needle_state(model, {});
     NeedleMotion motion(model, 1e-3, 0);
     Random random(11);
-    Pose told, before;
+    Pose commanded, before;
     double work = 0;
     for (int i = 0; i < 500; ++i) {
-      before = told;
-      told.position += random.vector(2e-4);
-      told.orientation = (rotation_exp(random.vector(0.005)) * told.orientation).normalized();
-      tick(motion, state, told, before);
+      before = commanded;
+      commanded.position += random.vector(2e-4);
+      commanded.orientation = (rotation_exp(random.vector(0.005)) * commanded.orientation).normalized();
+      tick(motion, state, commanded, before);
       const Vector6 wrench = motion.base_reaction();
-      work += wrench.head<3>().dot(told.position - before.position) +
-              wrench.tail<3>().dot(rotation_log(told.orientation * before.orientation.conjugate()));
+      work += wrench.head<3>().dot(commanded.position - before.position) +
+              wrench.tail<3>().dot(rotation_log(commanded.orientation * before.orientation.conjugate()));
       motion.commit(state);
-      const Vector3 apart = told.position - state.x.col(0);
-      const Vector3 turned = rotation_log(told.orientation * state.q[0].conjugate());
+      const Vector3 apart = commanded.position - state.x.col(0);
+      const Vector3 turned = rotation_log(commanded.orientation * state.q[0].conjugate());
       NeedleShape shape;
       put_shape(state, shape);
       const double stored = kinetic_energy(model, state) + elastic_energy(model, shape) +

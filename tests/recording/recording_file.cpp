@@ -21,7 +21,7 @@ std::string contents(const std::string& path) {
   return text.str();
 }
 
-recorded::Told told() {
+recorded::BodyCommand given() {
   Command command{.seq = 7, .pose = Pose{{-0.0, 2, 1e-300}, Quaternion(1, 0, 0, 0)}, .spin = {}};
   return {3, command};
 }
@@ -31,7 +31,7 @@ std::string write_small(const TemporaryFolder& folder, const std::string& name) 
   RecordingWriter writer(folder / name);
   writer.add(recorded::Opening{1, "0.1", "2026-01-01T00:00:00Z"});
   writer.flush();
-  writer.add(told());
+  writer.add(given());
   writer.add(recorded::Tick{1, ~std::uint64_t{0}, true});
   writer.add(recorded::Tick{2, 5, false});
   writer.flush();
@@ -94,15 +94,15 @@ class FileSizeLimit {
 }  // namespace
 
 TEST_CASE("what is recorded comes back to the last bit") {
-  const recorded::Told told = there_and_back(acus::told());
-  CHECK(told.body == 3);
-  CHECK(told.command.seq == 7);
-  REQUIRE(told.command.pose);
-  CHECK(std::signbit(told.command.pose->position.x()));
-  CHECK(told.command.pose->position.y() == 2);
-  CHECK(told.command.pose->position.z() == 1e-300);
-  CHECK(told.command.pose->orientation.w() == 1);
-  CHECK(!told.command.spin);
+  const recorded::BodyCommand given = there_and_back(acus::given());
+  CHECK(given.body == 3);
+  CHECK(given.command.seq == 7);
+  REQUIRE(given.command.pose);
+  CHECK(std::signbit(given.command.pose->position.x()));
+  CHECK(given.command.pose->position.y() == 2);
+  CHECK(given.command.pose->position.z() == 1e-300);
+  CHECK(given.command.pose->orientation.w() == 1);
+  CHECK(!given.command.spin);
 
   const auto tick = there_and_back(recorded::Tick{std::uint64_t{1} << 40, ~std::uint64_t{0}, true});
   CHECK(tick.tick == std::uint64_t{1} << 40);

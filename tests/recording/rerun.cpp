@@ -67,7 +67,7 @@ TEST_CASE("the first tick that comes out otherwise is named") {
   CHECK(out.ticks == 10);
   REQUIRE(out.difference);
   CHECK(out.difference->tick == 6);
-  CHECK(out.difference->told);
+  CHECK(out.difference->reported);
   CHECK(out.problem.starts_with("it was not ended"));
 }
 
@@ -82,19 +82,20 @@ TEST_CASE("a state that comes out otherwise is told, too") {
   const RunAgain out = run_again(run);
   REQUIRE(out.difference);
   CHECK(out.difference->tick == 1);
-  CHECK(!out.difference->told);
+  CHECK(!out.difference->reported);
 }
 
 TEST_CASE("what cannot be run again is refused with a sentence") {
   const TemporaryFolder folder;
   SUBCASE("a body that the scene does not have") {
     Run run(folder / "run");
-    run.writer().add(recorded::Told{1, {}});
+    run.writer().add(recorded::BodyCommand{1, {}});
     CHECK(error_of(run) == "the recording commands a needle or guide that its scene does not have");
   }
   SUBCASE("a command out of range") {
     Run run(folder / "run");
-    run.writer().add(recorded::Told{0, {.seq = 1, .pose = Pose{{1e300, 0, 0}, Quaternion::Identity()}, .spin = {}}});
+    run.writer().add(
+        recorded::BodyCommand{0, {.seq = 1, .pose = Pose{{1e300, 0, 0}, Quaternion::Identity()}, .spin = {}}});
     CHECK(error_of(run) == "the recording has a command that is out of range");
   }
   SUBCASE("a snapshot of something else") {

@@ -8,7 +8,7 @@
 using namespace acus;
 
 TEST_CASE("commands are stale when none came for longer than the limit, and not before the first") {
-  CommandWatch watch({.time_step = 1e-3, .stale_after = 0.01, .ramp = 0.005});
+  CommandMonitor watch({.time_step = 1e-3, .stale_after = 0.01, .ramp = 0.005});
   for (int i = 0; i < 100; ++i) CHECK_FALSE(watch.tick(false));
   CHECK_FALSE(watch.stale());
   CHECK(watch.age() == 0);
@@ -23,7 +23,7 @@ TEST_CASE("commands are stale when none came for longer than the limit, and not 
 }
 
 TEST_CASE("the force falls to nothing in the ramp and comes back in it, never by more than a tick's share") {
-  CommandWatch watch({.time_step = 1e-3, .stale_after = 0.01, .ramp = 0.02});
+  CommandMonitor watch({.time_step = 1e-3, .stale_after = 0.01, .ramp = 0.02});
   double before = watch.force_share();
   CHECK(before == 1);
   int ticks_down = 0;
@@ -41,7 +41,7 @@ TEST_CASE("the force falls to nothing in the ramp and comes back in it, never by
 }
 
 TEST_CASE("a new epoch gives no force back before its first command") {
-  CommandWatch watch({.time_step = 1e-3, .stale_after = 0.01, .ramp = 0.02});
+  CommandMonitor watch({.time_step = 1e-3, .stale_after = 0.01, .ramp = 0.02});
   for (int i = 0; i < 100; ++i) watch.tick(i == 0);
   watch.begin_epoch();
   CHECK(watch.age() == 0);
@@ -53,8 +53,8 @@ TEST_CASE("a new epoch gives no force back before its first command") {
 }
 
 TEST_CASE("without a ramp the force goes at once, and an infinite limit leaves it whole") {
-  CommandWatch sudden({.time_step = 1e-3, .stale_after = 0.01, .ramp = 0});
-  CommandWatch never({.time_step = 1e-3, .stale_after = std::numeric_limits<double>::infinity(), .ramp = 0.01});
+  CommandMonitor sudden({.time_step = 1e-3, .stale_after = 0.01, .ramp = 0});
+  CommandMonitor never({.time_step = 1e-3, .stale_after = std::numeric_limits<double>::infinity(), .ramp = 0.01});
   for (int i = 0; i < 1000; ++i) sudden.tick(i == 0), never.tick(i == 0);
   CHECK(sudden.force_share() == 0);
   CHECK(never.force_share() == 1);
@@ -62,7 +62,7 @@ TEST_CASE("without a ramp the force goes at once, and an infinite limit leaves i
 }
 
 TEST_CASE("the share of fresh ticks is that of the last hundred") {
-  CommandWatch watch;
+  CommandMonitor watch;
   for (int i = 0; i < 50; ++i) watch.tick(true);
   CHECK(watch.fresh_share() == doctest::Approx(0.5));
   for (int i = 0; i < 100; ++i) watch.tick(i % 4 == 0);

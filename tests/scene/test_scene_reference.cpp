@@ -199,11 +199,11 @@ TEST_CASE("scenes/scene.schema.json is up to date (acus-server --schema > scenes
   CHECK(read_text("scenes/scene.schema.json") == scene_schema());
 }
 
-TEST_CASE("scenes/README.md holds every table (acus-server --tables)") {
-  const std::string readme = read_text("scenes/README.md");
+TEST_CASE("docs/scene-fields.md holds every table (acus-server --tables)") {
+  const std::string page = read_text("docs/scene-fields.md");
   for (const FieldTable& table : scene_tables()) {
     CAPTURE(table.markdown);
-    CHECK(readme.find("### " + table.title + "\n\n" + table.markdown) != std::string::npos);
+    CHECK(page.find("### " + table.title + "\n\n" + table.markdown) != std::string::npos);
   }
 }
 

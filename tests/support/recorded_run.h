@@ -33,7 +33,7 @@ class RecordedRun {
   }
 
   void tick(bool economizing = false) {
-    const recorded::Told told{0, next_command()};
+    const recorded::BodyCommand told{0, next_command()};
     REQUIRE(simulation_->command(0, told.command));
     writer_.add(told);
     simulation_->economize(economizing);

@@ -62,7 +62,7 @@ struct Counts {
   int ticks = 0, allocations = 0, locks = 0;
 };
 
-void check_scene(const WatchedScene& watched) {
+void check_scene(const ScannedScene& watched) {
   for_each_way(watched, [&](Simulation& simulation) {
     const SharedWithChild<Counts> counts;
     const auto run = [&] {

@@ -15,9 +15,9 @@ TEST_CASE("states and reports name all their members") {
   CHECK(gap_in_fields<NeedleState>() == "");
   CHECK(gap_in_fields<BaseState>() == "");
   CHECK(gap_in_fields<Insertion>() == "");
-  CHECK(gap_in_fields<VertexMemory>() == "");
-  CHECK(gap_in_fields<TipMemory>() == "");
-  CHECK(gap_in_fields<ShaftWatch>() == "");
+  CHECK(gap_in_fields<VertexState>() == "");
+  CHECK(gap_in_fields<TipState>() == "");
+  CHECK(gap_in_fields<ShaftMonitor>() == "");
   CHECK(gap_in_fields<Path>() == "");
   CHECK(gap_in_fields<TickReport>() == "");
   CHECK(gap_in_fields<NeedleReport>() == "");

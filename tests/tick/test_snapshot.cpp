@@ -125,11 +125,11 @@ TEST_CASE("a state whose indices lead nowhere is refused") {
     CHECK(refused([&](State& s) { s.paths[0].vertices[0].tetrahedron = wrong; }));
     CHECK(refused([&](State& s) { s.paths[0].exits.push_back(wrong); }));
     CHECK(refused([&](State& s) { s.insertions[0].path = wrong; }));
-    CHECK(refused([&](State& s) { s.insertions[0].held = wrong; }));
+    CHECK(refused([&](State& s) { s.insertions[0].border = wrong; }));
     CHECK(refused([&](State& s) { s.insertions[0].touched.tetrahedron = wrong; }));
     CHECK(refused([&](State& s) { s.insertions[0].first_alongside = wrong; }));
     CHECK(refused([&](State& s) { s.insertions[0].last_alongside = wrong; }));
-    CHECK(refused([&](State& s) { s.watches[0].next = wrong; }));
+    CHECK(refused([&](State& s) { s.monitors[0].next = wrong; }));
   }
   CHECK(refused([](State& s) { s.paths[1].exits.push_back(1); }));  // one that was left
   CHECK(refused([](State& s) { s.insertions[0].phase = static_cast<Phase>(77); }));

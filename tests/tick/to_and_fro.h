@@ -15,7 +15,7 @@
 namespace acus::test {
 
 // A scene of scenes/ by its name, how deep its needles go (m), and what is changed in it.
-struct WatchedScene {
+struct ScannedScene {
   const char* name;
   double depth;
   bool rigid = false;          // all needles
@@ -26,16 +26,16 @@ struct WatchedScene {
 };
 
 inline constexpr std::array kWatchedScenes{
-    WatchedScene{"insertion_pullback", 0.05},     // puncture, cutting, friction, withdrawal
-    WatchedScene{"steering", 0.06},               // a bevel in its guide, torsional friction
-    WatchedScene{"inclusion_soft_needle", 0.06},  // contact with an inclusion, and along it
-    WatchedScene{"through", 0.06},                // out on the other side and back
-    WatchedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true},
-    WatchedScene{.name = "insertion_pullback", .depth = 0.02, .second_needle = true},
-    WatchedScene{.name = "insertion_pullback", .depth = 0.02, .held = true},
-    WatchedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true, .held = true},
-    WatchedScene{.name = "inclusion_soft_needle", .depth = 0.012, .element = TissueElement::nodal_pressure},
-    WatchedScene{.name = "inclusion_soft_needle", .depth = 0.06, .give = LocalCompliance::none},
+    ScannedScene{"insertion_pullback", 0.05},     // puncture, cutting, friction, withdrawal
+    ScannedScene{"steering", 0.06},               // a bevel in its guide, torsional friction
+    ScannedScene{"inclusion_soft_needle", 0.06},  // contact with an inclusion, and along it
+    ScannedScene{"through", 0.06},                // out on the other side and back
+    ScannedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true},
+    ScannedScene{.name = "insertion_pullback", .depth = 0.02, .second_needle = true},
+    ScannedScene{.name = "insertion_pullback", .depth = 0.02, .held = true},
+    ScannedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true, .held = true},
+    ScannedScene{.name = "inclusion_soft_needle", .depth = 0.012, .element = TissueElement::nodal_pressure},
+    ScannedScene{.name = "inclusion_soft_needle", .depth = 0.06, .give = LocalCompliance::none},
 };
 
 // Ways to solve a scene. Rung `exact` factorises in every tick, where CHOLMOD asks for memory.
@@ -62,7 +62,7 @@ inline void add_second_needle(Scene& scene) {
   scene.needles.push_back(second);
 }
 
-inline Scene load_watched(const WatchedScene& watched, const WatchedWay& way) {
+inline Scene load_watched(const ScannedScene& watched, const WatchedWay& way) {
   Scene scene = read_scene(source_path("scenes/") + watched.name + ".yaml");
   scene.tissue.rung = way.rung;
   scene.tissue.local_compliance = watched.give;
@@ -76,7 +76,7 @@ inline Scene load_watched(const WatchedScene& watched, const WatchedWay& way) {
 
 // Loads the scene once for each way to solve it, the way captured, and calls watch(simulation).
 template <class Watch>
-void for_each_way(const WatchedScene& watched, Watch watch) {
+void for_each_way(const ScannedScene& watched, Watch watch) {
   for (const WatchedWay& way : kWatchedWays) {
     CAPTURE(static_cast<int>(way.rung));
     CAPTURE(static_cast<int>(way.solver));

@@ -32,9 +32,9 @@ NeedleMotion::NeedleMotion(const NeedleModel& model, double h, int max_rows)
   base_rows_.setZero(max_rows, 6);
 }
 
-void NeedleMotion::begin(const NeedleState& state, const Pose& told, const Pose& before) {
-  if (held_) held_->begin(before, told, {state.x.col(0), state.q[0]});
-  const Pose base = held_ ? held_->carried_along() : told;
+void NeedleMotion::begin(const NeedleState& state, const Pose& commanded, const Pose& before) {
+  if (held_) held_->begin(before, commanded, {state.x.col(0), state.q[0]});
+  const Pose base = held_ ? held_->carried_along() : commanded;
   const Quaternion turn = base.orientation * state.q[0].conjugate();
   const Vector3 pivot = state.x.col(0);
   for (int i = 0; i < model_.nodes(); ++i) {

@@ -394,11 +394,12 @@ void declare_reports(py::module_& module) {
       .def_property_readonly("base_position", [](const Needle& of) { return array_of(of.report().base.position); })
       .def_property_readonly("base_orientation",
                              [](const Needle& of) { return array_of(of.report().base.orientation); })
-      .def_property_readonly("commanded_position", [](const Needle& of) { return array_of(of.report().told.position); })
+      .def_property_readonly("commanded_position",
+                             [](const Needle& of) { return array_of(of.report().commanded.position); })
       .def_property_readonly(
           "commanded_orientation",
           [](const Needle& of) {
-            return array_of(Quaternion(of.report().told.orientation * rotation_exp({-of.report().spin, 0, 0})));
+            return array_of(Quaternion(of.report().commanded.orientation * rotation_exp({-of.report().spin, 0, 0})));
           })
       .def_property_readonly(
           "base_force_in_base",

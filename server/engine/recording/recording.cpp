@@ -71,7 +71,7 @@ struct Append {
     pack_item(bytes, "scene", it.file, it.text, it.rate, it.fingerprint, it.own_mesh);
   }
   void operator()(const recorded::Beginning& it) const { pack_item(bytes, "begin", it.epoch, it.snapshot); }
-  void operator()(const recorded::Told& it) const {
+  void operator()(const recorded::BodyCommand& it) const {
     const Command& command = it.command;
     pack_item(bytes, "command", static_cast<std::uint64_t>(it.body), command.seq, command.pose, command.spin);
   }
@@ -173,14 +173,14 @@ Item unpack_item(std::span<const Object> elements, Members It::*... members) {
   return it;
 }
 
-Item unpack_told(std::span<const Object> elements) {
+Item unpack_body_command(std::span<const Object> elements) {
   if (elements.size() != 5) unexpected("another number of elements");
-  recorded::Told told;
-  unpack(elements[1], told.body);
-  unpack(elements[2], told.command.seq);
-  unpack(elements[3], told.command.pose);
-  unpack(elements[4], told.command.spin);
-  return told;
+  recorded::BodyCommand given;
+  unpack(elements[1], given.body);
+  unpack(elements[2], given.command.seq);
+  unpack(elements[3], given.command.pose);
+  unpack(elements[4], given.command.spin);
+  return given;
 }
 
 Item unpack_item(const Object& object) {
@@ -190,7 +190,7 @@ Item unpack_item(const Object& object) {
   std::string name;
   unpack(elements[0], name);
   if (name == "tick") return unpack_item(elements, &Tick::tick, &Tick::digest, &Tick::economizing);
-  if (name == "command") return unpack_told(elements);
+  if (name == "command") return unpack_body_command(elements);
   if (name == "state") return unpack_item(elements, &StateAfter::tick, &StateAfter::hash);
   if (name == "begin") return unpack_item(elements, &Beginning::epoch, &Beginning::snapshot);
   if (name == "scene")

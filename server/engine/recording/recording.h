@@ -54,7 +54,7 @@ struct Beginning {
   std::uint64_t epoch = 0;
   std::vector<std::byte> snapshot;
 };
-struct Told {
+struct BodyCommand {
   int body = 0;  // of the needles in the order of the scene, then of the guides
   Command command;
 };
@@ -70,7 +70,7 @@ struct StateAfter {
 struct Ending {
   std::string why;
 };
-using Item = std::variant<Opening, World, Beginning, Told, Tick, StateAfter, Ending>;
+using Item = std::variant<Opening, World, Beginning, BodyCommand, Tick, StateAfter, Ending>;
 
 }  // namespace recorded
 

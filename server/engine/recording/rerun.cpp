@@ -49,12 +49,13 @@ Simulation& Rerun::begun() {
   return *simulation_;
 }
 
-void Rerun::handle(const recorded::Told& told) {
+void Rerun::handle(const recorded::BodyCommand& given) {
   Simulation& simulation = begun();
   const Scene& scene = simulation.scene();
-  if (static_cast<std::size_t>(told.body) >= scene.needles.size() + scene.guides.size())
+  if (static_cast<std::size_t>(given.body) >= scene.needles.size() + scene.guides.size())
     throw RecordingError("the recording commands a needle or guide that its scene does not have");
-  if (!simulation.command(told.body, told.command)) throw RecordingError("the recording has a command that is out of range");
+  if (!simulation.command(given.body, given.command))
+    throw RecordingError("the recording has a command that is out of range");
 }
 
 void Rerun::handle(const recorded::Tick& tick) {
@@ -72,8 +73,8 @@ void Rerun::handle(const recorded::StateAfter& recorded) {
   if (comparable_hash(state) != recorded.hash || state.tick != recorded.tick) differ(false);
 }
 
-void Rerun::differ(bool told) {
-  if (!difference_) difference_ = {epoch_, simulation_->report().tick, told};
+void Rerun::differ(bool reported) {
+  if (!difference_) difference_ = {epoch_, simulation_->report().tick, reported};
 }
 
 }  // namespace acus

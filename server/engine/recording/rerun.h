@@ -15,7 +15,7 @@ namespace acus {
 struct Difference {
   std::uint64_t epoch = 0, tick = 0;
   // What a tick tells differs at this tick. Else the state does, since the last one whose state was recorded.
-  bool told = true;
+  bool reported = true;
 };
 
 class Rerun {
@@ -43,11 +43,11 @@ class Rerun {
   void handle(const recorded::Opening&);
   void handle(const recorded::World& world);
   void handle(const recorded::Beginning& beginning);
-  void handle(const recorded::Told& told);
+  void handle(const recorded::BodyCommand& given);
   void handle(const recorded::Tick& tick);
   void handle(const recorded::StateAfter& state);
   void handle(const recorded::Ending&) {}
-  void differ(bool told);
+  void differ(bool reported);
   Simulation& begun();
 
   RecordingReader reader_;

@@ -146,8 +146,8 @@ struct Tissue {
 // How a needle is solved.
 enum class NeedleRung { flexible, rigid };
 
-// How the tip is ground. A blunt one slides on a surface as friction lets it. A sharp one bites: pushed at more than the
-// angle of its face against the surface its edge comes first, and it does not slide (tick/insertion/tip_friction.h).
+// How the tip is ground. A blunt one slides on a surface as friction lets it. A sharp one bites: pushed at more than
+// the angle of its face against the surface its edge comes first, and it does not slide (tick/insertion/tip_laws.h).
 enum class TipShape { blunt, bevel, pencil, trocar };
 
 struct Needle : NeedleBody {

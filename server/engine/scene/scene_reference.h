@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Writes down what scene_fields.h says: the JSON Schema for editors and the tables of scenes/README.md.
+// Writes down what scene_fields.h says: the JSON Schema for editors and the tables of docs/scene-fields.md.
 #pragma once
 
 #include <string>

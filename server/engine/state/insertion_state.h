@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a needle remembers of its way through the tissue from tick to tick.
+// The state of a needle's insertion between ticks.
 #pragma once
 
 #include <cmath>
@@ -12,9 +12,9 @@
 
 namespace acus {
 
-// Of a path vertex, after the last tick in which it stood alongside the shaft.
-struct VertexMemory {
-  double s = 0;                       // m, where it stands along the needle
+// Of a path vertex, after the last tick in which it was alongside the shaft.
+struct VertexState {
+  double s = 0;  // m, its place along the needle
   bool sliding = true;
   double friction = 0;                // N
   double traction = 0;                // t_n, N/m: friction per length owned
@@ -34,7 +34,7 @@ struct VertexMemory {
   }
 };
 
-struct TipMemory {
+struct TipState {
   double contact = 0;                 // N
   double cutting = 0;                 // N
   Vector3 lateral = Vector3::Zero();  // N, contact friction or tip path
@@ -48,23 +48,23 @@ struct TipMemory {
 };
 
 struct Insertion {
-  Phase phase = Phase::free;             // changes as state/phase.h says
-  int path = -1;                         // that the needle is in, -1: none
+  Phase phase = Phase::free;             // state/phase.h changes it
+  int path = -1;                         // the needle's path, -1: none
   double depth = 0;                      // m of needle in the tissue
-  int held = -1;                         // the region at whose border the tip rests, inside; -1: none
-  TipMemory tip;
+  int border = -1;                       // region whose border holds the tip, inside; -1: none
+  TipState tip;
   MaterialPoint touched;                 // of the surface, while a tip outside, or through, presses on it
-  double end_s = 0;                      // m, where the path's end stands along the needle, or ahead of it
+  double end_s = 0;                      // m, place of the path's end along the needle, or ahead of it
   int first_alongside = 0;               // path vertices alongside the shaft in the last tick,
   int last_alongside = -1;               // none where last < first
-  std::vector<VertexMemory> vertices;    // as many as a path can have
+  std::vector<VertexState> vertices;     // as many as a path can have
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("phase", self.phase);
     visit("path", self.path);
     visit("depth", self.depth);
-    visit("held", self.held);
+    visit("border", self.border);
     visit("tip", self.tip);
     visit("touched", self.touched);
     visit("end_s", self.end_s);
@@ -77,15 +77,15 @@ struct Insertion {
 // Whether the tip presses on a surface from outside.
 inline bool touches(const Insertion& insertion) { return insertion.touched.tetrahedron >= 0; }
 
-// Samples of a shaft that are looked at beside its path; `length` of the needle (m).
-inline constexpr double kWatchSpacing = 2e-3;  // m, of the samples, at most
-inline int watch_samples(double length) { return static_cast<int>(std::ceil(length / kWatchSpacing)); }
+// Samples of a shaft for shaft_monitor.h; `length` of the needle (m).
+inline constexpr double kMonitorSpacing = 2e-3;  // m, of the samples, at most
+inline int monitor_samples(double length) { return static_cast<int>(std::ceil(length / kMonitorSpacing)); }
 
-// What is known of a shaft beside its path, see tick/insertion/shaft_watch.h.
-struct ShaftWatch {
-  int next = 0;       // sample to look at
-  int found = 0;      // samples since the first that stand in tissue that does not hold them
-  double unheld = 0;  // m, of the last time that the whole needle was looked at
+// The shaft beside its path, see tick/insertion/shaft_monitor.h.
+struct ShaftMonitor {
+  int next = 0;       // sample to check
+  int found = 0;      // samples of this round in tissue that does not support them
+  double unheld = 0;  // m, found in the last whole round
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -95,7 +95,7 @@ struct ShaftWatch {
   }
 };
 
-// A needle outside, with room to remember the vertices of any path.
+// A needle outside, with room for the vertices of any path.
 inline Insertion make_insertion(int path_capacity) {
   Insertion insertion;
   insertion.vertices.resize(static_cast<std::size_t>(path_capacity));

@@ -17,16 +17,16 @@ void enter(Insertion& insertion, int path, double needle_length) {
   assert(path >= 0 && insertion.path < 0);
   change_phase(insertion, Phase::inside);
   insertion.path = path;
-  insertion.tip = TipMemory{};
+  insertion.tip = TipState{};
   insertion.touched = MaterialPoint{};
-  std::fill(insertion.vertices.begin(), insertion.vertices.end(), VertexMemory{.s = needle_length});
+  std::fill(insertion.vertices.begin(), insertion.vertices.end(), VertexState{.s = needle_length});
   insertion.end_s = needle_length;
 }
 
 void forget(Insertion& insertion) {
   change_phase(insertion, Phase::free);
-  std::vector<VertexMemory> vertices = std::move(insertion.vertices);
-  vertices.assign(vertices.size(), VertexMemory{});
+  std::vector<VertexState> vertices = std::move(insertion.vertices);
+  vertices.assign(vertices.size(), VertexState{});
   insertion = Insertion{};
   insertion.vertices = std::move(vertices);
 }

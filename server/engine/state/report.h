@@ -20,7 +20,7 @@ struct NeedleReport {
   double inserted_depth = 0;              // m of needle inside the tissue
   double unheld = 0;                      // m of needle that crosses tissue beside its path and feels nothing
   Pose base;                              // world, spin included
-  Pose told;                              // where commands have it, likewise: the base itself unless a spring holds it
+  Pose commanded;                         // where commands have it, likewise: the base itself unless a spring holds it
   double spin = 0;                        // rad
   Vector3 tip_position = Vector3::Zero(); // m, world
   Vector3 tip_force = Vector3::Zero();    // N, world, by the tissue on the tip (cutting or contact and lateral)
@@ -41,7 +41,7 @@ struct NeedleReport {
     visit("unheld", self.unheld);
     visit("spin", self.spin);
     visit("base", self.base);
-    visit("told", self.told);
+    visit("commanded", self.commanded);
     visit("tip_position", self.tip_position);
     visit("tip_force", self.tip_force);
     visit("base_force", self.base_force);

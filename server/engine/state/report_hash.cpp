@@ -30,7 +30,7 @@ struct Adder {
   }
   // Follows from the state and the command, and is left out, so that hashes of older runs hold.
   void operator()(const char* name, const Pose& pose) {
-    if (std::string_view(name) == "told") return;
+    if (std::string_view(name) == "commanded") return;
     add_matrix(hasher, pose.orientation.coeffs());
     add_matrix(hasher, pose.position);
   }

@@ -15,7 +15,7 @@ State make_state(const Model& model) {
     state.bases.push_back(base_at(base));
     state.insertions.push_back(make_insertion(model.path_vertices));
   }
-  state.watches.resize(state.needles.size());
+  state.monitors.resize(state.needles.size());
   for (const Guide& guide : model.scene.guides) state.guides.push_back({.motion = base_at(guide.pose)});
   state.paths.assign(kMaxPaths, Path(model.path_vertices));
   return state;

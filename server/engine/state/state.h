@@ -40,7 +40,7 @@ struct State {
   std::vector<NeedleState> needles;
   std::vector<BaseState> bases;        // per needle
   std::vector<Insertion> insertions;   // per needle
-  std::vector<ShaftWatch> watches;     // per needle
+  std::vector<ShaftMonitor> monitors;  // per needle
   std::vector<GuideState> guides;
   std::vector<Path> paths;             // kMaxPaths, most of them empty
   NeedleBalance balance;
@@ -54,7 +54,7 @@ struct State {
     visit("needles", self.needles);
     visit("bases", self.bases);
     visit("insertions", self.insertions);
-    visit("watches", self.watches);
+    visit("monitors", self.monitors);
     visit("guides", self.guides);
     visit("paths", self.paths);
     visit("balance", self.balance);

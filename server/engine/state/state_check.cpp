@@ -53,8 +53,8 @@ void check_insertion(const Model& model, const State& state, int needle) {
     require(insertion.phase != Phase::through || path.exited, "the phase of a needle in its path");
   }
   const int regions = static_cast<int>(model.interactions.size());
-  require(-1 <= insertion.held && insertion.held < regions, "the region that holds a needle");
-  require(insertion.held < 0 || !model.borders.surface(insertion.held).empty(), "the region that holds a needle");
+  require(-1 <= insertion.border && insertion.border < regions, "the region that holds a needle");
+  require(insertion.border < 0 || !model.borders.surface(insertion.border).empty(), "the region that holds a needle");
   require(insertion.touched.tetrahedron == -1 || in_mesh(model, insertion.touched), "the point that a needle touches");
   require((insertion.phase != Phase::contact) || touches(insertion), "the point that a needle touches");
   const int vertices = static_cast<int>(insertion.vertices.size());
@@ -70,10 +70,11 @@ void check_rotations(const Model& model, const ElementRotations& rotations) {
   }
 }
 
-void check_watch(const Model& model, const State& state, int needle) {
-  const ShaftWatch& watch = state.watches[needle];
-  const int samples = watch_samples(model.needles[needle].length);
-  require(0 <= watch.next && watch.next < samples && 0 <= watch.found && watch.found <= samples && watch.unheld >= 0,
+void check_monitor(const Model& model, const State& state, int needle) {
+  const ShaftMonitor& monitor = state.monitors[needle];
+  const int samples = monitor_samples(model.needles[needle].length);
+  require(0 <= monitor.next && monitor.next < samples && 0 <= monitor.found && monitor.found <= samples &&
+              monitor.unheld >= 0,
           "the watch over a shaft");
 }
 
@@ -100,7 +101,7 @@ void check_state(const Model& model, const State& state) {
   check_rotations(model, state.tissue.rotations);
   for (int i = 0; i < model.needle_count(); ++i) {
     check_insertion(model, state, i);
-    check_watch(model, state, i);
+    check_monitor(model, state, i);
   }
 }
 

@@ -19,7 +19,7 @@
 namespace acus {
 
 // A guide's part of a tick.
-struct GuideWork {
+struct GuideScratch {
   GuideState next;
   Vector3 center = Vector3::Zero(), before = Vector3::Zero();  // G in this tick and at its start (m)
   Vector3 axis = Vector3::UnitX();                             // a
@@ -28,13 +28,13 @@ struct GuideWork {
 
 // Stage 1.
 void begin_guide(const BaseLimits& limits, double h, const GuideState& state, const std::optional<Command>& newest,
-                 std::uint64_t tick, GuideWork& work);
+                 std::uint64_t tick, GuideScratch& scratch);
 // Stage 4.
-void locate_guide(const NeedleView& needle, GuideWork& work);
+void locate_guide(const NeedleView& needle, GuideScratch& scratch);
 // Stage 5: rows of guide `index` on a needle; false if some did not fit.
 bool add_guide_rows(const Guide& parameters, int index, int needle_index, const NeedleView& needle,
-                    const GuideWork& work, Rows& rows);
+                    const GuideScratch& scratch, Rows& rows);
 // After the solve: what the guide will remember; returns its force on the needle (N).
-Vector3 read_guide_forces(const Rows& rows, int index, GuideWork& work);
+Vector3 read_guide_forces(const Rows& rows, int index, GuideScratch& scratch);
 
 }  // namespace acus

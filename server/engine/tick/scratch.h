@@ -74,11 +74,11 @@ struct Scratch {
   Scratch& operator=(const Scratch&) = delete;
 
   std::vector<BaseState> bases;               // per needle, at the end of the tick
-  std::vector<GuideWork> guides;
+  std::vector<GuideScratch> guides;
   std::vector<NeedleShape> start_shapes;      // per needle, at the start of the tick
   std::vector<NeedleMotion> motions;          // per needle
   TissueMotion tissue;
-  std::vector<InsertionWork> insertions;      // per needle
+  std::vector<InsertionScratch> insertions;   // per needle
   std::vector<char> paths_taken;              // per path, whether a needle has picked it up in this tick
   Rows rows;
   std::vector<InsertionForces> forces;        // per needle

@@ -20,7 +20,7 @@ haptics::LocalModel step_with_local_model(Simulation& simulation, const Pose& ta
   model.tick = tick.tick;
   model.time = tick.time;
   model.seq = seq;
-  model.base = {plain(needle.told.position), plain(needle.told.orientation)};
+  model.base = {plain(needle.commanded.position), plain(needle.commanded.orientation)};
   model.felt = {plain(base.lasting.head<3>()), plain(base.lasting.tail<3>())};
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < 6; ++j) model.stiffness(i, j) = base.stiffness(i, j);

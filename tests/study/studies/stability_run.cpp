@@ -46,7 +46,7 @@ class Recorder {
       : simulation_(experiment.scene), h_(1 / experiment.scene.rate), free_(experiment.scene.tissue.fixed.empty()) {
     for (const NeedleReport& needle : simulation_.report().needles) {
       bases_.push_back(needle.base);
-      told_.push_back(needle.told);
+      told_.push_back(needle.commanded);
     }
     series_.forces.resize(2 * bases_.size());
     before_ = simulation_.tissue_positions();
@@ -98,10 +98,10 @@ class Recorder {
       const NeedleReport& needle = report.needles[i];
       const Vector3 moved = needle.base.position - bases_[i].position;
       work -= needle.base_force.dot(moved) + needle.base_torque.dot(turn_between(bases_[i], needle.base));
-      const double told = (needle.told.position - told_[i].position).norm();
-      if (std::max(told, turn_between(told_[i], needle.told).norm()) > kStill * h_) series_.rest = series_.ticks();
+      const double told = (needle.commanded.position - told_[i].position).norm();
+      if (std::max(told, turn_between(told_[i], needle.commanded).norm()) > kStill * h_) series_.rest = series_.ticks();
       bases_[i] = needle.base;
-      told_[i] = needle.told;
+      told_[i] = needle.commanded;
     }
     series_.work.push_back(work);
   }

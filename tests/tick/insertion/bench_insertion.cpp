@@ -64,8 +64,8 @@ InsertionBench::InsertionBench(const Scene& from, int path_vertices)
       model(make_needle_model(parameters, Vector3::Zero(), true)),
       paths(kPaths, Path(path_vertices)),
       paths_taken(kPaths, 0),
-      memory(make_insertion(path_vertices)),
-      work(max_shaft_points(parameters, least_spacing(scene.needles)), path_vertices) {
+      state(make_insertion(path_vertices)),
+      scratch(max_shaft_points(parameters, least_spacing(scene.needles)), path_vertices) {
   events.reserve(100);
   put_needle(on_line(0.1));
 }
@@ -128,12 +128,12 @@ double InsertionBench::give() const {
 }
 
 const Located& InsertionBench::locate() {
-  locate_insertion(view(), memory, paths, paths_taken, work);
-  return work.located;
+  locate_insertion(view(), state, paths, paths_taken, scratch);
+  return scratch.located;
 }
 
 void InsertionBench::be_in_path(int path) {
-  enter(memory, path, kLength);
+  enter(state, path, kLength);
   paths[static_cast<std::size_t>(path)].needle = 0;
 }
 

@@ -70,8 +70,8 @@ class InsertionBench {
   NeedleShape start, shape;
   std::vector<Path> paths;
   std::vector<char> paths_taken;
-  Insertion memory;
-  InsertionWork work;
+  Insertion state;
+  InsertionScratch scratch;
   std::vector<Event> events;
   Rows rows{400};
 };
@@ -82,7 +82,7 @@ inline constexpr std::uint64_t kTick = 7;
 template <class Unit>
 auto in_transition(InsertionBench& bench, Unit&& unit) {
   const InsertionView at = bench.view();
-  return unit(Transition{at, bench.work, kTick, bench.memory, bench.paths, bench.events});
+  return unit(Transition{at, bench.scratch, kTick, bench.state, bench.paths, bench.events});
 }
 
 }  // namespace acus::test

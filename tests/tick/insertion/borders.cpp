@@ -2,7 +2,7 @@
 // The border that a tip at the end of its path meets; the cube has another region below z = 0.
 #include <doctest/doctest.h>
 
-#include "server/engine/tick/insertion/border_search.h"
+#include "server/engine/tick/insertion/tip_place.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {
@@ -12,7 +12,7 @@ std::optional<Obstacle> border_ahead(double puncture_force, double end, double t
   InsertionBench bench(two_regions(puncture_force));
   bench.add_straight_path(end);
   bench.be_in_path(0);
-  bench.memory.held = held;
+  bench.state.border = held;
   bench.put_needle(on_line(end));
   bench.move_needle(on_line(tip));
   return bench.locate().obstacle;

@@ -25,19 +25,19 @@ TEST_CASE("forces are summed by law and remembered by vertex") {
   add(0, RowRole::friction, 1, -Vector3::UnitZ(), {LawKind::friction, 0.01}, -0.01);
   add(0, RowRole::friction, 2, -Vector3::UnitZ(), {LawKind::friction, 0.01}, -0.005);
   add(1, RowRole::cutting, -1, Vector3::UnitX(), cut, 5);  // of another needle
-  const InsertionForces forces = read_forces(bench.rows, 0, bench.work);
+  const InsertionForces forces = read_forces(bench.rows, 0, bench.scratch);
 
   CHECK((forces.tip - Vector3(0.03, 0, 0.2)).norm() < 1e-15);
   CHECK((forces.cutting - Vector3(0, 0, 0.2)).norm() < 1e-15);
   CHECK((forces.friction - Vector3(0, 0, 0.015)).norm() < 1e-15);
   CHECK((forces.lateral - Vector3(0.03, -0.04, 0)).norm() < 1e-15);
-  const Insertion& next = bench.work.next;
-  CHECK(bench.work.cutting);
-  CHECK_FALSE(bench.work.puncturing);
+  const Insertion& next = bench.scratch.next;
+  CHECK(bench.scratch.cutting);
+  CHECK_FALSE(bench.scratch.puncturing);
   CHECK(next.tip.cutting == 0.2);
   CHECK(next.vertices[1].sliding);
   CHECK_FALSE(next.vertices[2].sliding);
-  CHECK(next.vertices[1].traction == doctest::Approx(-0.01 / bench.work.located.shaft[1].owned));
+  CHECK(next.vertices[1].traction == doctest::Approx(-0.01 / bench.scratch.located.shaft[1].owned));
 }
 
 }  // namespace acus::test

@@ -34,7 +34,7 @@ void rest_on_border(InsertionBench& bench) {
   bench.add_straight_path(0);
   bench.paths[0].end = bench.border_point(kLower, on_line(0));
   bench.be_in_path(0);
-  bench.memory.held = kLower;
+  bench.state.border = kLower;
 }
 
 std::uint32_t slide_to(InsertionBench& bench, double x) {
@@ -53,8 +53,8 @@ TEST_CASE("a straight cut over several ticks has its vertices at exact distances
   check_straight(bench, 5);  // 30, 26, 22, 18, 14 mm
   CHECK(bench.paths[0].tail == doctest::Approx(0.5e-3).epsilon(1e-9));
   CHECK((bench.position(bench.paths[0].end) - on_line(0.0135)).norm() < kRounding);
-  CHECK(bench.memory.vertices[4].s == doctest::Approx(kLength - 0.5e-3 - bench.give()).epsilon(1e-9));  // behind the tip
-  CHECK(bench.memory.vertices[3].s == doctest::Approx(kLength - 4.5e-3 - bench.give()).epsilon(1e-9));
+  CHECK(bench.state.vertices[4].s == doctest::Approx(kLength - 0.5e-3 - bench.give()).epsilon(1e-9));  // behind the tip
+  CHECK(bench.state.vertices[3].s == doctest::Approx(kLength - 4.5e-3 - bench.give()).epsilon(1e-9));
   CHECK_FALSE(bench.paths[0].exited);
   CHECK(bench.events.empty());
 }
@@ -67,7 +67,7 @@ TEST_CASE("a border that holds stops the cut") {
   CHECK((bench.position(bench.paths[0].end) - on_line(0)).norm() < kRounding);
   CHECK(bench.view().tissue.region(bench.paths[0].end) == kUpper);
   CHECK(bench.paths[0].tail == doctest::Approx(2e-3).epsilon(1e-9));
-  CHECK(bench.memory.held == kLower);
+  CHECK(bench.state.border == kLower);
   CHECK(bench.event_kinds() == std::vector{EventKind::contact});
   cut_to(bench, on_line(-3e-3));
   CHECK(bench.events.size() == 1);  // told once
@@ -79,7 +79,7 @@ TEST_CASE("a border that does not hold is told, and the spacing goes on behind i
   CHECK(cut_to(bench, on_line(-3e-3)) == 0);
   check_straight(bench, 9);  // 2 mm and -2 mm
   CHECK((bench.position(bench.paths[0].end) - on_line(-3e-3)).norm() < kRounding);
-  CHECK(bench.memory.held == -1);
+  CHECK(bench.state.border == -1);
   REQUIRE(bench.event_kinds() == std::vector{EventKind::crossing});
   CHECK(bench.events[0].region == kLower);
 }
@@ -108,7 +108,7 @@ TEST_CASE("a tip that leaves a border says so once") {
     leave_border(now);
     leave_border(now);
   });
-  CHECK(bench.memory.held == -1);
+  CHECK(bench.state.border == -1);
   CHECK(bench.event_kinds() == std::vector{EventKind::release});
 }
 
@@ -116,13 +116,13 @@ TEST_CASE("a cut that leaves a border goes on with the force that it had along i
   InsertionBench bench(two_regions(0.7));
   rest_on_border(bench);
   bench.put_needle(on_line(0), Vector3(1, 0, -1).normalized());
-  bench.memory.tip.lateral = {-0.2, 0, 0};
+  bench.state.tip.lateral = {-0.2, 0, 0};
   in_transition(bench, [](const Transition& now) { leave_border(now); });
-  CHECK(bench.memory.tip.cutting == doctest::Approx(0.2 / std::sqrt(2)).epsilon(1e-9));
-  bench.memory.held = kLower;
-  bench.memory.tip = {.contact = 0, .cutting = 0, .lateral = {0.2, 0, 0}};  // pulled back
+  CHECK(bench.state.tip.cutting == doctest::Approx(0.2 / std::sqrt(2)).epsilon(1e-9));
+  bench.state.border = kLower;
+  bench.state.tip = {.contact = 0, .cutting = 0, .lateral = {0.2, 0, 0}};  // pulled back
   in_transition(bench, [](const Transition& now) { leave_border(now); });
-  CHECK(bench.memory.tip.cutting == 0);
+  CHECK(bench.state.tip.cutting == 0);
 }
 
 TEST_CASE("a short slide moves the end, and its tail is the straight distance") {

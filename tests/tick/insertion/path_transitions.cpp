@@ -15,14 +15,14 @@ std::uint32_t transitions_of(InsertionBench& bench) {
 
 // As stages 4 to 8 leave it: the tip so far through the surface after it pressed with f_p that it cuts 0.5 mm.
 void press_through(InsertionBench& bench) {
-  bench.memory.phase = Phase::contact;
-  bench.memory.touched = bench.point(on_line(kTop));
+  bench.state.phase = Phase::contact;
+  bench.state.touched = bench.point(on_line(kTop));
   bench.put_needle(on_line(kTop));
   bench.move_needle(on_line(kTop - 5e-4 - bench.give()));
   bench.locate();
-  bench.memory = bench.work.next;
-  bench.memory.tip.contact = 0.4;
-  bench.work.puncturing = true;
+  bench.state = bench.scratch.next;
+  bench.state.tip.contact = 0.4;
+  bench.scratch.puncturing = true;
 }
 
 // The needle goes straight down for 40 mm from its base and then turns back up, on a half circle of 20 mm.
@@ -47,12 +47,12 @@ TEST_CASE("contact and release are told") {
   InsertionBench bench;
   bench.put_needle(on_line(kTop));
   bench.locate();
-  bench.memory.tip.contact = 0.1;
+  bench.state.tip.contact = 0.1;
   transitions_of(bench);
-  CHECK(bench.memory.phase == Phase::contact);
-  bench.memory.tip.contact = 0;
+  CHECK(bench.state.phase == Phase::contact);
+  bench.state.tip.contact = 0;
   transitions_of(bench);
-  CHECK(bench.memory.phase == Phase::free);
+  CHECK(bench.state.phase == Phase::free);
   CHECK(bench.event_kinds() == std::vector{EventKind::contact, EventKind::release});
 }
 
@@ -63,8 +63,8 @@ TEST_CASE("a puncture opens a path where the needle goes through the surface") {
   CHECK(bench.event_kinds() == std::vector{EventKind::puncture});
   CHECK(bench.events[0].tick == kTick);
   CHECK(bench.events[0].force == 0.4);
-  REQUIRE(bench.memory.path == 0);
-  CHECK(bench.memory.phase == Phase::inside);
+  REQUIRE(bench.state.path == 0);
+  CHECK(bench.state.phase == Phase::inside);
   const Path& path = bench.paths[0];
   CHECK(path.needle == 0);
   CHECK(path.spacing == bench.parameters.constraint_spacing);
@@ -72,20 +72,20 @@ TEST_CASE("a puncture opens a path where the needle goes through the surface") {
   CHECK((bench.position(path.vertices[0]) - on_line(kTop)).norm() < kRounding);
   CHECK((bench.position(path.end) - on_line(kTop - 5e-4)).norm() < kRounding);
   CHECK(path.tail == doctest::Approx(5e-4).epsilon(1e-9));
-  CHECK(bench.memory.depth == doctest::Approx(5e-4 + bench.give()).epsilon(1e-9));
+  CHECK(bench.state.depth == doctest::Approx(5e-4 + bench.give()).epsilon(1e-9));
 }
 
 TEST_CASE("a tip that presses an element flat punctures, whatever force it takes") {
   InsertionBench bench;
   bench.put_needle(on_line(kTop));
   bench.locate();
-  bench.memory.tip.contact = 0.1;
+  bench.state.tip.contact = 0.1;
   for (const int node : bench.mesh.tetrahedra[static_cast<std::size_t>(bench.point(on_line(kTop)).tetrahedron)])
     if (bench.mesh.nodes(2, node) > kTop - 1e-6) bench.x(2, node) -= 0.015;  // through the node below
   transitions_of(bench);
   CHECK(bench.event_kinds() == std::vector{EventKind::contact, EventKind::puncture});
   CHECK(bench.events[1].force == 0.1);
-  CHECK(bench.memory.phase == Phase::inside);
+  CHECK(bench.state.phase == Phase::inside);
 }
 
 TEST_CASE("a tip that is found in the tissue without path or contact gets a path along its way") {
@@ -95,9 +95,9 @@ TEST_CASE("a tip that is found in the tissue without path or contact gets a path
   bench.locate();
   CHECK(transitions_of(bench) == kTipFoundInside);
   CHECK(bench.event_kinds() == std::vector{EventKind::intrusion});
-  CHECK(bench.memory.phase == Phase::inside);
-  CHECK(bench.memory.depth == doctest::Approx(depth).epsilon(1e-9));
-  REQUIRE(bench.memory.path == 0);
+  CHECK(bench.state.phase == Phase::inside);
+  CHECK(bench.state.depth == doctest::Approx(depth).epsilon(1e-9));
+  REQUIRE(bench.state.path == 0);
   CHECK((bench.position(bench.paths[0].vertices[0]) - on_line(kTop)).norm() < kRounding);
   CHECK((bench.position(bench.paths[0].end) - on_line(kTop - depth)).norm() < kRounding);
 }
@@ -109,10 +109,10 @@ TEST_CASE("the path of a bent needle that is found in the tissue lies along its 
   CHECK(transitions_of(bench) == kTipFoundInside);
   const Path& path = bench.paths[0];
   CHECK((bench.position(path.vertices[0]) - Vector3(-0.0191, 0.0021, kTop)).norm() < 1e-6);
-  CHECK(bench.memory.depth == doctest::Approx(kLength - 0.02).epsilon(0.01));
+  CHECK(bench.state.depth == doctest::Approx(kLength - 0.02).epsilon(0.01));
   const auto& needle = bench.view().needle;
   for (std::size_t k = 0; k < path.vertices.size(); ++k) {
-    const Vector3 on_shaft = curve_point(needle.model, needle.shape, bench.memory.vertices[k].s).position;
+    const Vector3 on_shaft = curve_point(needle.model, needle.shape, bench.state.vertices[k].s).position;
     const double sagitta = path.spacing * path.spacing / (8 * 0.02);
     CHECK((bench.position(path.vertices[k]) - on_shaft).norm() < 2 * sagitta);
   }
@@ -122,12 +122,12 @@ TEST_CASE("a tip that has just punctured may stand before the mouth; one that go
   InsertionBench bench;
   bench.add_straight_path(kTop - 5e-3);
   bench.be_in_path(0);
-  bench.memory.depth = 0;
+  bench.state.depth = 0;
   bench.put_needle(on_line(kTop + 2e-4));
   bench.move_needle(on_line(kTop + 1e-4));
   bench.locate();
   transitions_of(bench);
-  CHECK(bench.memory.phase == Phase::inside);
+  CHECK(bench.state.phase == Phase::inside);
   bench.put_needle(on_line(kTop + 1e-4));
   bench.move_needle(on_line(kTop + 2e-4));
   bench.locate();
@@ -139,12 +139,12 @@ TEST_CASE("a tip whose mouth is dragged past it is in the tissue, and stays in i
   InsertionBench bench;
   Path& path = bench.add_straight_path(0.010);
   bench.be_in_path(0);
-  bench.memory.depth = 1e-3;
+  bench.state.depth = 1e-3;
   path.vertices[0] = bench.point(on_line(kTop - 8e-3));
   bench.put_needle(on_line(kTop - 4e-3));
   bench.locate();
   transitions_of(bench);
-  CHECK(bench.memory.phase == Phase::inside);
+  CHECK(bench.state.phase == Phase::inside);
   CHECK(bench.events.empty());
 }
 
@@ -153,13 +153,13 @@ TEST_CASE("a tip that is through and is found in the tissue: its path goes on th
   Path& path = bench.add_straight_path(0.020);
   path.exited = true;
   bench.be_in_path(0);
-  bench.memory.phase = Phase::through;
+  bench.state.phase = Phase::through;
   bench.put_needle(on_line(0.010));
   bench.locate();
-  bench.memory = bench.work.next;
+  bench.state = bench.scratch.next;
   CHECK(transitions_of(bench) == kTipFoundInside);
   CHECK(bench.event_kinds() == std::vector{EventKind::intrusion});
-  CHECK(bench.memory.phase == Phase::inside);
+  CHECK(bench.state.phase == Phase::inside);
   CHECK_FALSE(path.exited);
   REQUIRE(path.exits.size() == 1);
   CHECK((bench.position(path.end) - on_line(0.010)).norm() < kRounding);
@@ -178,7 +178,7 @@ TEST_CASE("a puncture takes the place of the path that was left longest ago, and
   }
   press_through(bench);
   transitions_of(bench);
-  CHECK(bench.memory.path == (opens ? 1 : -1));
+  CHECK(bench.state.path == (opens ? 1 : -1));
   CHECK(bench.events.empty() != opens);
 }
 
@@ -188,11 +188,11 @@ TEST_CASE("a tip that cuts takes the end along, one that does not leaves it") {
   bench.be_in_path(0);
   bench.put_needle(on_line(0.019 - bench.give()));
   bench.locate();
-  bench.memory = bench.work.next;
-  bench.work.cutting = false;
+  bench.state = bench.scratch.next;
+  bench.scratch.cutting = false;
   transitions_of(bench);
   CHECK((bench.position(bench.paths[0].end) - on_line(0.020)).norm() < kRounding);
-  bench.work.cutting = true;
+  bench.scratch.cutting = true;
   transitions_of(bench);
   CHECK((bench.position(bench.paths[0].end) - on_line(0.019)).norm() < kRounding);
   CHECK(bench.events.empty());
@@ -206,11 +206,11 @@ TEST_CASE("a tip that cuts out of the tissue, goes back and comes again") {
   for (const double z : {out, kBottom + 1e-3, out}) {
     bench.put_needle(on_line(z));
     bench.locate();
-    bench.memory = bench.work.next;
-    bench.work.cutting = true;
+    bench.state = bench.scratch.next;
+    bench.scratch.cutting = true;
     transitions_of(bench);
     CHECK(bench.paths[0].exited);
-    CHECK(bench.memory.phase == (z < kBottom ? Phase::through : Phase::inside));
+    CHECK(bench.state.phase == (z < kBottom ? Phase::through : Phase::inside));
   }
   CHECK(bench.event_kinds() == std::vector{EventKind::exit, EventKind::reentry, EventKind::exit});
 }
@@ -219,7 +219,7 @@ TEST_CASE("withdrawal frees the path and keeps it") {
   InsertionBench bench;
   bench.add_straight_path(0.010);
   bench.be_in_path(0);
-  bench.memory.depth = 1e-3;
+  bench.state.depth = 1e-3;
   bench.put_needle(on_line(kTop + 1e-3));
   bench.locate();
   transitions_of(bench);
@@ -227,8 +227,8 @@ TEST_CASE("withdrawal frees the path and keeps it") {
   CHECK(bench.paths[0].needle == -1);
   CHECK(bench.paths[0].left == kTick);
   CHECK(bench.paths[0].vertices.size() == 5);
-  CHECK(bench.memory.path == -1);
-  CHECK(bench.memory.phase == Phase::free);
+  CHECK(bench.state.path == -1);
+  CHECK(bench.state.phase == Phase::free);
 }
 
 TEST_CASE("re-entry takes the path, from its far end turned round") {
@@ -242,12 +242,12 @@ TEST_CASE("re-entry takes the path, from its far end turned round") {
   bench.put_needle(on_line(side * (kTop + 1e-3)), along);
   bench.move_needle(on_line(side * (kTop - 1e-3)), along);
   REQUIRE(bench.locate().reentered);
-  bench.memory = bench.work.next;
+  bench.state = bench.scratch.next;
   transitions_of(bench);
   const Path& path = bench.paths[0];
   CHECK(bench.event_kinds().front() == EventKind::reentry);
   CHECK(path.needle == 0);
-  CHECK(bench.memory.path == 0);
+  CHECK(bench.state.path == 0);
   CHECK((bench.position(path.vertices[0]) - on_line(side * kTop)).norm() < kRounding);
   CHECK((bench.position(path.end) - on_line(-side * kTop)).norm() < kRounding);
 }

@@ -24,12 +24,12 @@ Rows& rows_of(InsertionBench& bench, double back = 0, double spin = 0) {
   const Located& located = bench.locate();
   REQUIRE(located.shaft.size() == 5);
   REQUIRE(located.shaft[kVertex].owned == doctest::Approx(kOwned).epsilon(1e-9));
-  CHECK(add_shaft_rows(bench.view(), bench.paths[0], bench.work, located.shaft[kVertex], bench.rows));
+  CHECK(add_shaft_rows(bench.view(), bench.paths[0], bench.scratch, located.shaft[kVertex], bench.rows));
   return bench.rows;
 }
 
 void remember(InsertionBench& bench, bool slips) {
-  for (VertexMemory& vertex : bench.work.next.vertices) vertex.sliding = vertex.turning = slips;
+  for (VertexState& vertex : bench.scratch.next.vertices) vertex.sliding = vertex.turning = slips;
 }
 
 }  // namespace
@@ -69,25 +69,25 @@ TEST_CASE("the friction threshold is l pi d mu p, static where it stuck, dynamic
   CHECK(bench.rows.law(2).limit == doctest::Approx(0.3 * kNormal).epsilon(1e-9));  // a new vertex slides
   bench.rows.clear();
   remember(bench, false);
-  add_shaft_rows(bench.view(), bench.paths[0], bench.work, bench.work.located.shaft[kVertex], bench.rows);
+  add_shaft_rows(bench.view(), bench.paths[0], bench.scratch, bench.scratch.located.shaft[kVertex], bench.rows);
   CHECK(bench.rows.law(2).limit == doctest::Approx(0.35 * kNormal).epsilon(1e-9));
 }
 
 TEST_CASE("strain stays as the owned length changes, but a spring that is drawn out far and sticks bears no more") {
   InsertionBench bench;
   rows_of(bench);
-  VertexMemory& memory = bench.work.next.vertices[kVertex];
+  VertexState& state = bench.scratch.next.vertices[kVertex];
   const double axial = bench.view().tissue.axial_compliance(bench.paths[0].vertices[kVertex], kDiameter);
   REQUIRE(axial > 0);
   const auto strained = [&](bool slips, double drawn, double force_before) {
-    memory.sliding = slips;
-    memory.traction = drawn / axial;
-    memory.friction = force_before * memory.traction * kOwned;
+    state.sliding = slips;
+    state.traction = drawn / axial;
+    state.friction = force_before * state.traction * kOwned;
     bench.rows.clear();
-    add_shaft_rows(bench.view(), bench.paths[0], bench.work, bench.work.located.shaft[kVertex], bench.rows);
+    add_shaft_rows(bench.view(), bench.paths[0], bench.scratch, bench.scratch.located.shaft[kVertex], bench.rows);
     const Row& friction = bench.rows.row(2);
     CHECK(friction.compliance == doctest::Approx(axial / kOwned).epsilon(1e-9));
-    return -friction.gap / friction.compliance / (memory.traction * kOwned);
+    return -friction.gap / friction.compliance / (state.traction * kOwned);
   };
   CHECK(strained(false, 0.2 * kOwned, 0.8) == doctest::Approx(1).epsilon(1e-9));
   CHECK(strained(true, 0.3 * kOwned, 0.8) == doctest::Approx(1).epsilon(1e-9));
@@ -134,7 +134,7 @@ TEST_CASE("rows that do not fit are told") {
   InsertionBench bench;
   rows_of(bench);
   Rows two(2);
-  CHECK_FALSE(add_shaft_rows(bench.view(), bench.paths[0], bench.work, bench.work.located.shaft[kVertex], two));
+  CHECK_FALSE(add_shaft_rows(bench.view(), bench.paths[0], bench.scratch, bench.scratch.located.shaft[kVertex], two));
   CHECK(two.count() == 2);
 }
 

@@ -2,7 +2,7 @@
 // What gives way under a tip that the mesh does not resolve.
 #include <doctest/doctest.h>
 
-#include "server/engine/tick/insertion/tip_compliance.h"
+#include "server/engine/tick/insertion/tip_laws.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {
@@ -46,8 +46,8 @@ TEST_CASE("the way to a border is that along the cutting direction") {
   Vector3 along = -Vector3::UnitZ();
   bench.put_needle(on_line(2e-4), along);
   REQUIRE(bench.locate().obstacle);
-  CHECK(bench.work.located.tip.ahead == doctest::Approx(2e-4).epsilon(1e-9));
-  const Obstacle obstacle = *bench.work.located.obstacle;
+  CHECK(bench.scratch.located.tip.ahead == doctest::Approx(2e-4).epsilon(1e-9));
+  const Obstacle obstacle = *bench.scratch.located.obstacle;
   const auto ahead = [&](const Vector3& direction) {
     bench.put_needle(on_line(2e-4), direction.normalized());
     return distance_ahead(bench.view(), obstacle, on_line(2e-4), on_line(0));

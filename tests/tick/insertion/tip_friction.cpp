@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/tip_friction.h"
+#include "server/engine/tick/insertion/tip_laws.h"
 
 #include <doctest/doctest.h>
 

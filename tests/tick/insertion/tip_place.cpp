@@ -21,7 +21,7 @@ TEST_CASE("a tip at the end of its path cuts") {
   const TipPlace& tip = place_at(bench, 0.020);
   CHECK(tip.in_tail);
   CHECK(tip.at_end);
-  CHECK(tip.held == doctest::Approx(0.001).epsilon(1e-9));  // half of the way from the last vertex
+  CHECK(tip.supported == doctest::Approx(0.001).epsilon(1e-9));  // half of the way from the last vertex
   CHECK((bench.view().tissue.position(tip.point) - on_line(0.020)).norm() < kRounding);
   CHECK((tip.tangent + Vector3::UnitZ()).norm() < kRounding);
 }
@@ -49,9 +49,9 @@ TEST_CASE("as a cut lays a vertex, what holds the needle across its path does no
     bench.put_needle(on_line(0.022));
     const Located& located = bench.locate();
     REQUIRE(located.shaft.size() == (laid ? 3 : 2));
-    CHECK(located.shaft[0].held == doctest::Approx(0.002).epsilon(1e-9));
-    CHECK(located.shaft[1].held == doctest::Approx(0.004).epsilon(1e-9));
-    const double here = laid ? located.shaft[2].held + located.tip.held : located.tip.held;
+    CHECK(located.shaft[0].supported == doctest::Approx(0.002).epsilon(1e-9));
+    CHECK(located.shaft[1].supported == doctest::Approx(0.004).epsilon(1e-9));
+    const double here = laid ? located.shaft[2].supported + located.tip.supported : located.tip.supported;
     CHECK(here == doctest::Approx(0.002).epsilon(1e-9));
   }
 }
@@ -62,7 +62,7 @@ TEST_CASE("a tip back between two vertices is held to the point between them") {
   CHECK_FALSE(tip.in_tail);
   CHECK_FALSE(tip.at_end);
   CHECK(tip.point.u == doctest::Approx(0.75).epsilon(1e-9));
-  CHECK(tip.held == doctest::Approx(0.0015).epsilon(1e-9));
+  CHECK(tip.supported == doctest::Approx(0.0015).epsilon(1e-9));
   CHECK((bench.view().tissue.position(tip.point) - on_line(0.023)).norm() < kRounding);
 }
 
@@ -72,8 +72,8 @@ TEST_CASE("a tip back between the last vertex and the end is held to the way bet
   CHECK(tip.in_tail);
   CHECK_FALSE(tip.at_end);
   CHECK(tip.point.u == doctest::Approx(0.25).epsilon(1e-9));
-  CHECK(tip.held == doctest::Approx(0.00025).epsilon(1e-9));
-  CHECK(bench.work.located.shaft.back().held == doctest::Approx(0.00225).epsilon(1e-9));
+  CHECK(tip.supported == doctest::Approx(0.00025).epsilon(1e-9));
+  CHECK(bench.scratch.located.shaft.back().supported == doctest::Approx(0.00225).epsilon(1e-9));
 }
 
 TEST_CASE("a tip before the mouth is held to the mouth") {
@@ -81,9 +81,9 @@ TEST_CASE("a tip before the mouth is held to the mouth") {
   const TipPlace& tip = place_at(bench, 0.031);
   CHECK_FALSE(tip.at_end);
   CHECK(tip.point.u == 0);
-  CHECK(tip.held == 0);
+  CHECK(tip.supported == 0);
   CHECK((bench.view().tissue.position(tip.point) - on_line(kTop)).norm() < kRounding);
-  CHECK(bench.work.located.shaft.empty());
+  CHECK(bench.scratch.located.shaft.empty());
 }
 
 TEST_CASE("a path that has left the tissue has no end to cut at") {
@@ -92,7 +92,7 @@ TEST_CASE("a path that has left the tissue has no end to cut at") {
   bench.be_in_path(0);
   bench.put_needle(on_line(kBottom));
   CHECK_FALSE(bench.locate().tip.in_tail);
-  CHECK_FALSE(bench.work.located.tip.at_end);
+  CHECK_FALSE(bench.scratch.located.tip.at_end);
 }
 
 }  // namespace acus::test

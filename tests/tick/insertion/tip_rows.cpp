@@ -23,7 +23,7 @@ TEST_CASE("on the surface the tip has a contact row along the normal and frictio
   bench.put_needle(on_line(kTop + 5e-4) - Vector3(2e-4, 0, 0));
   bench.move_needle(on_line(kTop + 3e-4));
   bench.locate();
-  CHECK(add_surface_rows(bench.view(), bench.work, bench.rows));
+  CHECK(add_surface_rows(bench.view(), bench.scratch, bench.rows));
   REQUIRE(bench.rows.count() == 3);
   const Row& contact = bench.rows.row(0);
   CHECK(contact.role == RowRole::contact);
@@ -55,7 +55,7 @@ TEST_CASE("at the end of its path the tip has a cutting row against its cutting 
   bench.put_needle(on_line(0.020));
   bench.locate();
   bench.move_needle(on_line(0.020) + 3e-4 * direction);  // beyond the end
-  CHECK(add_path_rows(bench.view(), bench.paths[0], bench.work, bench.rows));
+  CHECK(add_path_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows));
   REQUIRE(bench.rows.count() == 3);
   const Row& cutting = bench.rows.row(0);
   CHECK(cutting.role == RowRole::cutting);
@@ -78,14 +78,14 @@ TEST_CASE("a law that can bear no force has no row") {
   InsertionBench bench(scene);
   bench.put_needle(on_line(kTop));
   bench.locate();
-  add_surface_rows(bench.view(), bench.work, bench.rows);
+  add_surface_rows(bench.view(), bench.scratch, bench.rows);
   CHECK(bench.rows.count() == 1);
   bench.rows.clear();
   bench.add_straight_path(0.020);
   bench.be_in_path(0);
   bench.put_needle(on_line(0.020));
   bench.locate();
-  add_path_rows(bench.view(), bench.paths[0], bench.work, bench.rows);
+  add_path_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows);
   CHECK(bench.rows.count() == 2);  // lateral ones
 }
 
@@ -96,7 +96,7 @@ TEST_CASE("back inside its path the tip is held to the point between two vertice
   const Vector3 beside(2e-4, 1e-4, 0);
   bench.put_needle(on_line(0.023) + beside);  // u = 3/4
   bench.locate();
-  CHECK(add_path_rows(bench.view(), bench.paths[0], bench.work, bench.rows));
+  CHECK(add_path_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows));
   REQUIRE(bench.rows.count() == 3);
   CHECK(bench.rows.row(0).gap == doctest::Approx(3e-3).epsilon(1e-9));  // to the end, where it would cut
   const Row &a = bench.rows.row(1), &b = bench.rows.row(2);
@@ -113,9 +113,9 @@ TEST_CASE("a tip under way to a border has its contact row beside those of its p
   bench.put_needle(on_line(2e-4));
   SUBCASE("under way") {
     bench.locate();
-    REQUIRE(bench.work.located.obstacle);
-    CHECK_FALSE(bench.work.located.obstacle->under);
-    add_path_rows(bench.view(), bench.paths[0], bench.work, bench.rows);
+    REQUIRE(bench.scratch.located.obstacle);
+    CHECK_FALSE(bench.scratch.located.obstacle->under);
+    add_path_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows);
     REQUIRE(bench.rows.count() == 4);
     CHECK(bench.rows.row(1).role == RowRole::contact);
     CHECK(bench.rows.row(1).gap == doctest::Approx(2e-4).epsilon(1e-9));
@@ -124,9 +124,9 @@ TEST_CASE("a tip under way to a border has its contact row beside those of its p
   SUBCASE("rests") {
     bench.move_needle(on_line(-1e-4));
     bench.locate();
-    REQUIRE(bench.work.located.obstacle);
-    CHECK(bench.work.located.obstacle->under);
-    add_border_rows(bench.view(), bench.paths[0], bench.work, bench.rows);
+    REQUIRE(bench.scratch.located.obstacle);
+    CHECK(bench.scratch.located.obstacle->under);
+    add_border_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows);
     REQUIRE(bench.rows.count() == 3);
     CHECK(bench.rows.row(0).role == RowRole::contact);
     CHECK((bench.rows.row(0).n - Vector3::UnitZ()).norm() < 1e-12);
@@ -142,14 +142,14 @@ TEST_CASE("along a border a tip cuts ahead and aside, but not on its way back") 
   bench.add_path({on_line(kTop), on_line(4e-3), on_line(0), on_line(0) + Vector3(4e-3, 0, 0)}, 4e-3);
   bench.paths[0].end = bench.border_point(kLower, on_line(0) + Vector3(4e-3, 0, 0));
   bench.be_in_path(0);
-  bench.memory.held = kLower;
-  bench.memory.tip.contact = 0.1;
+  bench.state.border = kLower;
+  bench.state.tip.contact = 0.1;
   const auto cohesion = [&](const Vector3& last_force) {
-    bench.memory.tip.lateral = last_force;
+    bench.state.tip.lateral = last_force;
     bench.put_needle(on_line(0) + Vector3(4e-3, 0, 0), Vector3(1, 0, -1).normalized());
     bench.locate();
     bench.rows.clear();
-    CHECK(add_border_rows(bench.view(), bench.paths[0], bench.work, bench.rows));
+    CHECK(add_border_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows));
     REQUIRE(bench.rows.count() == 3);
     return bench.rows.law(1).cohesion;
   };

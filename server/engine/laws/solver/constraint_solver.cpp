@@ -4,26 +4,25 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace acus {
 
-ConstraintSolver::ConstraintSolver(int capacity) : direct_(capacity), gauss_seidel_(direct_), reduced_(capacity) {
+ConstraintSolver::ConstraintSolver(int capacity) : attempts_(capacity), reduced_(capacity) {
   const auto n = static_cast<std::size_t>(capacity);
   scale_.resize(n);
   trial_lambda_.resize(n);
   trial_delta_.resize(n);
 }
 
-// Solves the reduced laws about the state, with `inner`, and again as long as that halves the residual, until it is
-// within `target(lambda)`. The state ends as the best answer seen, the one that it came with included.
-template <class Inner, class Target>
-void ConstraintSolver::solve_rounds(const LawSystem& full, const LawState& state, SolverResult& result, Target target,
-                                    Inner inner) {
+void ConstraintSolver::solve_rounds(std::span<const Attempt> attempts, double tolerance, const Target& target,
+                                    const LawSystem& full, const LawState& state, StepBudget& budget,
+                                    SolverResult& result) {
   const std::size_t n = state.lambda.size();
   const LawState trial{{trial_lambda_.data(), n}, {trial_delta_.data(), n}};
   for (int round = 0; round < kMaxRounds; ++round) {
     reduced_.linearize(state);
-    inner(reduced_.system(), reduced_.others());
+    attempts_.run(attempts, tolerance, reduced_.system(), reduced_.others(), budget, result);
     copy(state, trial);
     reduced_.expand(trial.lambda);
     update_displacements(full, trial);
@@ -33,29 +32,9 @@ void ConstraintSolver::solve_rounds(const LawSystem& full, const LawState& state
       result.residual = residual;
       copy(trial, state);
     }
-    if (result.residual <= target(state.lambda) || !(residual < before / 2)) return;
+    if (result.residual <= target.at(state.lambda) || !(residual < before / 2)) break;
   }
-}
-
-void ConstraintSolver::solve_directly(const LawSystem& full, const LawState& state, StepBudget& budget,
-                                      SolverResult& result) {
-  const auto target = [](std::span<const double> lambda) { return kDirectEnd * force_scale(lambda); };
-  solve_rounds(full, state, result, target, [&](const LawSystem& system, const LawState& others) {
-    result.steps += direct_.solve(system, others, budget);
-  });
-  result.capped = budget.spent() && result.residual > target(state.lambda);
-}
-
-void ConstraintSolver::solve_by_sweeps(const LawSystem& full, double tolerance, const LawState& state,
-                                       StepBudget& budget, SolverResult& result) {
-  const auto target = [tolerance](std::span<const double>) { return tolerance; };
-  solve_rounds(full, state, result, target, [&](const LawSystem& system, const LawState& others) {
-    // Half the tolerance, for what the elimination leaves over.
-    const GaussSeidel::Counts counts = gauss_seidel_.solve(system, tolerance / 2, others, budget);
-    result.sweeps += counts.sweeps;
-    result.steps += counts.direct;
-  });
-  result.capped = budget.spent() && result.residual > tolerance;
+  result.capped = budget.spent() && result.residual > target.at(state.lambda);
 }
 
 SolverResult ConstraintSolver::solve(LawMethod method, Eigen::Ref<const MatrixX> W, std::span<const Law> laws,
@@ -76,13 +55,15 @@ SolverResult ConstraintSolver::solve(LawMethod method, Eigen::Ref<const MatrixX>
   SolverResult result;
   result.residual = law_residual(full, state);
   StepBudget budget(max_steps);
-  bool by_sweeps = reducible && method == LawMethod::gauss_seidel;
-  if (reducible && method == LawMethod::direct) {
-    solve_directly(full, state, budget, result);
+  const bool direct = method == LawMethod::direct;
+  if (reducible && direct) {
+    solve_rounds(kDirect, std::numeric_limits<double>::infinity(), {.share = kDirectEnd}, full, state, budget, result);
     reduced_.gather(lambda);  // the best answer, not the last
-    by_sweeps = !budget.spent() && result.residual > std::max(tolerance, kDirectEnd * force_scale(lambda));
   }
-  if (by_sweeps) solve_by_sweeps(full, tolerance, state, budget, result);
+  const bool ends =
+      direct && (budget.spent() || result.residual <= std::max(tolerance, kDirectEnd * force_scale(lambda)));
+  // Half the tolerance, for what the elimination leaves over.
+  if (reducible && !ends) solve_rounds(kGaussSeidel, tolerance / 2, {.force = tolerance}, full, state, budget, result);
   result.fell_back = method == LawMethod::direct && result.sweeps > 0;
   result.method = result.fell_back ? LawMethod::gauss_seidel : method;
   result.converged = result.residual <= tolerance;

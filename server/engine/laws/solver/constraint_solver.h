@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stage 7: the forces at which every law holds on its line, delta = W lambda + delta_free. Bilateral rows are
-// eliminated (reduced_laws.h); the others are solved
+// eliminated (reduced_laws.h); the others are solved by a list of attempts (attempts.h):
 //
-//   direct         by the pieces of their graphs (direct_laws.h), to kDirectEnd of force_scale(), in a bounded number
-//                  of factorisations. Starts on the pieces that the rows pick at the forces of the last tick. Where the
-//                  best answer is neither that good nor within the tolerance given Gauss-Seidel goes on from there;
-//   gauss_seidel   by sweeps (gauss_seidel.h), to the tolerance given.
+//   direct         to kDirectEnd of force_scale(); where the best answer is neither that good nor within the tolerance
+//                  given, the attempts of gauss_seidel continue from it;
+//   gauss_seidel   to the tolerance given.
 //
-// One budget of steps bounds all that a call does, whatever the method: sweeps, picks and interior-point iterations.
-// The residual is taken on the full W as it was given, after the bilateral rows have followed; where it is too large
-// the elimination is repeated about the answer, kMaxRounds times at most, which mends what regularisation and rounding
-// left over. The answer that violates the laws least is the one returned. Nothing depends on earlier calls, but for the
-// forces that the caller hands in. Nothing allocates after construction.
+// One budget of steps bounds a call: sweeps, picks and interior-point iterations. The residual is taken on the full W,
+// after the bilateral rows have followed. Where it is too large the elimination is repeated about the answer,
+// kMaxRounds times at most, which removes what regularisation and rounding left. The answer that violates the laws
+// least is returned. Nothing depends on earlier calls, but for the forces that the caller hands in. Nothing allocates
+// after construction.
 #pragma once
 
-#include "server/engine/laws/solver/gauss_seidel.h"
+#include <algorithm>
+
+#include "server/engine/laws/solver/attempts.h"
 #include "server/engine/laws/solver/law_method.h"
 #include "server/engine/laws/solver/reduced_laws.h"
 
@@ -26,8 +27,6 @@ class ConstraintSolver {
   static constexpr int kMaxRounds = 4;
 
   explicit ConstraintSolver(int capacity);
-  ConstraintSolver(const ConstraintSolver&) = delete;  // parts refer to each other
-  ConstraintSolver& operator=(const ConstraintSolver&) = delete;
 
   // W: symmetric (m/N), positive diagonal, rows x rows in its top left corner, rows <= capacity. delta_free (m) and
   // lambda (N) have one entry per law; lambda is the first guess; delta returns W lambda + delta_free. `max_steps`
@@ -38,14 +37,18 @@ class ConstraintSolver {
                      std::span<double> delta);
 
  private:
-  template <class Inner, class Target>
-  void solve_rounds(const LawSystem& full, const LawState& state, SolverResult& result, Target target, Inner inner);
-  void solve_directly(const LawSystem& full, const LawState& state, StepBudget& budget, SolverResult& result);
-  void solve_by_sweeps(const LawSystem& full, double tolerance, const LawState& state, StepBudget& budget,
-                       SolverResult& result);
+  // A violation: the larger of `force` (N) and `share` of force_scale().
+  struct Target {
+    double force = 0, share = 0;
+    double at(std::span<const double> lambda) const { return std::max(force, share * force_scale(lambda)); }
+  };
 
-  DirectLaws direct_;
-  GaussSeidel gauss_seidel_;
+  // Makes the attempts, to `tolerance` (N), about the state, and again as long as that halves the residual, until it is
+  // within the target. The state ends as the best answer seen, the one that it came with included.
+  void solve_rounds(std::span<const Attempt> attempts, double tolerance, const Target& target, const LawSystem& full,
+                    const LawState& state, StepBudget& budget, SolverResult& result);
+
+  Attempts attempts_;
   ReducedLaws reduced_;
   std::vector<double> scale_;
   std::vector<double> trial_lambda_, trial_delta_;

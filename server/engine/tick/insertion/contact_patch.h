@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The disc of a surface that bears a tip's contact. On one point of a mesh a force above E a² turns elements of size a
-// inside out; the tip would then lose its contact and go on through tissue that it does not feel. So the force is
-// spread over a disc as wide as the dimple that it presses (local_compliance.h): kPatchPoints points, each in the
-// middle of an equal share of the disc, are laid out around the point of contact in the tissue at rest and brought onto
-// its surface, as far as that faces within 45 degrees of where the contact is: past an edge, both faces are as close,
-// and rounding would choose. Those that come from far, beyond an edge, bear less: 1/(1 + (4 way/radius)²)² of a share.
+// The disc of a surface that bears the contact of a tip. On a single point of a mesh a force above E a² inverts
+// elements of size a, and the tip would lose its contact. So the force is spread over a disc as wide as the dimple that
+// it presses (models/local_compliance.h). kPatchPoints points, each in the middle of an equal share of the disc, are
+// laid out around the contact point in the tissue at rest and projected onto the surface where that faces within 45
+// degrees of the contact: past an edge two faces are equally near, and rounding would choose. A point projected over
+// the distance w, beyond an edge, has the share 1/(1 + (4 w/radius)²)².
 //
-// The patch moves by the mean u of its points, dual to its force. Where the surface at the point of contact C stands
-// over that mean X at rest is its rise, N·(C - X) with N the patch's normal at rest: 0 on a flat surface.
-// The contact's normal is the mean of the surface's under the points: the pit that a tip presses into a few elements
-// has walls, which the tissue has not, and a tip would slide along them.
+// The patch moves by the mean u of its points, dual to its force. Its rise, N·(C - X), is the height at rest of the
+// surface at the contact point C over the mean X of the points, N the patch's normal at rest; 0 on a flat surface. The
+// contact's normal is the mean normal under the points: the pit that a tip presses into a few elements has walls that
+// real tissue has not, and the tip would slide along them.
 #pragma once
 
 #include <array>

@@ -7,19 +7,19 @@ namespace acus {
 
 namespace {
 
-// A force counts as at its cap from this fraction on.
+// Fraction of the cap from which a force counts as at its cap.
 constexpr double kAtCap = 1 - 1e-9;
 
-void read_row(const Rows& rows, int i, InsertionWork& work, InsertionForces& forces) {
+void read_row(const Rows& rows, int i, InsertionScratch& scratch, InsertionForces& forces) {
   const Row& row = rows.row(i);
   const double lambda = rows.lambda()[i];
   const auto at_cap = [&] { return std::abs(lambda) >= kAtCap * rows.law(i).limit; };
   const Vector3 force = rows.force(i);
-  Insertion& next = work.next;
+  Insertion& next = scratch.next;
   switch (row.role) {
     case RowRole::contact:
       next.tip.contact = lambda;
-      work.puncturing = at_cap() && rows.delta()[i] < 0;
+      scratch.puncturing = at_cap() && rows.delta()[i] < 0;
       forces.cutting += force;
       break;
     case RowRole::contact_friction:
@@ -28,7 +28,7 @@ void read_row(const Rows& rows, int i, InsertionWork& work, InsertionForces& for
       break;
     case RowRole::cutting:
       next.tip.cutting = lambda;
-      work.cutting = at_cap();
+      scratch.cutting = at_cap();
       forces.cutting += force;
       break;
     case RowRole::tip_lateral:
@@ -57,20 +57,20 @@ void read_row(const Rows& rows, int i, InsertionWork& work, InsertionForces& for
 
 }  // namespace
 
-InsertionForces read_forces(const Rows& rows, int needle, InsertionWork& work) {
-  Insertion& next = work.next;
-  work.puncturing = work.cutting = false;
-  next.tip = TipMemory{};
-  for (const ShaftPoint& p : work.located.shaft) {
+InsertionForces read_forces(const Rows& rows, int needle, InsertionScratch& scratch) {
+  Insertion& next = scratch.next;
+  scratch.puncturing = scratch.cutting = false;
+  next.tip = TipState{};
+  for (const ShaftPoint& p : scratch.located.shaft) {
     next.vertices[p.vertex].lateral.setZero();
     next.vertices[p.vertex].friction = 0;
   }
   InsertionForces forces;
   for (int i = 0; i < rows.count(); ++i)
-    if (rows.row(i).needle == needle) read_row(rows, i, work, forces);
-  for (const ShaftPoint& p : work.located.shaft) {
-    VertexMemory& memory = next.vertices[p.vertex];
-    memory.traction = p.owned > 0 ? memory.friction / p.owned : 0;
+    if (rows.row(i).needle == needle) read_row(rows, i, scratch, forces);
+  for (const ShaftPoint& p : scratch.located.shaft) {
+    VertexState& state = next.vertices[p.vertex];
+    state.traction = p.owned > 0 ? state.friction / p.owned : 0;
   }
   return forces;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the laws' forces mean for one needle.
+// The forces of the laws, summed up for one needle.
 #pragma once
 
 #include "server/engine/laws/rows.h"
@@ -7,15 +7,16 @@
 
 namespace acus {
 
-// Forces of the tissue on the needle by law; N, world. Their sum but for the tip's is all the tissue does to it.
+// Forces of the tissue on the needle by law; N, world. cutting + friction + lateral is the whole force of the tissue.
 struct InsertionForces {
-  Vector3 tip = Vector3::Zero();       // cutting or contact, and lateral
-  Vector3 cutting = Vector3::Zero();   // on the tip along its way: contact with a surface or border, cutting
+  Vector3 tip = Vector3::Zero();       // on the tip: cutting or contact, and lateral
+  Vector3 cutting = Vector3::Zero();   // of cutting, and of contact with a surface or border
   Vector3 friction = Vector3::Zero();  // along the path, whole shaft
   Vector3 lateral = Vector3::Zero();   // across the path, shaft and tip
 };
 
-// After the solve: what the needle will remember of the forces, into work.next, and which caps they reached.
-InsertionForces read_forces(const Rows& rows, int needle, InsertionWork& work);
+// After the solve: sets the forces in scratch.next, and scratch.puncturing and scratch.cutting where they reached a
+// cap.
+InsertionForces read_forces(const Rows& rows, int needle, InsertionScratch& scratch);
 
 }  // namespace acus

@@ -14,7 +14,7 @@ Vector3 InsertionView::cutting_direction() const {
   return needle.shape.frames.back() * parameters.cutting_direction.normalized();
 }
 
-InsertionWork::InsertionWork(int shaft_capacity, int path_capacity)
+InsertionScratch::InsertionScratch(int shaft_capacity, int path_capacity)
     : next(make_insertion(path_capacity)), turned(path_capacity) {
   located.shaft = Bounded<ShaftPoint>(static_cast<std::size_t>(shaft_capacity));
 }

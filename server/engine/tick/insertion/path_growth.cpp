@@ -6,19 +6,20 @@
 #include <cmath>
 
 #include "server/engine/state/enums.h"
-#include "server/engine/tick/insertion/material_direction.h"
-#include "server/engine/tick/insertion/tip_compliance.h"
+#include "server/engine/tick/insertion/path_direction.h"
+#include "server/engine/tick/insertion/tip_laws.h"
 
 namespace acus {
 
 namespace {
 
-// Up to where a tip has cut that bears f_c: behind it by what gives way there, but never back. The end goes along the
-// cutting direction through the material: what the tip stands beside it is give of the tissue, which goes along.
+// The path's end after a cut. A tip that bears f_c has cut up to its local compliance times f_c behind itself, and the
+// end never moves back. The end moves along the cutting direction through the material; the tip's sideways distance
+// from it is lateral compliance of the tissue, which moves along.
 Vector3 cut_place(const InsertionView& at, const Path& path, double ahead) {
   const Vector3 from = at.tissue.position(path.end), direction = at.cutting_direction();
-  const double give = cutting_compliance(at, path, ahead) * at.tissue.interaction(path.end).cutting_force;
-  const double way = direction.dot(at.needle.tip().position - from) - give;
+  const double lag = cutting_compliance(at, path, ahead) * at.tissue.interaction(path.end).cutting_force;
+  const double way = direction.dot(at.needle.tip().position - from) - lag;
   return way > 0 ? Vector3(from + way_through_material(at.tissue, path.end, direction, way)) : from;
 }
 
@@ -33,7 +34,7 @@ double way_to_distance(const Vector3& a, const Vector3& b, double distance) {
 
 std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, double ahead) {
   const TissueView& tissue = now.at.tissue;
-  Insertion& memory = now.memory;
+  Insertion& state = now.state;
   const Vector3 to = cut_place(now.at, path, ahead);
   std::uint32_t flags = 0;
   for (int i = 0; i < kMaxCrossings && start >= 0; ++i) {
@@ -45,11 +46,11 @@ std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, 
     if (trace.next < 0) break;
     const int region = tissue.regions[trace.next];
     if (tissue.border(trace.end, region).holds) {
-      if (memory.held != region) now.report(EventKind::contact, region, memory.tip.contact);
-      memory.held = region;
+      if (state.border != region) now.report(EventKind::contact, region, state.tip.contact);
+      state.border = region;
       return flags;
     }
-    now.report(EventKind::crossing, region, memory.tip.cutting);
+    now.report(EventKind::crossing, region, state.tip.cutting);
     came_from = trace.end.tetrahedron;
     start = trace.next;
   }
@@ -58,9 +59,9 @@ std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, 
 }
 
 std::uint32_t slide(const Transition& now, Path& path, const MaterialPoint& end) {
-  assert(now.memory.held >= 0);
+  assert(now.state.border >= 0);
   const TissueView& tissue = now.at.tissue;
-  const Surface& border = tissue.borders.surface(now.memory.held);
+  const Surface& border = tissue.borders.surface(now.state.border);
   const auto last = [&](std::size_t k) { return tissue.position(path.vertices[path.vertices.size() - k]); };
   Vector3 from = tissue.position(path.end);
   const Vector3 to = tissue.position(end);
@@ -79,7 +80,7 @@ std::uint32_t slide(const Transition& now, Path& path, const MaterialPoint& end)
     from += way_to_distance(from - before, to - from, path.spacing) * (to - from);
     before = from;
     const double behind_tip = (to - before).norm();
-    now.memory.vertices[path.vertices.size()] = VertexMemory{.s = now.at.needle.model.length - behind_tip};
+    now.state.vertices[path.vertices.size()] = VertexState{.s = now.at.needle.model.length - behind_tip};
     path.vertices.push_back(border.material(border.closest(tissue.x, before)));
   }
   path.tail = (to - last(1)).norm();
@@ -97,7 +98,7 @@ std::uint32_t lay_vertices(const Transition& now, Path& path, int start, const V
     }
     const Vector3 place = from + next / cut * (to - from);
     const double behind_tip = (now.at.needle.tip().position - place).norm();
-    now.memory.vertices[path.vertices.size()] = VertexMemory{.s = now.at.needle.model.length - behind_tip};
+    now.state.vertices[path.vertices.size()] = VertexState{.s = now.at.needle.model.length - behind_tip};
     path.vertices.push_back(trace_segment(now.at.tissue.mesh, now.at.tissue.x, start, from, place).end);
     next += path.spacing;
   }
@@ -106,13 +107,12 @@ std::uint32_t lay_vertices(const Transition& now, Path& path, int start, const V
 }
 
 void leave_border(const Transition& now) {
-  Insertion& memory = now.memory;
-  if (memory.held < 0) return;
-  now.report(EventKind::release, memory.held, 0);
-  memory.held = -1;
-  // The cut goes on with the force that it had along the border.
-  if (memory.tip.cutting == 0)
-    memory.tip.cutting = std::max(0.0, -memory.tip.lateral.dot(now.at.cutting_direction()));
+  Insertion& state = now.state;
+  if (state.border < 0) return;
+  now.report(EventKind::release, state.border, 0);
+  state.border = -1;
+  // The cut continues with the force along the border.
+  if (state.tip.cutting == 0) state.tip.cutting = std::max(0.0, -state.tip.lateral.dot(now.at.cutting_direction()));
 }
 
 }  // namespace acus

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a path gets longer: cut by the tip, or drawn along a border that holds it. All return flags.
+// Growth of a path: cut by the tip, or along a border that holds the tip. All functions return flags.
 #pragma once
 
 #include "server/engine/tick/insertion/transition.h"
 
 namespace acus {
 
-// Moves the path's end to where the tip has cut: along its cutting direction through the material (material_direction.h),
-// through every border that does not hold it, to the first one that does. The end lies in tetrahedron `start`, or on its
-// face towards `came_from`; the tip is `ahead` (m) before a border that holds it (tip_compliance.h).
+// Moves the path's end to where the tip has cut: along the cutting direction through the material (path_direction.h),
+// through every border that does not hold tips, to the first one that does. The end lies in tetrahedron `start`, or on
+// its face towards `came_from`; the tip is `ahead` (m) before a border that holds tips (tip_laws.h).
 std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, double ahead = kInfinity);
 
-// Moves the path's end along the border that holds it, with a vertex at every spacing of the straight way there. Vertices
-// that it comes back over are dropped: a tip that is dragged to and fro leaves one path, not one for every way.
+// Moves the path's end along the border that holds the tip, with a vertex at every spacing of the straight line there.
+// Vertices that the end passes on its way back are dropped: a tip dragged to and fro leaves one path.
 std::uint32_t slide(const Transition& now, Path& path, const MaterialPoint& end);
 
-// Sets the vertices that a straight piece of cut has passed, each at its exact distance.
+// Adds the vertices of a straight piece of cut, each at its exact distance.
 std::uint32_t lay_vertices(const Transition& now, Path& path, int start, const Vector3& from, const Vector3& to);
 
-// The tip does not rest against a border any more.
+// The tip leaves the border that holds it, if any.
 void leave_border(const Transition& now);
 
 }  // namespace acus

@@ -4,25 +4,25 @@
 #include <algorithm>
 
 #include "server/engine/state/phase.h"
+#include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/path_growth.h"
-#include "server/engine/tick/insertion/path_tangents.h"
 #include "server/engine/tick/insertion/surface_transitions.h"
-#include "server/engine/tick/insertion/tip_compliance.h"
+#include "server/engine/tick/insertion/tip_laws.h"
 
 namespace acus {
 
 namespace {
 
-// A path that has grown by less was stopped where it began.
+// Growth of a path below which the cut was stopped where it began.
 constexpr double kBlocked = 1e-6;  // m
 
-// Whether the tip is before the mouth of its path, or of the path's last part. One that has just made the mouth may stand
-// before it, until the surface that it had pressed in comes back; it is withdrawn if it goes back itself. A mouth that is
-// dragged past the tip leaves it in the tissue, where it stays in its path.
-bool is_withdrawn(const InsertionView& at, const Path& path, const Insertion& memory) {
+// Whether the tip is outside the mouth of its path, or of the path's last part, and moves back. After a puncture the
+// tip may be outside the new mouth until the surface comes back, without being withdrawn. A tip inside the tissue that
+// the mouth was dragged past stays in its path.
+bool is_withdrawn(const InsertionView& at, const Path& path, const Insertion& state) {
   const CurvePoint tip = at.needle.tip();
   const int mouth = path.last_mouth();
-  const double inside = mouth == 0 ? memory.depth : at.needle.model.length - memory.vertices[mouth].s;
+  const double inside = mouth == 0 ? state.depth : at.needle.model.length - state.vertices[mouth].s;
   if (inside <= 0 && tip.tangent.dot(tip.position - at.needle.start_tip()) >= 0) return false;
   const Vector3 mouth_tangent = path_tangent(at.tissue, path, mouth, tip.tangent);
   const Vector3 past = tip.position - at.tissue.position(path.vertices[mouth]);
@@ -35,52 +35,53 @@ bool is_beyond(const InsertionView& at, const Path& path) {
   return tip.tangent.dot(tip.position - at.tissue.position(path.end)) > 0;
 }
 
-// A tip that is drawn back out of the last part of its path is through again, or in the part before it; the last one is
-// forgotten.
+// Drops the last part of the path, which the tip has been pulled out of: the tip is through again, or in the part
+// before.
 void leave_last_part(const Transition& now, Path& path) {
-  Insertion& memory = now.memory;
+  Insertion& state = now.state;
   const auto position = [&](int vertex) { return now.at.tissue.position(path.vertices[vertex]); };
   const int exit = path.last_mouth() - 1;
   path.drop_part((position(exit) - position(exit - 1)).norm());
   leave_border(now);
-  memory.end_s = memory.vertices[exit].s;
-  change_phase(memory, is_beyond(now.at, path) ? Phase::through : Phase::inside);
-  memory.tip = TipMemory{};
-  memory.touched = MaterialPoint{};
+  state.end_s = state.vertices[exit].s;
+  change_phase(state, is_beyond(now.at, path) ? Phase::through : Phase::inside);
+  state.tip = TipState{};
+  state.touched = MaterialPoint{};
 }
 
-// From the tip to the border that it has found ahead (m).
+// Distance from the tip to the border ahead of it (m).
 double ahead_of(const Transition& now) {
-  const auto& border = now.work.located.obstacle;
+  const auto& border = now.scratch.located.obstacle;
   if (!border) return kInfinity;
   return distance_ahead(now.at, *border, now.at.needle.tip().position, now.at.tissue.position(border->material));
 }
 
-// The tip presses on a border, or has slid along it.
+// The tip punctures a border, presses on it, slides along it or leaves it.
 std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obstacle) {
   const TissueView& tissue = now.at.tissue;
-  Insertion& memory = now.memory;
+  Insertion& state = now.state;
   const Surface& surface = tissue.borders.surface(obstacle.region);
   const int start = path.end.tetrahedron;
   const Vector3 from = tissue.position(path.end);
-  if (now.work.puncturing) {
-    if (memory.held < 0) now.report(EventKind::contact, obstacle.region, memory.tip.contact);
-    now.report(EventKind::crossing, obstacle.region, memory.tip.contact);
-    memory.held = -1;
+  if (now.scratch.puncturing) {
+    if (state.border < 0) now.report(EventKind::contact, obstacle.region, state.tip.contact);
+    now.report(EventKind::crossing, obstacle.region, state.tip.contact);
+    state.border = -1;
     const std::uint32_t flags = lay_vertices(now, path, start, from, tissue.position(obstacle.material));
     path.end = obstacle.material;
     return flags | grow(now, path, surface.beyond(obstacle.at), path.end.tetrahedron);
   }
-  // Along the plane of contact: a tip behind a thin layer is nearer to the layer's other side.
+  // The closest point is that of the tip's projection on the contact plane: a tip behind a thin layer is nearer to the
+  // layer's other side.
   const Vector3& n = obstacle.at.normal;
   const Vector3 tip = now.at.needle.tip().position;
   const Vector3 on_plane = tip - n.dot(tip - tissue.position(obstacle.material)) * n;
   const SurfacePoint under = surface.closest(tissue.x, on_plane);
   const Vector3 off_rim = on_plane - under.position - under.distance * under.normal;
   const bool beside = off_rim.norm() > kContactMargin;
-  if (memory.tip.contact > 0 && !beside) {
-    if (memory.held < 0) now.report(EventKind::contact, obstacle.region, memory.tip.contact);
-    memory.held = obstacle.region;
+  if (state.tip.contact > 0 && !beside) {
+    if (state.border < 0) now.report(EventKind::contact, obstacle.region, state.tip.contact);
+    state.border = obstacle.region;
     return slide(now, path, surface.material(under));
   }
   if (!beside && now.at.cutting_direction().dot(tip - from) <= 0) {
@@ -88,8 +89,8 @@ std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obs
     return 0;
   }
   const std::uint32_t flags = grow(now, path, start, -1, ahead_of(now));
-  if (memory.held != obstacle.region || (tissue.position(path.end) - from).norm() > kBlocked) return flags;
-  // The straight way cuts a corner of the region that bears nothing: the end follows the tip along the surface.
+  if (state.border != obstacle.region || (tissue.position(path.end) - from).norm() > kBlocked) return flags;
+  // The straight line cuts a corner of the region without pressing on it: the end follows the tip along the surface.
   const SurfacePoint foot = surface.closest(tissue.x, tip);
   const std::uint32_t slid = slide(now, path, surface.material(foot));
   if (foot.distance <= kContactMargin) return flags | slid;
@@ -98,76 +99,75 @@ std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obs
 
 // The path's end after a tick inside: the border that holds it, growth, exit.
 std::uint32_t advance_end(const Transition& now, Path& path) {
-  Insertion& memory = now.memory;
-  const auto& obstacle = now.work.located.obstacle;
+  Insertion& state = now.state;
+  const auto& obstacle = now.scratch.located.obstacle;
   const bool beyond = is_beyond(now.at, path);
-  if (memory.phase == Phase::through) return go_through(now, path, beyond);
-  if (obstacle && (obstacle->under || memory.tip.contact > 0)) return meet_border(now, path, *obstacle);
+  if (state.phase == Phase::through) return go_through(now, path, beyond);
+  if (obstacle && (obstacle->under || state.tip.contact > 0)) return meet_border(now, path, *obstacle);
   leave_border(now);
 
-  const bool gives_way = now.work.cutting || now.at.tissue.interaction(path.end).cutting_force == 0;
+  const bool cuts = now.scratch.cutting || now.at.tissue.interaction(path.end).cutting_force == 0;
   std::uint32_t flags = 0;
-  if (!path.exited && beyond && gives_way) {
+  if (!path.exited && beyond && cuts) {
     const int region = now.at.tissue.region(path.end);
     flags = grow(now, path, path.end.tetrahedron, -1, ahead_of(now));
-    if (path.exited) now.report(EventKind::exit, region, memory.tip.cutting);
+    if (path.exited) now.report(EventKind::exit, region, state.tip.cutting);
   } else if (path.exited && beyond) {
     now.report(EventKind::exit, now.at.tissue.region(path.end), 0);
   }
-  if (path.exited) change_phase(memory, beyond ? Phase::through : Phase::inside);
+  if (path.exited) change_phase(state, beyond ? Phase::through : Phase::inside);
   return flags;
 }
 
-// Of the needle where the tick has left it, not where the base would have taken it.
+// Measured on the corrected needle, not on its free motion.
 void measure_depth(const Transition& now) {
-  Insertion& memory = now.memory;
-  memory.depth = 0;
-  if (memory.path < 0) return;
-  const Path& path = now.paths[memory.path];
+  Insertion& state = now.state;
+  state.depth = 0;
+  if (state.path < 0) return;
+  const Path& path = now.paths[state.path];
   const NeedleView& needle = now.at.needle;
   const Vector3 tip_tangent = needle.tip().tangent;
   const auto place = [&](const MaterialPoint& point, const Vector3& tangent, double guess) {
     return project_on_curve(needle, now.at.tissue.position(point), tangent, guess);
   };
-  const double mouth = place(path.vertices[0], path_tangent(now.at.tissue, path, 0, tip_tangent),
-                             memory.vertices[0].s);
+  const double mouth = place(path.vertices[0], path_tangent(now.at.tissue, path, 0, tip_tangent), state.vertices[0].s);
   double end = needle.model.length;
-  if (memory.phase == Phase::through)
-    end = std::min(end, place(path.end, end_tangent(now.at.tissue, path, tip_tangent), memory.end_s));
+  if (state.phase == Phase::through)
+    end = std::min(end, place(path.end, end_tangent(now.at.tissue, path, tip_tangent), state.end_s));
   double air = 0;
   for (const int exit : path.exits) {
     const auto of = [&](int vertex) {
       const double s = place(path.vertices[vertex], path_tangent(now.at.tissue, path, vertex, tip_tangent),
-                             memory.vertices[vertex].s);
+                             state.vertices[vertex].s);
       return std::clamp(s, 0.0, end);
     };
     air += std::max(0.0, of(exit + 1) - of(exit));
   }
-  memory.depth = std::max(0.0, end - std::max(0.0, mouth) - air);
+  state.depth = std::max(0.0, end - std::max(0.0, mouth) - air);
 }
 
-std::uint32_t go_on(const Transition& now) {
-  if (now.memory.path < 0) {
+std::uint32_t change_state(const Transition& now) {
+  if (now.state.path < 0) {
     leave_contact_or_puncture(now);
     return open_where_found(now);
   }
-  Path& path = now.paths[now.memory.path];
-  if (now.work.located.reentered) {
-    if (now.work.located.far_end) path.turn_round();
+  Path& path = now.paths[now.state.path];
+  if (now.scratch.located.reentered) {
+    if (now.scratch.located.far_end) path.turn_round();
     path.needle = now.at.needle_index;
     now.report(EventKind::reentry, now.at.tissue.region(path.vertices[0]), 0);
   }
-  while (is_withdrawn(now.at, path, now.memory)) {
+  while (is_withdrawn(now.at, path, now.state)) {
     const int mouth = path.last_mouth();
     now.report(EventKind::withdrawal, now.at.tissue.region(path.vertices[mouth]), 0);
     if (mouth == 0) {
       path.needle = -1;
       path.left = now.tick;
-      forget(now.memory);
+      forget(now.state);
       return 0;
     }
     leave_last_part(now, path);
-    if (now.memory.phase == Phase::through) return 0;
+    if (now.state.phase == Phase::through) return 0;
   }
   const std::uint32_t flags = advance_end(now, path);
   return flags | open_where_found(now);
@@ -181,13 +181,13 @@ void Transition::report(EventKind kind, int region, double force) const {
 }
 
 std::uint32_t insertion_transitions(const Transition& now) {
-  const std::uint32_t flags = go_on(now);
+  const std::uint32_t flags = change_state(now);
   measure_depth(now);
   return flags;
 }
 
-std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion& memory, double distance) {
-  if (memory.phase != Phase::free && memory.phase != Phase::through) return std::nullopt;
+std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion& state, double distance) {
+  if (state.phase != Phase::free && state.phase != Phase::through) return std::nullopt;
   const TissueView& tissue = at.tissue;
   const CurvePoint tip = at.needle.tip();
   if (!tissue.surface.near(tissue.x, tip.position, distance)) return std::nullopt;
@@ -197,11 +197,11 @@ std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion
   return make_contact_patch(tissue, centre, tissue.contact_radius(centre, at.parameters.outer_diameter));
 }
 
-int tetrahedron_ahead(const InsertionView& at, const InsertionWork& work, const Insertion& memory,
+int tetrahedron_ahead(const InsertionView& at, const InsertionScratch& scratch, const Insertion& state,
                       std::span<const Path> paths, double distance) {
-  const bool cuts = memory.phase == Phase::inside && work.located.tip.in_tail;
-  if (!cuts && !(touches(memory) && work.located.obstacle)) return -1;
-  const MaterialPoint& start = cuts ? paths[memory.path].end : work.located.obstacle->material;
+  const bool cuts = state.phase == Phase::inside && scratch.located.tip.in_tail;
+  if (!cuts && !(touches(state) && scratch.located.obstacle)) return -1;
+  const MaterialPoint& start = cuts ? paths[state.path].end : scratch.located.obstacle->material;
   const Vector3 from = at.tissue.position(start), to = from + distance * at.cutting_direction();
   return trace_segment(at.tissue.mesh, at.tissue.x, start.tetrahedron, from, to).end.tetrahedron;
 }

@@ -13,22 +13,22 @@ namespace acus {
 
 namespace {
 
-// Friction of a point gives way as if it stood for at least this length of shaft (in spacings).
+// Least owned length (in spacings) in the compliance of a friction row.
 constexpr double kLeastOwned = 0.1;
-// A spring that is drawn out by more than this share of its length of shaft.
+// Stretch of a spring, as a share of its owned length, from which it is far strained.
 constexpr double kFarStrained = 0.25;
-// A point that stands for less holds nothing across the path.
-constexpr double kLeastHeld = 1e-6;  // m
+// Least supported length.
+constexpr double kLeastSupported = 1e-6;  // m
 
-// lambda_n (N): what the strain beside the vertex bears before the tick, of a spring of so much give per length (m²/N).
-double strained_force(const VertexMemory& memory, double owned, double axial) {
-  const double force = memory.traction * owned, most = std::abs(memory.friction);
-  const bool far = axial * std::abs(memory.traction) > kFarStrained * owned;
-  return far && !memory.sliding ? std::clamp(force, -most, most) : force;
+// lambda_n (N) of a vertex with the owned length (m); axial: m²/N.
+double strained_force(const VertexState& state, double owned, double axial) {
+  const double force = state.traction * owned, most = std::abs(state.friction);
+  const bool far = axial * std::abs(state.traction) > kFarStrained * owned;
+  return far && !state.sliding ? std::clamp(force, -most, most) : force;
 }
 
 // `row` stands at the vertex along the path's tangent.
-bool add_friction(const InsertionView& at, const Path& path, const VertexMemory& memory, const ShaftPoint& point,
+bool add_friction(const InsertionView& at, const Path& path, const VertexState& state, const ShaftPoint& point,
                   Row& row, Rows& rows) {
   const TissueView& tissue = at.tissue;
   const NeedleView& needle = at.needle;
@@ -44,8 +44,8 @@ bool add_friction(const InsertionView& at, const Path& path, const VertexMemory&
     row.role = RowRole::friction;
     row.compliance = axial / std::max(point.owned, kLeastOwned * path.spacing);
     row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before) -
-              row.compliance * strained_force(memory, point.owned, axial);
-    all = rows.add(row, {LawKind::friction, threshold(memory.sliding), viscosity}, memory.friction);
+              row.compliance * strained_force(state, point.owned, axial);
+    all = rows.add(row, {LawKind::friction, threshold(state.sliding), viscosity}, state.friction);
   }
   const double share = at.parameters.torsional_friction;
   if (share * threshold(false) == 0) return all;
@@ -54,22 +54,22 @@ bool add_friction(const InsertionView& at, const Path& path, const VertexMemory&
   row.radius = needle.model.diameter / 2;
   row.gap = row.radius * row.n.dot(needle.turned(row.on_needle) -
                                    material_rotation(tissue.mesh, tissue.x_start, tissue.x, material.tetrahedron));
-  return rows.add(row, {LawKind::friction, share * threshold(memory.turning)}, memory.torsion) && all;
+  return rows.add(row, {LawKind::friction, share * threshold(state.turning)}, state.torsion) && all;
 }
 
 }  // namespace
 
-bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionWork& work, const ShaftPoint& point,
+bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, const ShaftPoint& point,
                     Rows& rows) {
   assert(point.vertex >= 0 && point.vertex < static_cast<int>(path.vertices.size()) && point.owned >= 0);
   const TissueView& tissue = at.tissue;
-  const VertexMemory& memory = work.next.vertices[point.vertex];
+  const VertexState& state = scratch.next.vertices[point.vertex];
   const MaterialPoint& material = path.vertices[point.vertex];
   const CurvePoint on_needle = curve_point(at.needle.model, at.needle.shape, point.s);
   const Vector3 apart = on_needle.position - tissue.position(material);
   Row row{at.needle_index, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0};
   const auto beside = [&](const MaterialPoint& p) {
-    return tissue.lateral_compliance(p, at.needle.model.diameter) / std::max(point.held, kLeastHeld);
+    return tissue.lateral_compliance(p, at.needle.model.diameter) / std::max(point.supported, kLeastSupported);
   };
   Vector3 across[2];
   perpendicular_basis(point.tangent, across[0], across[1]);
@@ -77,14 +77,14 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionWo
   for (const Vector3& n : across) {
     row.n = n;
     row.gap = n.dot(apart);
-    all = rows.add(row, {.compliance = beside(material)}, memory.lateral.dot(n)) && all;
+    all = rows.add(row, {.compliance = beside(material)}, state.lateral.dot(n)) && all;
   }
-  // A tip this close to the vertex behind it has that one's support itself.
-  const TipPlace& tip = work.located.tip;
-  const bool at_tip = !tip.at_end && &point == &work.located.shaft.back() && tip.point.u < 0.5;
+  // A tip nearer to this vertex than to the next has the support row itself.
+  const TipPlace& tip = scratch.located.tip;
+  const bool at_tip = !tip.at_end && &point == &scratch.located.shaft.back() && tip.point.u < 0.5;
   if (!at_tip) all = add_support(at, row, beside, rows) && all;
   row.n = point.tangent;
-  return add_friction(at, path, memory, point, row, rows) && all;
+  return add_friction(at, path, state, point, row, rows) && all;
 }
 
 }  // namespace acus

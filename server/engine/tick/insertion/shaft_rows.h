@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The rows of a path vertex alongside the shaft: two across the path, friction along it, torsion about it.
 //
-// The friction threshold is l pi d mu p, l the length of needle that the vertex owns. The shaft lies off its path by the
-// lateral force times the compliance of the tissue beside it that the mesh does not resolve (foundation_compliance()),
-// shared out over the lengths that the vertices own.
+// The friction threshold is l pi d mu p, l the owned length of the vertex (location.h). The lateral rows have the
+// compliance of the tissue beside the shaft that the mesh does not resolve (foundation_compliance()) over the supported
+// length.
 //
-// With tissue.local_compliance `all` a spring e = axial/l stands in the friction row, axial (m²/N) that of
+// With tissue.local_compliance `all` the friction row has a spring e = axial/l, axial (m²/N) that of
 // axial_compliance(). Its delta is the slip,
 //
 //   delta = W lambda + delta_free + e (lambda - lambda_n),       lambda_n = l t_n,
 //
-// t_n the friction per length that the vertex bore at the end of the last tick. It is this, and so the strain of the
-// tissue beside it, that stays when l changes; a vertex that comes alongside takes over that of the one before it, and
-// what vertices bore that the tip is pulled past goes with their length to the last one alongside, which makes no energy.
-// So force is continuous as vertices come and go. What a shaft that slips enters with comes along with its share of
-// energy, axial t²/2 per metre. A shaft that sticks goes in and out as far as the spring gives way, which gives back what
-// it took. Where that is much of l itself, lambda_n is no more than the vertex bore: l t_n would grow with the motion that
-// the spring is to hold.
+// t_n the traction, the friction per length at the end of the last tick. The traction, and so the strain of the tissue
+// beside the vertex, is kept when l changes. A vertex that comes alongside takes over the traction of the one before
+// it. The last one alongside takes over friction and length of the vertices that the tip is pulled past. So the force
+// is continuous as vertices come and go, and no energy is made: a shaft that slips in stores axial t²/2 per metre; a
+// shaft that sticks moves in and out within the stretch of the spring, which gives back what it stored. Where the
+// stretch is a large part of l, lambda_n is at most the last friction: l t_n would grow with the motion that the spring
+// has to resist.
 //
 // Torsional friction, if the needle has it, is one more row (rows.h) with the threshold of the friction row times the
 // needle's share. Friction with neither threshold nor viscosity has no row.
@@ -28,7 +28,7 @@
 namespace acus {
 
 // False if a row did not fit.
-bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionWork& work, const ShaftPoint& point,
+bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, const ShaftPoint& point,
                     Rows& rows);
 
 }  // namespace acus

@@ -5,22 +5,22 @@
 
 #include "server/engine/state/phase.h"
 #include "server/engine/tick/insertion/path_growth.h"
-#include "server/engine/tick/insertion/tip_friction.h"
+#include "server/engine/tick/insertion/tip_laws.h"
 
 namespace acus {
 
 namespace {
 
-// A tip that sticks to a surface slides by rounding.
+// Slip below which a tip sticks to the surface: rounding.
 constexpr double kLeastSlip = 1e-9;  // m
 
-// Which of two paths a new one may take the place of: empty ones first, then the one left longest ago.
+// The order in which new paths replace old ones: empty ones first, then the one left longest ago.
 bool forgotten_before(const Path& a, const Path& b) {
   const auto rank = [](const Path& p) { return p.empty() ? 0 : p.needle < 0 ? 1 : 2; };
   return rank(a) != rank(b) ? rank(a) < rank(b) : a.left < b.left;
 }
 
-// The path that a new one may take the place of, or nullptr where a needle is in every one.
+// The path to be replaced by a new one, or nullptr where a needle is in every one.
 Path* find_vacant(std::vector<Path>& paths) {
   const auto vacant = std::min_element(paths.begin(), paths.end(), forgotten_before);
   return vacant->needle >= 0 ? nullptr : &*vacant;
@@ -28,12 +28,12 @@ Path* find_vacant(std::vector<Path>& paths) {
 
 void open_path(const Transition& now, Path& path, const MaterialPoint& mouth) {
   path.begin(mouth, now.at.parameters.constraint_spacing);
-  enter(now.memory, static_cast<int>(&path - now.paths.data()), now.at.parameters.length);
+  enter(now.state, static_cast<int>(&path - now.paths.data()), now.at.parameters.length);
   path.needle = now.at.needle_index;
 }
 
-// Where the needle crosses the surface, not further behind the tip than the surface can be; the point of contact is where
-// the tip was a tick ago.
+// Where the needle crosses the surface, searched as far behind the tip as its compliance lets it be; else the contact
+// point of the last tick.
 MaterialPoint new_mouth(const Transition& now, const Obstacle& obstacle, double contact) {
   const TissueView& tissue = now.at.tissue;
   const CurvePoint tip = now.at.needle.tip();
@@ -42,7 +42,7 @@ MaterialPoint new_mouth(const Transition& now, const Obstacle& obstacle, double 
   return crossing ? tissue.surface.material(*crossing) : obstacle.material;
 }
 
-// The point of the surface under a tip that slid in the tick.
+// The contact point after the slip of this tick.
 MaterialPoint slid_point(const Transition& now, const Obstacle& obstacle) {
   const TissueView& tissue = now.at.tissue;
   const NeedleView& needle = now.at.needle;
@@ -54,49 +54,49 @@ MaterialPoint slid_point(const Transition& now, const Obstacle& obstacle) {
   return tissue.surface.material(tissue.surface.closest(tissue.x, tissue.position(obstacle.material) + slid));
 }
 
-// Whether the tip has pressed an element under it flat. The tissue bears no more than that, whatever f_p is.
+// Whether the tip has pressed an element under it flat: the limit of what the mesh can bear, whatever f_p is.
 bool has_crushed(const TissueView& tissue, const ContactPatch& patch) {
   return std::ranges::any_of(patch.points, [&](const MaterialPoint& point) {
     return signed_volume(tissue.x, tissue.mesh.tetrahedra[static_cast<std::size_t>(point.tetrahedron)]) <= 0;
   });
 }
 
-// A tip outside, or through, against the surface that it meets. Returns whether it punctures.
+// Contact and release of a tip outside, or through. Returns whether it punctures.
 bool press_on_surface(const Transition& now) {
-  Insertion& memory = now.memory;
-  const auto& obstacle = now.work.located.obstacle;
-  const double contact = memory.tip.contact;
+  Insertion& state = now.state;
+  const auto& obstacle = now.scratch.located.obstacle;
+  const double contact = state.tip.contact;
   const bool pressed = obstacle && contact > 0;
   const int region = obstacle ? obstacle->region : 0;
-  if (pressed && !touches(memory)) now.report(EventKind::contact, region, contact);
-  if (!pressed && touches(memory)) now.report(EventKind::release, region, 0);
-  memory.touched = pressed ? slid_point(now, *obstacle) : MaterialPoint{};
-  return obstacle && (now.work.puncturing || (pressed && has_crushed(now.at.tissue, *obstacle->patch)));
+  if (pressed && !touches(state)) now.report(EventKind::contact, region, contact);
+  if (!pressed && touches(state)) now.report(EventKind::release, region, 0);
+  state.touched = pressed ? slid_point(now, *obstacle) : MaterialPoint{};
+  return obstacle && (now.scratch.puncturing || (pressed && has_crushed(now.at.tissue, *obstacle->patch)));
 }
 
 // The first piece of the cut behind the last mouth of a path.
 void begin_cut(const Transition& now, Path& path, double contact) {
   grow(now, path, path.end.tetrahedron, -1);
   if (path.exited) path.shorten_to_mouth();  // grazing an edge
-  // The cut goes on from what the surface bore.
-  now.memory.tip.cutting = std::min(contact, now.at.tissue.interaction(path.end).cutting_force);
+  // The cutting force begins with the contact force.
+  now.state.tip.cutting = std::min(contact, now.at.tissue.interaction(path.end).cutting_force);
 }
 
-// The path of a needle that is through goes on behind a mouth further on.
+// Adds a part, behind air, to the path of a needle that is through.
 void add_part(const Transition& now, Path& path, const MaterialPoint& mouth) {
-  Insertion& memory = now.memory;
+  Insertion& state = now.state;
   const CurvePoint tip = now.at.needle.tip();
   const double behind_tip = (tip.position - now.at.tissue.position(mouth)).norm();
-  memory.vertices[path.vertices.size()] = VertexMemory{.s = memory.end_s};
-  memory.vertices[path.vertices.size() + 1] = VertexMemory{.s = now.at.needle.model.length - behind_tip};
+  state.vertices[path.vertices.size()] = VertexState{.s = state.end_s};
+  state.vertices[path.vertices.size() + 1] = VertexState{.s = now.at.needle.model.length - behind_tip};
   path.add_part(mouth);
-  change_phase(memory, Phase::inside);
-  memory.tip = TipMemory{};
-  memory.touched = MaterialPoint{};
-  memory.end_s = now.at.needle.model.length;
+  change_phase(state, Phase::inside);
+  state.tip = TipState{};
+  state.touched = MaterialPoint{};
+  state.end_s = now.at.needle.model.length;
 }
 
-// Where the shaft comes in through the surface last before the tip, and how far along the needle that piece of it ends.
+// The last crossing of the shaft into the tissue, and the place along the needle after it.
 struct WayIn {
   SurfacePoint crossing;
   double s;  // m
@@ -112,8 +112,8 @@ std::optional<WayIn> way_in(const InsertionView& at, double from_s) {
   return std::nullopt;
 }
 
-// From the mouth to the needle's place s, and from there along the shaft to the tip: a path along the shaft bears
-// nothing yet, however the needle is bent.
+// Lays vertices from the mouth to the needle's place s, and from there along the shaft to the tip. A path along the
+// shaft has no forces yet, however the needle is bent.
 std::uint32_t lay_along_shaft(const Transition& now, Path& path, const MaterialPoint& mouth, double s) {
   const TissueView& tissue = now.at.tissue;
   const NeedleView& needle = now.at.needle;
@@ -121,12 +121,12 @@ std::uint32_t lay_along_shaft(const Transition& now, Path& path, const MaterialP
   Vector3 from = tissue.position(mouth);
   int start = mouth.tetrahedron;
   std::size_t placed =
-      path.vertices.size() - 1;  // vertices that know where on the needle they are; the mouth does not yet
+      path.vertices.size() - 1;  // vertices whose place along the needle is set; the mouth's is not yet
   while (true) {
     const Vector3 to = curve_point(needle.model, needle.shape, s).position;
     flags |= lay_vertices(now, path, start, from, to);
     for (; placed < path.vertices.size(); ++placed)
-      now.memory.vertices[placed].s = s - (to - tissue.position(path.vertices[placed])).norm();
+      now.state.vertices[placed].s = s - (to - tissue.position(path.vertices[placed])).norm();
     if (s >= needle.model.length) return flags;
     start = trace_segment(tissue.mesh, tissue.x, start, from, to).end.tetrahedron;
     from = to;
@@ -137,14 +137,14 @@ std::uint32_t lay_along_shaft(const Transition& now, Path& path, const MaterialP
 }  // namespace
 
 void leave_contact_or_puncture(const Transition& now) {
-  Insertion& memory = now.memory;
-  const double contact = memory.tip.contact;
+  Insertion& state = now.state;
+  const double contact = state.tip.contact;
   const bool punctured = press_on_surface(now);
-  change_phase(memory, touches(memory) ? Phase::contact : Phase::free);
+  change_phase(state, touches(state) ? Phase::contact : Phase::free);
   if (!punctured) return;
   Path* const path = find_vacant(now.paths);
-  if (!path) return;  // the surface keeps its cap
-  const Obstacle& obstacle = *now.work.located.obstacle;
+  if (!path) return;  // the contact force stays at its cap
+  const Obstacle& obstacle = *now.scratch.located.obstacle;
   const double puncture_force = now.at.tissue.interaction(obstacle.material).puncture_force;
   now.report(EventKind::puncture, obstacle.region, contact / tip_friction(now.at, obstacle, puncture_force, 0).puncture_share);
   open_path(now, *path, new_mouth(now, obstacle, contact));
@@ -152,17 +152,17 @@ void leave_contact_or_puncture(const Transition& now) {
 }
 
 std::uint32_t go_through(const Transition& now, Path& path, bool beyond) {
-  const auto& obstacle = now.work.located.obstacle;
-  const double contact = now.memory.tip.contact;
+  const auto& obstacle = now.scratch.located.obstacle;
+  const double contact = now.state.tip.contact;
   const bool punctured = press_on_surface(now);
   if (!beyond) {
-    change_phase(now.memory, Phase::inside);
-    now.memory.touched = MaterialPoint{};
+    change_phase(now.state, Phase::inside);
+    now.state.touched = MaterialPoint{};
     now.report(EventKind::reentry, now.at.tissue.region(path.end), 0);
     return 0;
   }
   if (!punctured) return 0;
-  if (!path.has_room_for_part()) return kPathFull;  // the surface keeps its cap
+  if (!path.has_room_for_part()) return kPathFull;  // the contact force stays at its cap
   now.report(EventKind::puncture, obstacle->region, contact);
   add_part(now, path, new_mouth(now, *obstacle, contact));
   begin_cut(now, path, contact);
@@ -178,17 +178,17 @@ std::optional<MaterialPoint> noticed_inside(const TissueView& tissue, const Vect
 
 std::uint32_t open_where_found(const Transition& now) {
   const TissueView& tissue = now.at.tissue;
-  const Insertion& memory = now.memory;
-  if ((memory.phase != Phase::free && memory.phase != Phase::through) || touches(memory)) return 0;
+  const Insertion& state = now.state;
+  if ((state.phase != Phase::free && state.phase != Phase::through) || touches(state)) return 0;
   const CurvePoint tip = now.at.needle.tip();
   const auto end = noticed_inside(tissue, tip.position);
   if (!end) return 0;
-  const bool through = memory.path >= 0;
-  Path* const path = through ? &now.paths[memory.path] : find_vacant(now.paths);
+  const bool through = state.path >= 0;
+  Path* const path = through ? &now.paths[state.path] : find_vacant(now.paths);
   if (!path || (through && !path->has_room_for_part())) return kTipFoundInside;
 
   now.report(EventKind::intrusion, tissue.region(*end), 0);
-  const auto way = way_in(now.at, through ? memory.end_s : 0);
+  const auto way = way_in(now.at, through ? state.end_s : 0);
   const MaterialPoint mouth =
       tissue.surface.material(way ? way->crossing : tissue.surface.closest(tissue.x, tip.position));
   if (through) {

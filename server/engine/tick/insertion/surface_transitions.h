@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What happens to a tip at the tissue's own surface: contact, puncture, and a path that begins, or goes on behind air.
+// Transitions of a tip at the tissue's own surface: contact, release, puncture, and a new path or a new part of one.
 #pragma once
 
 #include "server/engine/tick/insertion/transition.h"
 
 namespace acus {
 
-// Of a tip that is outside, without a path.
+// For a tip outside, without a path.
 void leave_contact_or_puncture(const Transition& now);
 
-// Of a needle that is through: it may be drawn back into its path, or puncture the next surface of a folded tissue.
-// `beyond`: the tip is past the end of its path. Returns flags.
+// For a needle that is through: the tip may be pulled back into its path, or puncture the next surface of a folded
+// tissue. `beyond`: the tip is past the end of its path. Returns flags.
 std::uint32_t go_through(const Transition& now, Path& path, bool beyond);
 
-// Where a tip stands that is deep enough in the tissue to be noticed.
+// The material point of a tip that is more than kUnnoticed deep in the tissue.
 std::optional<MaterialPoint> noticed_inside(const TissueView& tissue, const Vector3& tip);
 
-// A tip that lost its contact, as elements turned inside out under it, or was torn or thrown into the tissue stands
-// there without a path: one is opened, or goes on, from where the shaft crosses the surface last, along it to the tip.
-// Where it does not cross, from the nearest point of the surface straight to the tip. Returns flags.
+// Opens a path for a tip that is in the tissue without one: elements under it inverted, or it was torn or thrown in.
+// The path, or the new part of one, begins where the shaft crosses the surface last and follows the shaft to the tip.
+// Without a crossing it runs straight from the nearest point of the surface. Returns flags.
 std::uint32_t open_where_found(const Transition& now);
 
 }  // namespace acus

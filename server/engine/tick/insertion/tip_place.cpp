@@ -4,47 +4,55 @@
 #include <algorithm>
 #include <cassert>
 
-#include "server/engine/tick/insertion/path_tangents.h"
+#include "server/engine/tick/insertion/path_direction.h"
+#include "server/engine/tick/insertion/tip_laws.h"
 
 namespace acus {
 
 namespace {
 
-// A tip this close to the end of its path is there: one at rest must not come and go by rounding.
+// Distance from the end of the path within which a tip counts as at the end, so that rounding cannot move it in and
+// out.
 constexpr double kAtEnd = 1e-6;  // m
-// A tip pulled back by more than this (in spacings) from a border does not rest against it any more.
+// A tip pulled back by more than this (in spacings) from a border has left it.
 constexpr double kBorderClearance = 0.1;
 // Cosine of the largest angle to the last stretch of its path at which a tip cuts.
 constexpr double kLeastAlongStretch = 0.5;
 
-// Where the base takes the tip is not yet where it goes: a needle bent against a border follows it a long way.
+// On a border the tip's free motion counts too: a needle bent against a border springs far in free motion, and stays.
 double end_clearance(const InsertionView& at, const Path& path, bool held) {
   if (!held) return kAtEnd;
   return kBorderClearance * path.spacing + (at.needle.tip().position - at.needle.start_tip()).norm();
 }
 
-// Whether the tip points along the last stretch of its path, and not across it, as a needle does that has buckled.
+// Whether the tip points along the last stretch of its path. A buckled needle points across it.
 bool points_along(const InsertionView& at, const Path& path, const Vector3& cutting) {
   const int last = holding_vertices(path) - 1;
   const Vector3 stretch = at.tissue.position(path.end) - at.tissue.position(path.vertices[last]);
   return cutting.dot(stretch) >= kLeastAlongStretch * stretch.norm();
 }
 
+Obstacle closest_on(const TissueView& tissue, int region, const Vector3& p) {
+  const Surface& surface = tissue.borders.surface(region);
+  const SurfacePoint at = surface.closest(tissue.x, p);
+  return {.region = region, .at = at, .material = surface.material(at), .patch = {}};
+}
+
 }  // namespace
 
-void place_tip(const InsertionView& at, const Path& path, InsertionWork& work) {
-  const Insertion& memory = work.next;
-  TipPlace& tip = work.located.tip;
+void place_tip(const InsertionView& at, const Path& path, InsertionScratch& scratch) {
+  const Insertion& state = scratch.next;
+  TipPlace& tip = scratch.located.tip;
   const Vector3 needle_tangent = at.needle.tip().tangent;
   const double length = at.needle.model.length;
   const int count = holding_vertices(path);
-  const bool held = memory.held >= 0;
-  assert(count > 0 && count <= static_cast<int>(memory.vertices.size()));
+  const bool held = state.border >= 0;
+  assert(count > 0 && count <= static_cast<int>(state.vertices.size()));
   int next = 0;
-  while (next < count && memory.vertices[next].s <= length) ++next;
-  if (held) next = count;           // what slides on a border is at the end, wherever it came from
+  while (next < count && state.vertices[next].s <= length) ++next;
+  if (held) next = count;           // a tip on a border is at the end
   const bool tail = next == count;  // between the last vertex and the end
-  const double next_s = tail ? memory.end_s : memory.vertices[next].s;
+  const double next_s = tail ? state.end_s : state.vertices[next].s;
   tip.cutting = at.cutting_direction();
   tip.in_tail = tail && !path.exited;
   const double past_end = tip.cutting.dot(at.needle.tip().position - at.tissue.position(path.end));
@@ -55,13 +63,44 @@ void place_tip(const InsertionView& at, const Path& path, InsertionWork& work) {
     tip.tangent = tip.at_end ? tip.cutting : needle_tangent;
     return;
   }
-  const double from_s = memory.vertices[next - 1].s;
+  const double from_s = state.vertices[next - 1].s;
   const double u = next_s > from_s ? std::clamp((length - from_s) / (next_s - from_s), 0.0, 1.0) : 1;
   tip.point = {path.vertices[next - 1], tail ? path.end : path.vertices[next], u};
   const Vector3 from = path_tangent(at.tissue, path, next - 1, needle_tangent);
   const Vector3 to = tail ? end_tangent(at.tissue, path, needle_tangent)
                           : path_tangent(at.tissue, path, next, needle_tangent);
   tip.tangent = ((1 - u) * from + u * to).normalized();
+}
+
+void find_border(const InsertionView& at, const Path& path, InsertionScratch& scratch) {
+  assert(!path.empty());
+  const TissueView& tissue = at.tissue;
+  TipPlace& tip = scratch.located.tip;
+  if (!tip.in_tail || !tissue.borders.any()) return;
+  if (scratch.next.border >= 0 && tip.at_end) {
+    scratch.located.obstacle = closest_on(tissue, scratch.next.border, tissue.position(path.end));
+    return;
+  }
+  const Vector3 position = at.needle.tip().position, direction = at.cutting_direction();
+  Vector3 from = tissue.position(path.end);
+  const double lead = std::max(0.0, direction.dot(position - from));
+  const double reach = kContactMargin + 2 * (position - at.needle.start_tip()).norm() + lead;
+  const Vector3 to = from + reach * direction;
+  int start = path.end.tetrahedron, came_from = -1;
+  for (int i = 0; i < kMaxCrossings; ++i) {
+    const Trace trace = trace_segment(tissue.mesh, tissue.x, start, from, to, tissue.regions, came_from);
+    if (trace.next < 0) return;
+    from = tissue.position(trace.end);
+    const int region = tissue.regions[trace.next];
+    if (tissue.border(trace.end, region).holds) {
+      Obstacle& obstacle = scratch.located.obstacle.emplace(closest_on(tissue, region, from));
+      obstacle.under = tip.at_end && obstacle.at.normal.dot(position - obstacle.at.position) < 0;
+      tip.ahead = distance_ahead(at, obstacle, at.needle.start_tip(), tissue.start_position(obstacle.material));
+      return;
+    }
+    came_from = trace.end.tetrahedron;
+    start = trace.next;
+  }
 }
 
 }  // namespace acus

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where the tip stands in its path; location.h says what it is held to there.
+// The place of the tip in its path (location.h explains it), and the border ahead of the tip: the border of a region
+// that holds tips (state/borders.h) is a surface inside the tissue.
 #pragma once
 
 #include "server/engine/tick/insertion/insertion.h"
 
 namespace acus {
 
-// Fills in located.tip but for the length that holds it (share_length). Needs the places along the needle of the path's
+// Fills in located.tip but for its supported length (share_length). Needs the places along the needle of the path's
 // vertices and end.
-void place_tip(const InsertionView& at, const Path& path, InsertionWork& work);
+void place_tip(const InsertionView& at, const Path& path, InsertionScratch& scratch);
+
+// Sets located.obstacle to the border that the tip touches, or may reach in this tick. A tip that is not quite at the
+// end of its path may get there, and further, in this tick.
+void find_border(const InsertionView& at, const Path& path, InsertionScratch& scratch);
 
 }  // namespace acus

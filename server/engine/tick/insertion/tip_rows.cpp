@@ -6,29 +6,29 @@
 #include <cmath>
 
 #include "server/engine/math/rotation.h"
-#include "server/engine/tick/insertion/path_tangents.h"
-#include "server/engine/tick/insertion/tip_friction.h"
-#include "server/engine/tick/insertion/tip_compliance.h"
+#include "server/engine/tick/insertion/path_direction.h"
+#include "server/engine/tick/insertion/tip_laws.h"
 
 namespace acus {
 
 namespace {
 
-// A tip that a tick took past a border comes back to it no faster than this.
+// Speed at which a tip behind a border is brought back.
 constexpr double kRecoverySpeed = 0.1;  // m/s
-// What a tip that bears force stands off by, because the give under it changes from element to element, is made good no
-// faster than this: forces of the size that it takes are to change slowly.
+// Speed at which the offset of a loaded tip is closed that a change of compliance from element to element leaves.
+// Forces change slowly with it.
 constexpr double kSettlingSpeed = 5e-3;  // m/s
 
-// What is left of an offset (m) that is made good by `step` (m).
+// An offset (m) made smaller by `step` (m).
 double shrunk(double offset, double step) { return std::copysign(std::max(0.0, std::abs(offset) - step), offset); }
 
-// What an obstacle's contact acts on, as it was at the start of the tick and is now: a point, or the mean of a patch.
-struct Footing {
+// The point that an obstacle's contact acts on, at the start of the tick and now: a material point, or the mean of a
+// patch.
+struct ContactPoint {
   Vector3 start, now;
   double rise = 0;  // m, of the surface over it, along the obstacle's normal
 
-  Footing(const TissueView& tissue, const Obstacle& obstacle, const TipMemory& tip) {
+  ContactPoint(const TissueView& tissue, const Obstacle& obstacle, const TipState& tip) {
     start = tissue.start_position(obstacle.material);
     if (!obstacle.patch) {
       now = tissue.position(obstacle.material);
@@ -41,18 +41,18 @@ struct Footing {
   }
 };
 
-// Distance of the tip from the obstacle along its normal (m). What the tip was behind it at the start of the tick, torn
-// out of its path sideways or carried over a border by the tick before, and not by the give of what lies between, is
-// made good at `recovery` (m/s), not at once. Likewise what a tip that already bears force stands off by, because the
-// give or the patch under it has changed.
-double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double recovery) {
+// Distance of the tip from the obstacle along its normal (m). A tip that was behind the obstacle at the start of the
+// tick by more than its compliance, torn out of its path or carried over a border, is brought back at `recovery` (m/s).
+// The offset of a loaded tip whose compliance or patch has changed is closed at kSettlingSpeed.
+double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const TipState& tip, double recovery) {
   const NeedleView& needle = at.needle;
   const Vector3& n = obstacle.at.normal;
-  const Footing footing(at.tissue, obstacle, tip);
-  const double start = obstacle.compliance * tip.contact + n.dot(needle.start_tip() - footing.start) - footing.rise;
-  const double apart = n.dot(needle.tip().position - footing.now) - footing.rise;
+  const ContactPoint contact_point(at.tissue, obstacle, tip);
+  const double start =
+      obstacle.compliance * tip.contact + n.dot(needle.start_tip() - contact_point.start) - contact_point.rise;
+  const double apart = n.dot(needle.tip().position - contact_point.now) - contact_point.rise;
   if (!obstacle.patch || tip.contact == 0) return apart - std::min(0.0, start + recovery * needle.h);
-  // A tip that slides comes to other places, and to a hollow or a bulge no later than to these.
+  // A tip that slides follows hollows and bulges of the surface.
   const double travelled = (needle.tip().position - needle.start_tip()).norm();
   return apart - shrunk(start, kSettlingSpeed * needle.h + travelled);
 }
@@ -66,7 +66,7 @@ Row obstacle_row(const InsertionView& at, const Obstacle& obstacle, RowRole role
 }
 
 // The tip against the obstacle, along its normal.
-bool add_contact(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double puncture_force,
+bool add_contact(const InsertionView& at, const Obstacle& obstacle, const TipState& tip, double puncture_force,
                  double gap, Rows& rows) {
   Row row = obstacle_row(at, obstacle, RowRole::contact, obstacle.at.normal);
   row.gap = gap;
@@ -74,12 +74,12 @@ bool add_contact(const InsertionView& at, const Obstacle& obstacle, const TipMem
   return rows.add(row, {LawKind::unilateral, puncture_force}, tip.contact);
 }
 
-// And along its surface.
-bool add_contact_friction(const InsertionView& at, const Obstacle& obstacle, const TipMemory& tip, double friction,
+// The tip against the obstacle, along its surface.
+bool add_contact_friction(const InsertionView& at, const Obstacle& obstacle, const TipState& tip, double friction,
                           double cohesion, int normal_row, Rows& rows) {
   if (friction == 0 && cohesion == 0) return true;
-  const Footing footing(at.tissue, obstacle, tip);
-  const Vector3 moved = (at.needle.tip().position - footing.now) - (at.needle.start_tip() - footing.start);
+  const ContactPoint contact_point(at.tissue, obstacle, tip);
+  const Vector3 moved = (at.needle.tip().position - contact_point.now) - (at.needle.start_tip() - contact_point.start);
   Vector3 across[2];
   perpendicular_basis(obstacle.at.normal, across[0], across[1]);
   bool all = true;
@@ -95,66 +95,66 @@ bool add_contact_friction(const InsertionView& at, const Obstacle& obstacle, con
   return all;
 }
 
-bool add_border_contact(const InsertionView& at, const InsertionWork& work, Rows& rows) {
-  const Obstacle& obstacle = *work.located.obstacle;
+bool add_border_contact(const InsertionView& at, const InsertionScratch& scratch, Rows& rows) {
+  const Obstacle& obstacle = *scratch.located.obstacle;
   const Border& border = at.tissue.border(obstacle.material, obstacle.region);
-  const double gap = obstacle_gap(at, obstacle, work.next.tip, kRecoverySpeed);
+  const double gap = obstacle_gap(at, obstacle, scratch.next.tip, kRecoverySpeed);
   const double share = tip_friction(at, obstacle, border.puncture_force, border.friction_contact).puncture_share;
-  return add_contact(at, obstacle, work.next.tip, share * border.puncture_force, gap, rows);
+  return add_contact(at, obstacle, scratch.next.tip, share * border.puncture_force, gap, rows);
 }
 
-// What a tip on a border has to cut as it slides: all of f_c ahead and aside, nothing within 60 degrees of its way back.
-// By the force of the last tick, which is against the slip.
-double border_cohesion(const InsertionView& at, const Path& path, const TipMemory& tip) {
+// Cohesion of a tip on a border: f_c ahead and sideways, 0 within 60 degrees of the way back, by the direction of the
+// last tick's friction, which is against the slip.
+double border_cohesion(const InsertionView& at, const Path& path, const TipState& tip) {
   const double cutting_force = at.tissue.interaction(path.end).cutting_force;
   const Vector3 ahead = end_tangent(at.tissue, path, at.needle.tip().tangent);
   const double back = ahead.dot(tip.lateral.stableNormalized());
   return cutting_force * std::clamp(1 - 2 * back, 0.0, 1.0);
 }
 
-// Along the direction that stage 4 has found, to which the tip's hold is orthogonal: in later iterations the tip may have
-// turned.
-bool add_cutting(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
-  const TipMemory& tip = work.next.tip;
+// Along the cutting direction of stage 4, to which the lateral rows are orthogonal: in later iterations the tip may
+// have turned.
+bool add_cutting(const InsertionView& at, const Path& path, const InsertionScratch& scratch, Rows& rows) {
+  const TipState& tip = scratch.next.tip;
   const double cutting_force = at.tissue.interaction(path.end).cutting_force;
   if (path.exited || cutting_force == 0) return true;
-  Row row{at.needle_index, RowRole::cutting, -1, at.needle.tip(), {path.end, {}, 0}, -work.located.tip.cutting, 0};
-  row.compliance = cutting_compliance(at, path, work.located.tip.ahead);
+  Row row{at.needle_index, RowRole::cutting, -1, at.needle.tip(), {path.end, {}, 0}, -scratch.located.tip.cutting, 0};
+  row.compliance = cutting_compliance(at, path, scratch.located.tip.ahead);
   row.gap = cutting_gap(at, path, tip, row.n, row.compliance);
   return rows.add(row, {LawKind::unilateral, cutting_force}, tip.cutting);
 }
 
-// The tip across its way.
-bool add_hold(const InsertionView& at, const InsertionWork& work, Rows& rows) {
-  const TipPlace& place = work.located.tip;
+// The lateral rows of the tip.
+bool add_lateral(const InsertionView& at, const InsertionScratch& scratch, Rows& rows) {
+  const TipPlace& place = scratch.located.tip;
   const CurvePoint tip = at.needle.tip();
-  const double compliance = hold_compliance(at, place.point.a, place.held);
+  const double compliance = tip_lateral_compliance(at, place.point.a, place.supported);
   const Vector3 apart = tip.position - at.tissue.position(place.point);
   Vector3 across[2];
   perpendicular_basis(place.tangent, across[0], across[1]);
   bool all = true;
   for (const Vector3& n : across) {
     const Row row{at.needle_index, RowRole::tip_lateral, -1, tip, place.point, n, n.dot(apart)};
-    all = rows.add(row, {.compliance = compliance}, work.next.tip.lateral.dot(n)) && all;
+    all = rows.add(row, {.compliance = compliance}, scratch.next.tip.lateral.dot(n)) && all;
   }
   return all;
 }
 
 }  // namespace
 
-double cutting_gap(const InsertionView& at, const Path& path, const TipMemory& tip, const Vector3& n,
+double cutting_gap(const InsertionView& at, const Path& path, const TipState& tip, const Vector3& n,
                    double compliance) {
   const double apart = n.dot(at.needle.tip().position - at.tissue.position(path.end));
-  const double give = compliance * tip.cutting;
-  if (give == 0) return apart;
-  const double start = give + n.dot(at.needle.start_tip() - at.tissue.start_position(path.end));
+  const double lag = compliance * tip.cutting;
+  if (lag == 0) return apart;
+  const double start = lag + n.dot(at.needle.start_tip() - at.tissue.start_position(path.end));
   return apart - shrunk(start, kSettlingSpeed * at.needle.h);
 }
 
-bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& rows) {
-  assert(work.located.obstacle && (work.next.path < 0 || work.next.phase == Phase::through));
-  const Obstacle& obstacle = *work.located.obstacle;
-  const TipMemory& tip = work.next.tip;
+bool add_surface_rows(const InsertionView& at, const InsertionScratch& scratch, Rows& rows) {
+  assert(scratch.located.obstacle && (scratch.next.path < 0 || scratch.next.phase == Phase::through));
+  const Obstacle& obstacle = *scratch.located.obstacle;
+  const TipState& tip = scratch.next.tip;
   const Interaction& law = at.tissue.interaction(obstacle.material);
   const int normal_row = rows.count();
   const double gap = obstacle_gap(at, obstacle, tip, kSettlingSpeed);
@@ -163,27 +163,30 @@ bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& 
          add_contact_friction(at, obstacle, tip, friction, 0, normal_row, rows);
 }
 
-bool add_border_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
-  assert(work.located.obstacle);
-  const Obstacle& obstacle = *work.located.obstacle;
+bool add_border_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, Rows& rows) {
+  assert(scratch.located.obstacle);
+  const Obstacle& obstacle = *scratch.located.obstacle;
   const Border& border = at.tissue.border(obstacle.material, obstacle.region);
   const double friction = tip_friction(at, obstacle, border.puncture_force, border.friction_contact).friction;
-  const double cohesion = border_cohesion(at, path, work.next.tip);
+  const double cohesion = border_cohesion(at, path, scratch.next.tip);
   const int normal_row = rows.count();
-  return add_border_contact(at, work, rows) &&
-         add_contact_friction(at, obstacle, work.next.tip, friction, cohesion, normal_row, rows);
+  return add_border_contact(at, scratch, rows) &&
+         add_contact_friction(at, obstacle, scratch.next.tip, friction, cohesion, normal_row, rows);
 }
 
-bool add_path_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows) {
-  assert(work.next.path >= 0 && !path.empty());
-  bool all = add_cutting(at, path, work, rows);
-  if (work.located.obstacle) all = add_border_contact(at, work, rows) && all;
-  all = add_hold(at, work, rows) && all;
-  const TipPlace& place = work.located.tip;
+bool add_path_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, Rows& rows) {
+  assert(scratch.next.path >= 0 && !path.empty());
+  bool all = add_cutting(at, path, scratch, rows);
+  if (scratch.located.obstacle) all = add_border_contact(at, scratch, rows) && all;
+  all = add_lateral(at, scratch, rows) && all;
+  const TipPlace& place = scratch.located.tip;
   if (place.at_end) return all;
   const MaterialPoint& nearest = place.point.u < 0.5 ? place.point.a : place.point.b;
   const Row support{at.needle_index, RowRole::tip_lateral, -1, at.needle.tip(), {nearest, {}, 0}, Vector3::Zero(), 0};
-  return add_support(at, support, [&](const MaterialPoint& p) { return hold_compliance(at, p, place.held); }, rows) && all;
+  return add_support(
+             at, support, [&](const MaterialPoint& p) { return tip_lateral_compliance(at, p, place.supported); },
+             rows) &&
+         all;
 }
 
 }  // namespace acus

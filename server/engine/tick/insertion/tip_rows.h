@@ -1,26 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The rows of the tip: contact with a surface or an inner border, cutting, and the hold of its path.
+// The rows of the tip: contact with a surface or a border, cutting, and lateral support by its path.
 //
-// A tip that cuts has its cutting row along -c, c the cutting direction, and two lateral rows across c. c is fixed
-// in the tip's frame, so the spin of the base turns it through the needle's own torsional compliance, and torsional
-// friction makes it lag. A tip that is pulled, or pushed again through an old path, is held to the path instead, whatever
+// A tip that cuts has its cutting row along -c, c the cutting direction, and two lateral rows across c. c is fixed in
+// the tip's frame, so the spin of the base turns it through the needle's torsional compliance, and torsional friction
+// makes it lag. A tip that is pulled, or pushed through an old path, has lateral rows across the path instead, whatever
 // its bevel.
 //
-// A border of a region that holds the tip (borders.h) is a surface inside. Ahead of a cutting tip it adds a contact row,
-// capped by f_p. A tip that rests against it, or that the base's motion takes there in this tick, has two rows of
-// friction along the border with the cohesion f_c (laws.h) instead of its cutting and lateral rows: it slides, and cuts
-// as it slides, once the force along the border is more than f_c + mu times the contact force; back along its path there
-// is nothing left to cut. Kept to its cutting direction, a tip that grazes the border would be wedged in.
+// A border that holds tips (state/borders.h) is a surface inside the tissue. Ahead of a cutting tip it adds a contact
+// row, capped by f_p. A tip on the border, or one that the base moves there in this tick, has two rows of friction
+// along the border with the cohesion f_c (laws.h) instead of cutting and lateral rows: it slides, and cuts as it
+// slides, once the force along the border is above f_c + mu times the contact force. Back along its path nothing is
+// left to cut. With its cutting row instead, a tip that grazes the border would be wedged in.
 //
-// Across its way the tip is held by the tissue around its end and beside its last stretch (location.h, tip_compliance.h), on its
-// position in the path: at the end as behind it, so that neither way makes a jump.
+// The lateral support of the tip is that of its end and of its supported length (location.h, tip_laws.h), at the end of
+// the path as behind it, so that there is no jump between the two.
 //
-// Springs stand in series (rows.h, local_compliance.h): e in the contact row of a surface and in the cutting row. The tip
-// stands e lambda beyond the mesh's surface, or beyond the path's end: tissue which is really at the tip stands behind it
-// in the mesh. A tip that cuts leaves its path's end e f_c behind along the cutting direction, so that the force stays at
-// f_c as the end moves on; towards a border that holds it e falls to nothing (tip_compliance.h).
-//
-// The friction of a sharp tip: tip_friction.h.
+// Springs in series (rows.h, models/local_compliance.h), with the compliance e, are in the contact row of a surface and
+// in the cutting row. The tip is e lambda beyond the mesh's surface, or beyond the path's end: tissue that is really at
+// the tip is behind it in the mesh. A cutting tip has its path's end e f_c behind it, so that the force stays at f_c as
+// the end moves. Towards a border that holds tips e falls to 0 (tip_laws.h).
 //
 // A law that cannot bear any force has no row. All functions return false if a row did not fit.
 #pragma once
@@ -31,14 +29,14 @@
 namespace acus {
 
 // Outside, or through, against the surface in located.obstacle.
-bool add_surface_rows(const InsertionView& at, const InsertionWork& work, Rows& rows);
+bool add_surface_rows(const InsertionView& at, const InsertionScratch& scratch, Rows& rows);
 // Inside, against the border in located.obstacle.
-bool add_border_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows);
+bool add_border_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, Rows& rows);
 // Inside its path.
-bool add_path_rows(const InsertionView& at, const Path& path, const InsertionWork& work, Rows& rows);
+bool add_path_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, Rows& rows);
 
-// A border that the path lies on keeps the needle out of the region behind it, however soft the tissue on this side is: a
-// unilateral row at the point of `row`, with the compliance (m/N) that is asked for of a point behind the border.
+// A border that the path lies on keeps the needle out of the region behind it, however soft the tissue on this side is,
+// by a unilateral row at the point of `row`. compliance_at: the compliance (m/N) at a point behind the border.
 template <class ComplianceAt>
 bool add_support(const InsertionView& at, Row row, ComplianceAt compliance_at, Rows& rows) {
   const TissueView& tissue = at.tissue;
@@ -50,7 +48,7 @@ bool add_support(const InsertionView& at, Row row, ComplianceAt compliance_at, R
   return rows.add(row, {LawKind::unilateral, kInfinity}, 0);
 }
 
-// Distance of the tip from the path's end against the cutting direction n (m), less what gives way before it.
-double cutting_gap(const InsertionView& at, const Path& path, const TipMemory& tip, const Vector3& n, double compliance);
+// Distance of the tip from the path's end against the cutting direction n (m), less the spring's part.
+double cutting_gap(const InsertionView& at, const Path& path, const TipState& tip, const Vector3& n, double compliance);
 
 }  // namespace acus

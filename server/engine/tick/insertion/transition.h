@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the transitions of a needle (path_transitions.h, surface_transitions.h) share: what they look at and what they change.
+// What transitions of a needle (path_transitions.h, surface_transitions.h) read and change.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,15 @@
 
 namespace acus {
 
-// A tip that touches nothing and stands deeper than this in the tissue has got there without a puncture.
+// A tip without contact that is deeper than this in the tissue has entered without a puncture.
 inline constexpr double kUnnoticed = 1e-3;  // m
 
-// What a needle's transitions look at and change. The needle's shape and the tissue of `at` are those of the tick's end.
+// `at`: needle and tissue at the end of the tick.
 struct Transition {
   const InsertionView& at;
-  const InsertionWork& work;
+  const InsertionScratch& scratch;
   std::uint64_t tick;
-  Insertion& memory;
+  Insertion& state;
   std::vector<Path>& paths;
   std::vector<Event>& events;  // never beyond its capacity
 

@@ -8,19 +8,19 @@ namespace acus {
 namespace {
 
 // False if some did not fit.
-bool add_insertion_rows(const InsertionView& at, const State& state, const InsertionWork& work, Rows& rows) {
-  const auto& obstacle = work.located.obstacle;
-  if (work.next.path < 0) return !obstacle || add_surface_rows(at, work, rows);
-  const Path& path = work.path(state.paths);
-  bool all = !work.located.left_out;
-  if (work.next.phase == Phase::through) {
-    all = (!obstacle || add_surface_rows(at, work, rows)) && all;
+bool add_insertion_rows(const InsertionView& at, const State& state, const InsertionScratch& scratch, Rows& rows) {
+  const auto& obstacle = scratch.located.obstacle;
+  if (scratch.next.path < 0) return !obstacle || add_surface_rows(at, scratch, rows);
+  const Path& path = scratch.path(state.paths);
+  bool all = !scratch.located.left_out;
+  if (scratch.next.phase == Phase::through) {
+    all = (!obstacle || add_surface_rows(at, scratch, rows)) && all;
   } else if (obstacle && obstacle->under) {
-    all = add_border_rows(at, path, work, rows) && all;
+    all = add_border_rows(at, path, scratch, rows) && all;
   } else {
-    all = add_path_rows(at, path, work, rows) && all;
+    all = add_path_rows(at, path, scratch, rows) && all;
   }
-  for (const ShaftPoint& point : work.located.shaft) all = add_shaft_rows(at, path, work, point, rows) && all;
+  for (const ShaftPoint& point : scratch.located.shaft) all = add_shaft_rows(at, path, scratch, point, rows) && all;
   return all;
 }
 

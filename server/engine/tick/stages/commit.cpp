@@ -32,7 +32,7 @@ NeedleBalance balance_of(const Model& model, const Scratch& scratch, const State
 }
 
 // Before the needles are committed.
-void watch_needles(const Model& model, const State& state, Scratch& scratch) {
+void monitor_needles(const Model& model, const State& state, Scratch& scratch) {
   for (int i = 0; i < model.needle_count(); ++i) {
     if (model.needles[i].rigid) continue;
     const NeedleMotion& motion = scratch.motions[i];
@@ -47,7 +47,7 @@ void watch_needles(const Model& model, const State& state, Scratch& scratch) {
 bool is_finite(const Model& model, const Scratch& scratch) {
   for (const BaseState& base : scratch.bases)
     if (!base.is_finite()) return false;
-  for (const GuideWork& guide : scratch.guides)
+  for (const GuideScratch& guide : scratch.guides)
     if (!guide.next.motion.is_finite()) return false;
   const auto lambda = scratch.rows.lambda();
   if (!std::all_of(lambda.begin(), lambda.end(), [](double force) { return std::isfinite(force); })) return false;
@@ -60,7 +60,7 @@ void commit(const Model& model, Scratch& scratch, State& state) {
   assert(is_finite(model, scratch));
   const StageTimer timer(scratch.times, Stage::transitions);
   read_all_forces(model, scratch);
-  watch_needles(model, state, scratch);
+  monitor_needles(model, state, scratch);
   scratch.balance = state.balance;
   state.balance = balance_of(model, scratch, state);
   state.spring_energy = scratch.rows.elastic_energy();

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "server/engine/state/limits.h"
-#include "server/engine/tick/insertion/shaft_watch.h"
+#include "server/engine/tick/insertion/shaft_monitor.h"
 #include "server/engine/tick/stages/stages.h"
 
 namespace acus {
@@ -18,7 +18,7 @@ void transitions(const Model& model, Scratch& scratch, State& state) {
     const InsertionView at = insertion_view(model, state, scratch, i);
     scratch.outcome.transitions |= insertion_transitions(
         {at, scratch.insertions[i], state.tick, state.insertions[i], state.paths, scratch.events});
-    watch_shaft(at, scratch.insertions[i], state.insertions[i], state.watches[i]);
+    monitor_shaft(at, scratch.insertions[i], state.insertions[i], state.monitors[i]);
   }
 }
 

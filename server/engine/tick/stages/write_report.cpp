@@ -35,7 +35,7 @@ std::uint32_t flags_of(const Model& model, const State& state, const Scratch& sc
   raise(!o.finite, kNotFinite);
   raise(o.energy_gained, kEnergyGained);
   raise(o.overstrained, kNeedleOverstrained);
-  raise(std::ranges::any_of(state.watches, [](const ShaftWatch& w) { return w.unheld > 0; }), kShaftUnheld);
+  raise(std::ranges::any_of(state.monitors, [](const ShaftMonitor& w) { return w.unheld > 0; }), kShaftUnheld);
   raise(any_at_speed_limit(model, state), kBaseLimited);
   return flags;
 }
@@ -76,9 +76,9 @@ void report_state(const Model& model, const State& state, TickReport& report) {
     of_needle.command_tick = base.command_tick;
     of_needle.phase = state.insertions[i].phase;
     of_needle.inserted_depth = state.insertions[i].depth;
-    of_needle.unheld = state.watches[i].unheld;
+    of_needle.unheld = state.monitors[i].unheld;
     of_needle.base = {needle.x.col(0), needle.q[0]};
-    of_needle.told = model.needles[i].hold ? base.spun_pose() : of_needle.base;
+    of_needle.commanded = model.needles[i].hold ? base.spun_pose() : of_needle.base;
     of_needle.spin = base.spin;
     of_needle.tip_position = needle.x.rightCols<1>();
   }

@@ -1,11 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/tip_friction.h"
+#include "server/engine/tick/insertion/tip_laws.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace acus {
+
+double cutting_compliance(const InsertionView& at, const Path& path, double ahead) {
+  const double cutting_force = at.tissue.interaction(path.end).cutting_force;
+  const double free = at.tissue.tip_compliance(path.end, at.parameters.outer_diameter, cutting_force);
+  return cutting_force > 0 ? std::min(free, std::max(0.0, ahead) / cutting_force) : free;
+}
+
+double tip_lateral_compliance(const InsertionView& at, const MaterialPoint& material, double supported) {
+  const double d = at.needle.model.diameter;
+  const double end = 1 / at.tissue.end_compliance(material, d);
+  return 1 / (end + supported / at.tissue.lateral_compliance(material, d));
+}
+
+double distance_ahead(const InsertionView& at, const Obstacle& obstacle, const Vector3& tip, const Vector3& place) {
+  constexpr double kGrazing = 1e-3;  // sine of the angle below which the direction misses the obstacle
+  const double towards = -obstacle.at.normal.dot(at.cutting_direction());
+  return towards > kGrazing ? obstacle.at.normal.dot(tip - place) / towards : kInfinity;
+}
 
 std::optional<double> face_angle(const Needle& needle) {
   constexpr double kDegree = std::numbers::pi / 180;

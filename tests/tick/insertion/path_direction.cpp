@@ -3,7 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "server/engine/math/rotation.h"
-#include "server/engine/tick/insertion/material_direction.h"
+#include "server/engine/tick/insertion/path_direction.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {

@@ -27,21 +27,24 @@ bool same_path(const Path& a, const Path& b) {
 }  // namespace
 
 TEST_CASE("a vertex owns the needle halfway to its neighbours, from the surface to the tip") {
-  std::vector<ShaftPoint> shaft{{.vertex = 0, .s = 0.090, .mouth = true}, {.vertex = 1, .s = 0.094}, {.vertex = 2, .s = 0.097}};
+  std::vector<ShaftPoint> shaft{
+      {.vertex = 0, .s = 0.090, .mouth = true}, {.vertex = 1, .s = 0.094}, {.vertex = 2, .s = 0.097}};
   share_length(shaft, 0.100);
   CHECK(shaft[0].owned == doctest::Approx(0.0020).epsilon(1e-12));
   CHECK(shaft[1].owned == doctest::Approx(0.0035).epsilon(1e-12));
   CHECK(shaft[2].owned == doctest::Approx(0.0045).epsilon(1e-12));
   CHECK(sum_of_owned(shaft) == doctest::Approx(0.010).epsilon(1e-12));
-  CHECK(shaft[1].held == shaft[1].owned);
-  CHECK(shaft[2].held == doctest::Approx(0.0030).epsilon(1e-12));
+  CHECK(shaft[1].supported == shaft[1].owned);
+  CHECK(shaft[2].supported == doctest::Approx(0.0030).epsilon(1e-12));
   share_length(shaft, 0.100, false);
-  CHECK(shaft[2].held == shaft[2].owned);
+  CHECK(shaft[2].supported == shaft[2].owned);
 }
 
 TEST_CASE("nobody owns the air between two parts of a path") {
-  std::vector<ShaftPoint> shaft{{.vertex = 0, .s = 0.080, .mouth = true}, {.vertex = 1, .s = 0.084, .exit = true},
-                                {.vertex = 2, .s = 0.094, .mouth = true}, {.vertex = 3, .s = 0.098}};
+  std::vector<ShaftPoint> shaft{{.vertex = 0, .s = 0.080, .mouth = true},
+                                {.vertex = 1, .s = 0.084, .exit = true},
+                                {.vertex = 2, .s = 0.094, .mouth = true},
+                                {.vertex = 3, .s = 0.098}};
   share_length(shaft, 0.100);
   CHECK(shaft[1].owned == doctest::Approx(0.002).epsilon(1e-12));
   CHECK(shaft[2].owned == doctest::Approx(0.002).epsilon(1e-12));
@@ -78,40 +81,40 @@ TEST_CASE("vertices stand along the needle where their planes across the path cu
     CHECK(located.shaft[i].s == doctest::Approx(0.090 + 0.004 * i).epsilon(1e-10));
     CHECK((located.shaft[i].tangent + Vector3::UnitZ()).norm() < kRounding);
   }
-  CHECK(bench.work.next.end_s == doctest::Approx(kLength).epsilon(1e-10));
-  CHECK(bench.work.next.first_alongside == 0);
-  CHECK(bench.work.next.last_alongside == 2);
+  CHECK(bench.scratch.next.end_s == doctest::Approx(kLength).epsilon(1e-10));
+  CHECK(bench.scratch.next.first_alongside == 0);
+  CHECK(bench.scratch.next.last_alongside == 2);
 }
 
 TEST_CASE("a vertex that comes alongside takes over the traction of the one before it") {
   InsertionBench bench;
   bench.add_straight_path(0.020);
   bench.be_in_path(0);
-  bench.memory.first_alongside = 0;
-  bench.memory.last_alongside = 1;
-  bench.memory.vertices[0].traction = 3;
-  bench.memory.vertices[1].traction = 5;
-  bench.memory.vertices[2].traction = 9;  // of an earlier time
+  bench.state.first_alongside = 0;
+  bench.state.last_alongside = 1;
+  bench.state.vertices[0].traction = 3;
+  bench.state.vertices[1].traction = 5;
+  bench.state.vertices[2].traction = 9;  // of an earlier time
   bench.put_needle(on_line(0.020));
   bench.locate();
-  CHECK(bench.work.next.vertices[0].traction == 3);
-  CHECK(bench.work.next.vertices[1].traction == 5);
-  CHECK(bench.work.next.vertices[2].traction == 5);
+  CHECK(bench.scratch.next.vertices[0].traction == 3);
+  CHECK(bench.scratch.next.vertices[1].traction == 5);
+  CHECK(bench.scratch.next.vertices[2].traction == 5);
 }
 
 TEST_CASE("what vertices bore that the tip is pulled past goes to the last one alongside") {
   InsertionBench bench;
   bench.add_straight_path(0.010);
   bench.be_in_path(0);
-  bench.memory.first_alongside = 0;
-  bench.memory.last_alongside = 4;
+  bench.state.first_alongside = 0;
+  bench.state.last_alongside = 4;
   for (int i = 0; i < 5; ++i) {
-    bench.memory.vertices[i].friction = i + 1;
-    bench.memory.vertices[i].traction = 100 * i;
+    bench.state.vertices[i].friction = i + 1;
+    bench.state.vertices[i].traction = 100 * i;
   }
   bench.put_needle(on_line(0.020));
   const Located& located = bench.locate();
-  const auto& next = bench.work.next.vertices;
+  const auto& next = bench.scratch.next.vertices;
   REQUIRE(located.shaft.size() == 3);
   CHECK(next[2].friction == 3 + 4 + 5);
   CHECK(next[2].traction == doctest::Approx(12 / 0.004).epsilon(1e-10));  // from 6 to 10 mm
@@ -125,7 +128,7 @@ TEST_CASE("far from the tissue a needle finds nothing") {
   const Located& located = bench.locate();
   CHECK_FALSE(located.obstacle);
   CHECK(located.shaft.empty());
-  CHECK(bench.work.next.path == -1);
+  CHECK(bench.scratch.next.path == -1);
 }
 
 TEST_CASE("a tip near the surface, or that goes through it in the tick, finds the point under it") {
@@ -139,7 +142,7 @@ TEST_CASE("a tip near the surface, or that goes through it in the tick, finds th
   CHECK((located.obstacle->at.position - on_line(kTop)).norm() < kRounding);
   CHECK((located.obstacle->at.normal - Vector3::UnitZ()).norm() < kRounding);
   CHECK((bench.position(located.obstacle->material) - on_line(kTop)).norm() < kRounding);
-  CHECK(bench.work.next.path == -1);
+  CHECK(bench.scratch.next.path == -1);
 }
 
 TEST_CASE("a needle that goes into an open mouth picks the path up and leaves it as it is") {
@@ -151,12 +154,12 @@ TEST_CASE("a needle that goes into an open mouth picks the path up and leaves it
   CHECK(located.reentered);
   CHECK_FALSE(located.far_end);
   CHECK_FALSE(located.obstacle);
-  CHECK(bench.work.next.path == 0);
+  CHECK(bench.scratch.next.path == 0);
   CHECK(bench.paths_taken[0] == 1);
   CHECK(same_path(bench.paths[0], before));
   REQUIRE(located.shaft.size() == 1);
   CHECK(located.shaft[0].s == doctest::Approx(kLength - 1e-3).epsilon(1e-10));
-  CHECK(bench.memory.path == -1);
+  CHECK(bench.state.path == -1);
 }
 
 TEST_CASE("from where it left the tissue a path is picked up turned round") {
@@ -169,7 +172,7 @@ TEST_CASE("from where it left the tissue a path is picked up turned round") {
   CHECK(located.reentered);
   CHECK(located.far_end);
   CHECK(same_path(bench.paths[0], before));
-  const Path& seen = bench.work.path(bench.paths);
+  const Path& seen = bench.scratch.path(bench.paths);
   CHECK(same_place(seen.vertices[0], before.end));
   CHECK(same_place(seen.end, before.vertices[0]));
   REQUIRE(located.shaft.size() == 1);
@@ -191,7 +194,7 @@ TEST_CASE("a mouth further away than a needle's diameter is another place of the
   bench.put_needle(on_line(kTop + 1e-3) + beside);
   bench.move_needle(on_line(kTop - 1e-3) + beside);
   CHECK_FALSE(bench.locate().reentered);
-  CHECK(bench.work.located.obstacle);
+  CHECK(bench.scratch.located.obstacle);
 }
 
 TEST_CASE("two needles do not pick up the same path in one tick") {
@@ -200,9 +203,9 @@ TEST_CASE("two needles do not pick up the same path in one tick") {
   bench.put_needle(on_line(kTop + 1e-3));
   bench.move_needle(on_line(kTop - 1e-3));
   bench.locate();
-  InsertionWork second = bench.work;
-  locate_insertion(bench.view(), bench.memory, bench.paths, bench.paths_taken, second);
-  CHECK(bench.work.next.path == 0);
+  InsertionScratch second = bench.scratch;
+  locate_insertion(bench.view(), bench.state, bench.paths, bench.paths_taken, second);
+  CHECK(bench.scratch.next.path == 0);
   CHECK(second.next.path == -1);
   CHECK_FALSE(second.located.reentered);
 }
@@ -215,7 +218,7 @@ TEST_CASE("a path that another needle is in, or has picked up in this tick, is n
   bench.put_needle(on_line(kTop + 1e-3));
   bench.move_needle(on_line(kTop - 1e-3));
   CHECK_FALSE(bench.locate().reentered);
-  CHECK(bench.work.next.path == -1);
+  CHECK(bench.scratch.next.path == -1);
 }
 
 }  // namespace acus::test
