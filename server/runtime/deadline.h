@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The grid of deadlines on which a real-time loop runs: start, start + period, start + 2 period, ... (ns of
-// CLOCK_MONOTONIC). A loop that is late goes on at the next deadline still ahead; the ones in between are skipped and
+// CLOCK_MONOTONIC). A loop that is late continues at the next deadline still ahead; the ones in between are skipped and
 // never made up for.
 #pragma once
 

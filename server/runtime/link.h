@@ -18,7 +18,7 @@
 
 namespace acus {
 
-inline constexpr int kMaxBodies = 64 + 64;        // needles and guides of a scene
+inline constexpr int kMaxBodies = kMaxNeedles + kMaxGuides;
 inline constexpr std::size_t kMaxRequests = 64;   // waiting for the simulation thread
 inline constexpr std::size_t kMaxRecords = 8192;  // waiting for the socket thread; about 6 MB
 
@@ -35,7 +35,7 @@ inline constexpr std::uint64_t kNoRequest = ~std::uint64_t{0};
 // Records, from the simulation thread to the socket thread.
 struct Acknowledgement {
   Request request;                    // that was carried out, with what comes back
-  std::uint64_t epoch = 0, tick = 0;  // where the world stands after it
+  std::uint64_t epoch = 0, tick = 0;  // of the world after it
   double time = 0;                    // s
   LoadedScene* world = nullptr;       // whose states follow
 };
@@ -94,7 +94,7 @@ struct Link {
 
   // Simulation thread to socket thread.
   SpscQueue<Record> records{kMaxRecords};
-  std::atomic<std::uint64_t> epoch{0}, tick{0};  // where the world stands
+  std::atomic<std::uint64_t> epoch{0}, tick{0};  // of the world
   std::atomic<std::uint64_t> overruns{0};        // deadlines skipped
   std::atomic<std::uint64_t> dropped{0};         // states for which there was no room
   std::atomic<std::uint64_t> turns{0};           // of the simulation thread; one that stands still hangs

@@ -4,7 +4,7 @@
 //
 // In real time it never waits for anything but its next deadline, and answers requests meanwhile where that is far; a
 // state for which there is no room is dropped and counted. When a tick's own work is too much, what the scene's
-// `overrun` allows to give way gives way. In lockstep time is the client's: it waits for requests, and for room, so
+// `overrun` allows is reduced. In lockstep time is the client's: it waits for requests, and for room, so
 // that no state is lost.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A recording that a server starts with: its ticks are made again up to a moment, and the simulation goes on from there
-// as after a restored snapshot. No command waits, and bases rest where they were going.
+// A recording that a server starts with: its ticks are made again up to a moment, and the simulation continues from
+// there as after a restored snapshot. No command waits, and bases rest where they were going.
 #pragma once
 
 #include <functional>

@@ -2,9 +2,9 @@
 // Writes down what the simulation thread is told and what comes of it, on a thread of its own.
 //
 // The simulation thread puts items of fixed size into a queue and copies its state into a box that another thread made;
-// it never waits. Every half second what came in goes to the file: a process that is killed loses no more than that. When
-// the file cannot be written on, or the queue is full because the disk stands still, the recording ends there and the
-// simulation goes on.
+// it never waits. Every half second what came in goes to the file: a process that is killed loses no more than that.
+// When the file cannot be written on, or the queue is full because the disk stands still, the recording ends there and
+// the simulation continues.
 #pragma once
 
 #include <atomic>
@@ -44,7 +44,7 @@ class Recorder {
   // The queue was full in real time: what comes is without what was lost.
   void give_up() { gave_up_.store(true, std::memory_order_release); }
 
-  // Whether it goes on; if not, the file ends before what comes.
+  // Whether it continues; if not, the file ends before what comes.
   bool recording() const { return recording_.load(std::memory_order_relaxed); }
 
   // Writes what is in the queue and ends the file; whether all of it was written. The simulation thread must not use it

@@ -36,15 +36,12 @@ struct Restore {
   NewEpoch epoch;
   std::unique_ptr<State> state;  // comes back, to be destroyed elsewhere
 };
-struct Hash {
+struct CopyState {
   std::unique_ptr<State> state;  // room for it; comes back filled
 };
-struct Snapshot {
-  std::unique_ptr<State> state;  // likewise
-};
-struct DueSnapshot {             // for the file that the scene asks for; no client waits
-  std::unique_ptr<State> state;  // likewise
-};
+struct Hash : CopyState {};
+struct Snapshot : CopyState {};
+struct DueSnapshot : CopyState {};  // for the file that the scene asks for; no client waits
 struct Record {
   Recorder* recorder = nullptr;   // null: record no more
   std::unique_ptr<StateBox> box;  // for it

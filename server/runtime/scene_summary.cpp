@@ -331,7 +331,8 @@ void add_tissue(Omissions& list, const Scene& scene) {
            "tissue.rung: refined or exact");
   list.add_for<Region>(tissue.regions, has_no_friction, "friction on the shaft in",
                        "interaction.pressure, friction_static");
-  list.add_for<Region>(tissue.regions, yields_only_with_mesh, "what the mesh cannot give way beside the shaft in",
+  list.add_for<Region>(tissue.regions, yields_only_with_mesh,
+                       "the compliance beside the shaft that the mesh cannot resolve in",
                        "interaction.foundation_stiffness");
   list.add_for<Region>(
       tissue.regions, [](const Region& r) { return r.interaction.friction_viscous == 0; }, "viscous friction in",

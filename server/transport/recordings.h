@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The recording that goes on, if one does, and where clients may begin one.
+// The recording that is under way, if one is, and where clients may begin one.
 #pragma once
 
 #include <filesystem>
@@ -18,11 +18,11 @@ class Recordings {
   // Clients' recordings go into `folder`; empty: they may not begin any. `server` is its version.
   Recordings(std::string folder, std::string server) : folder_(std::move(folder)), server_(std::move(server)) {}
 
-  // Throw RecordingError while one goes on, and if there can be none.
+  // Throw RecordingError while one is under way, and if there can be none.
   void begin(const std::string& path);
   void begin_for_client(const std::string& name);  // a file's plain name
 
-  // Throws RecordingError if none goes on, or it was asked for already.
+  // Throws RecordingError if none is under way, or it was asked for already.
   void ask_to_end();
   // Once the simulation thread does not use the recorder any more: what is left goes to the file on a thread of its
   // own.

@@ -294,7 +294,7 @@ void Requests::answer(const Sender& sender, request::Hash& hash, const protocol:
 void Requests::answer(const Sender& sender, request::Snapshot& snapshot, const protocol::Standing& standing,
                       const Model& model) {
   protocol::SnapshotReply reply{standing, comparable_hash(*snapshot.state), {}};
-  snapshot.state->economizing = false;  // who goes on from it has time
+  snapshot.state->economizing = false;  // who continues from it has time
   const std::vector<std::byte> bytes = make_snapshot(model.fingerprint, *snapshot.state);
   const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
   reply.snapshot.assign(first, first + bytes.size());

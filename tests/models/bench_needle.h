@@ -4,7 +4,7 @@
 
 #include <doctest/doctest.h>
 
-#include "server/engine/models/needle_motion.h"
+#include "tests/models/motions.h"
 
 namespace acus {
 

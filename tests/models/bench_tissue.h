@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/engine/models/tissue_assembler.h"
-#include "server/engine/models/tissue_motion.h"
+#include "tests/models/motions.h"
 
 namespace acus {
 

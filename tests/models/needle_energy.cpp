@@ -36,7 +36,7 @@ TEST_CASE("what a tick stores and gains is what its states and the work of base,
       motion.add_row(load.beam, load.force);
       motion.correct({&lambda, 1});
     }
-    const NeedleMotion::EnergyChange change = motion.energy_change(state);
+    const NeedleEnergyChange change = motion.energy_change(state);
     NeedleState after = state;
     motion.commit(after);
 
@@ -67,7 +67,7 @@ TEST_CASE("a needle that is given energy by its linearisation is told of") {
   motion.add_compliances({&place, 1}, W);
   const double lambda = 0.1 * model.length / W(0, 0);
   motion.correct({&lambda, 1});
-  const NeedleMotion::EnergyChange change = motion.energy_change(state);
+  const NeedleEnergyChange change = motion.energy_change(state);
   CHECK(change.gained > 0.1 * change.stored);
 }
 

@@ -10,8 +10,8 @@
 #include <numbers>
 
 #include "server/engine/math/random.h"
-#include "server/engine/models/tissue_motion.h"
 #include "tests/models/bench_tissue.h"
+#include "tests/models/motions.h"
 #include "tests/support/dense.h"
 
 namespace acus {
@@ -261,7 +261,7 @@ TEST_CASE("nodal pressure: the rungs come to one another, and supports carry wha
       for (int iteration = 0; iteration < 30; ++iteration) {
         motion.linearize(state);
         if (iteration == 0 && tick > 0) {  // balance() speaks of the tick before
-          const TissueMotion::Balance& b = motion.balance();
+          const TissueBalance& b = motion.balance();
           CHECK((b.support + b.weight - b.inertia).norm() < 1e-8 * b.support.norm());
         }
         motion.clear_rows();
@@ -286,7 +286,7 @@ TEST_CASE("nodal pressure: at rest supports carry the weight with every matrix" 
       motion.correct({});
       motion.commit(state);
     }
-    const TissueMotion::Balance& b = motion.balance();
+    const TissueBalance& b = motion.balance();
     CHECK((b.support + b.weight).norm() < 1e-9 * b.weight.norm());
   }
 }

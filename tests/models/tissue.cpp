@@ -7,8 +7,8 @@
 #include <algorithm>
 
 #include "server/engine/math/random.h"
-#include "server/engine/models/tissue_motion.h"
 #include "tests/models/bench_tissue.h"
+#include "tests/models/motions.h"
 #include "tests/support/dense.h"
 
 namespace acus {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The tissue's tick: rest under gravity, momentum, and rows against the dense inverse, for both matrices.
-#include "server/engine/models/tissue_motion.h"
+#include "tests/models/motions.h"
 
 #include <doctest/doctest.h>
 
@@ -481,7 +481,7 @@ TEST_CASE("constant: supports carry the weight and the forces of the linear tiss
   BenchMotion motion(model, 5e-3, TissueMatrix::constant, 1, 1);
   TissueState state = make_tissue_state(model);
   for (int i = 0; i < 2000; ++i) tick(motion, state);
-  const TissueMotion::Balance& b = motion.balance();
+  const TissueBalance& b = motion.balance();
   CHECK(b.weight.z() < 0);
   CHECK((b.support + b.weight).norm() < 1e-8 * b.weight.norm());
 }

@@ -19,9 +19,9 @@
 #include <numbers>
 
 #include "server/engine/math/rotation.h"
-#include "server/engine/models/tissue_motion.h"
 #include "tests/models/bench_needle.h"
 #include "tests/models/bench_tissue.h"
+#include "tests/models/motions.h"
 #include "tests/references/figure.h"
 
 namespace acus {

@@ -158,7 +158,8 @@ TEST_CASE("the check says what a scene leaves out, and where to put it in") {
   CHECK(line_of(layers, "  the exact tangent") == "");
   CHECK(line_of(layers, "  friction on the shaft") ==
         "friction on the shaft in skin set interaction.pressure, friction_static");
-  CHECK(line_of(layers, "  what the mesh").ends_with("beside the shaft in skin set interaction.foundation_stiffness"));
+  CHECK(line_of(layers, "  the compliance beside")
+            .ends_with("cannot resolve in skin set interaction.foundation_stiffness"));
   CHECK(line_of(layers, "  viscous") == "viscous friction in skin set interaction.friction_viscous");
   CHECK(line_of(layers, "  bending") == "bending of curved set rung: flexible");
   CHECK(line_of(layers, "  torsional") == "torsional friction on curved set torsional_friction");

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cassert>
 
+#include "server/engine/models/needle_rows.h"
+#include "server/engine/models/tissue_row_forces.h"
+
 namespace acus {
 
 namespace {
@@ -16,10 +19,12 @@ Vector12 needle_force(const NeedleShape& shape, const Row& row) {
                                       : curve_force(shape, row.on_needle, row.n);
 }
 
-int add_to_tissue(TissueMotion& tissue, const Row& row) {
-  if (row.role == RowRole::torsion) return tissue.add_couple(row.in_tissue.a.tetrahedron, -row.radius * row.n);
-  if (!row.patch.empty()) return tissue.add_row(row.patch, -row.n);
-  return acts_on_tissue(row.role) ? tissue.add_row(row.in_tissue, -row.n) : tissue.add_empty_row();
+int add_to_tissue(const TissueSystem& system, const Row& row, TissueScratch& tissue) {
+  if (row.role == RowRole::torsion)
+    return add_tissue_couple(system, row.in_tissue.a.tetrahedron, -row.radius * row.n, tissue);
+  if (!row.patch.empty()) return add_tissue_row(system, row.patch, -row.n, tissue);
+  if (!acts_on_tissue(row.role)) return add_empty_tissue_row(tissue);
+  return add_tissue_row(system, row.in_tissue, -row.n, tissue);
 }
 
 }  // namespace
@@ -51,22 +56,25 @@ bool Rows::add(const Row& row, const Law& law, double warm_start) {
   return true;
 }
 
-void Rows::assemble(std::span<NeedleMotion> needles, TissueMotion& tissue) {
-  for (NeedleMotion& needle : needles) needle.clear_rows();
-  tissue.clear_rows();
+void Rows::assemble(std::span<const NeedleModel> models, std::span<NeedleScratch> needles, const TissueSystem& system,
+                    TissueScratch& tissue) {
+  assert(models.size() == needles.size());
+  for (NeedleScratch& needle : needles) needle.rows.clear();
+  tissue.rows->clear();
   const int n = count();
   for (int i = 0; i < n; ++i) {
     const Row& r = rows_[i];
-    NeedleMotion& needle = needles[r.needle];
-    const int needle_row = needle.add_row(r.on_needle.beam, needle_force(needle.shape(), r));
-    delta_free_[i] = r.gap + needle.free_displacement(needle_row);
-    [[maybe_unused]] const int tissue_row = add_to_tissue(tissue, r);
+    NeedleScratch& needle = needles[r.needle];
+    const int needle_row = add_needle_row(r.on_needle.beam, needle_force(needle.shape(), r), needle);
+    delta_free_[i] = r.gap + free_displacement(models[r.needle], needle, needle_row);
+    [[maybe_unused]] const int tissue_row = add_to_tissue(system, r, tissue);
     assert(tissue_row == i);
   }
   auto W = this->W();
   W.triangularView<Eigen::Lower>().setZero();
-  for (std::size_t k = 0; k < needles.size(); ++k) needles[k].add_compliances(places_of(static_cast<int>(k)), W);
-  tissue.add_compliance(W, delta_free_);
+  for (std::size_t k = 0; k < needles.size(); ++k)
+    add_needle_compliances(models[k], places_of(static_cast<int>(k)), W, needles[k]);
+  tissue.rows->add_compliance(tissue.y, W, delta_free_);
   W.diagonal() = W.diagonal().cwiseMax(kLeastCompliance);
   W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
   for (int i = 0; i < n; ++i) W(i, i) += rows_[i].compliance;
@@ -94,8 +102,7 @@ std::span<const double> Rows::needle_forces(int needle) {
 
 double Rows::elastic_energy() const {
   double energy = 0;
-  for (int i = 0; i < count(); ++i)
-    energy += (laws_[i].compliance + rows_[i].compliance) * lambda_[i] * lambda_[i] / 2;
+  for (int i = 0; i < count(); ++i) energy += (laws_[i].compliance + rows_[i].compliance) * lambda_[i] * lambda_[i] / 2;
   return energy;
 }
 

@@ -22,8 +22,9 @@
 #include <vector>
 
 #include "server/engine/laws/solver/constraint_solver.h"
-#include "server/engine/models/needle_motion.h"
-#include "server/engine/models/tissue_motion.h"
+#include "server/engine/models/material_point.h"
+#include "server/engine/models/needle_scratch.h"
+#include "server/engine/models/tissue_scratch.h"
 
 namespace acus {
 
@@ -48,10 +49,10 @@ struct Row {
   int index = -1;  // vertex of the path for shaft rows, number of the guide for its rows
   CurvePoint on_needle{};
   TissuePoint in_tissue;
-  Vector3 n = Vector3::Zero();  // unit, world
-  double gap = 0;               // m, delta at q_k, before this iteration's correction
-  double radius = 0;            // r (m), torsion only
-  double compliance = 0;        // e (m/N), >= 0, of the spring in series
+  Vector3 n = Vector3::Zero();             // unit, world
+  double gap = 0;                          // m, delta at q_k, before this iteration's correction
+  double radius = 0;                       // r (m), torsion only
+  double compliance = 0;                   // e (m/N), >= 0, of the spring in series
   std::span<const MaterialPoint> patch{};  // not empty: in place of in_tissue; all weights together sum to 1
 };
 
@@ -67,10 +68,11 @@ class Rows {
   bool add(const Row& row, const Law& law, double warm_start);
 
   // Stage 6: W = W_n + W_t and delta_free. The corridor must have room for all rows' nodes.
-  void assemble(std::span<NeedleMotion> needles, TissueMotion& tissue);
+  void assemble(std::span<const NeedleModel> models, std::span<NeedleScratch> needles, const TissueSystem& system,
+                TissueScratch& tissue);
   // Stage 7.
   SolverResult solve(LawMethod method, int max_steps, double tolerance);
-  // Forces per needle in the order in which its rows were added, as NeedleMotion::correct() wants them.
+  // Forces per needle in the order in which its rows were added, as solve_needle() takes them.
   std::span<const double> needle_forces(int needle);
 
   const Row& row(int i) const { return rows_[i]; }
@@ -79,9 +81,9 @@ class Rows {
   std::span<const double> delta() const { return {delta_.data(), rows_.size()}; }    // m
   // W (m/N), of the last assemble().
   Eigen::Map<const MatrixX> compliance() const { return {storage_.data(), count(), count()}; }
-  // Of the rows that give way by themselves (J), at the forces of the last solve.
+  // Of the rows with a compliance (J), at the forces of the last solve.
   double elastic_energy() const;
-  Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }                     // on the needle, N
+  Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }  // on the needle, N
 
  private:
   std::span<const int> places_of(int needle);

@@ -43,7 +43,7 @@ class SparseCholesky {
   std::size_t factor_entries() const;  // stored entries of L, padding included
   Precision precision() const;
 
-  // position(i): where unknown i stands in the permuted order. A block's unknowns follow each other there too.
+  // position(i): the place of unknown i in the permuted order. A block's unknowns follow each other there too.
   int position(int unknown) const { return position_[static_cast<std::size_t>(unknown)]; }
 
   // Scratch of the substitutions, for one panel: room for the widest. Threads that share a factor have one each.

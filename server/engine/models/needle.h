@@ -9,7 +9,7 @@
 // Hessian stay exact. The nodes lie on the arc exactly; a beam's stiffness is that of a straight one as long as the
 // chord, which is off by (curvature x beam length)²/24 of itself.
 //
-// needle_motion.h moves it by a tick.
+// needle_linearization.h and needle_step.h move it by a tick.
 #pragma once
 
 #include <optional>
@@ -96,7 +96,7 @@ struct NeedleBeam {
 NeedleBeam needle_beam(const NeedleModel& model, const NeedleShape& shape, int beam);
 
 // A point of the curve at arc length s (m, from the base). Within beam e it is the cubic with the nodes' positions and
-// tangents, p = H00 x1 + H01 x2 + L (H10 t1 + H11 t2); beyond the ends the tangent goes on.
+// tangents, p = H00 x1 + H01 x2 + L (H10 t1 + H11 t2); beyond the ends the tangent continues.
 struct CurvePoint {
   Vector3 position;
   Vector3 tangent;     // unit

@@ -94,7 +94,7 @@ void Surface::put_outermost_first() {
 }
 
 bool Surface::near(const Matrix3X& x, const Vector3& p, double margin) const {
-  // A box that contains p goes on doing so when it grows: often that of the first few nodes is enough.
+  // A box that contains p continues doing so when it grows: often that of the first few nodes is enough.
   const std::span<const int> all = nodes_, first = all.first(std::min<std::size_t>(16, all.size()));
   Bounds box = bounds_of(x, first);
   if (box.contains(p, margin)) return true;

@@ -59,7 +59,7 @@ struct ElementRotations {
   }
 };
 
-// A tick's first step, as the next tick needs it to judge where it has ended (tissue_motion.h).
+// A tick's first step, as the next tick needs it to judge where it has ended (tissue_step.h).
 struct TissueStep {
   double share = 0;    // of the step that was gone; 0: there is nothing to judge
   double descent = 0;  // d (J)

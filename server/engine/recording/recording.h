@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a recording says: all that a simulation was told, tick by tick, and hashes of what came of it. From that the same
-// program makes the same ticks again, to the last bit.
+// What a recording says: all that a simulation was told, tick by tick, and hashes of what came of it. From that the
+// same program makes the same ticks again, to the last bit.
 //
-// A recording is a file of zstd frames, each whole in itself, two a second; unpacked (zstd -dc) they are one sequence of
-// msgpack arrays, the first element of each a name:
+// A recording is a file of zstd frames, each whole in itself, two a second; unpacked (zstd -dc) they are one sequence
+// of msgpack arrays, the first element of each a name:
 //
 //   "recording", version, server, started      first of all; the server's version; UTC, ISO 8601
-//   "scene", file, text, rate, fingerprint, mesh   which the next "begin" is of; rate (Hz) replaces the text's; mesh: nil,
+//   "scene", file, text, rate, fingerprint, mesh   which the next "begin" is of; rate (Hz) replaces the text's; mesh:
+//   nil,
 //                                              or what the scene's mesh file held, [nodes, tetrahedra, groups, names]
-//   "begin", epoch, snapshot                   the state from which all that follows goes on (state/snapshot.h)
+//   "begin", epoch, snapshot                   the state from which all that follows continues (state/snapshot.h)
 //   "command", body, seq, pose, spin           for the next tick; pose: [x, y, z, w, x, y, z] or nil; spin: or nil
 //   "tick", tick, digest, economizing          made; digest: XXH3 of its report
 //   "state", tick, hash                        of the whole state after that tick (state/state_bytes.h)
 //   "end", why                                 the last; "" if somebody asked for it
 //
-// Lengths are in metres, angles in radians. Nodes are float64, 3 each; tetrahedra int32, 4 each; groups int32, little-endian.
+// Lengths are in metres, angles in radians. Nodes are float64, 3 each; tetrahedra int32, 4 each; groups int32,
+// little-endian.
 #pragma once
 
 #include <cstdint>

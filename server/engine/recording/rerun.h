@@ -54,7 +54,7 @@ class Rerun {
   const Progress progress_;
   recorded::World world_;
   std::unique_ptr<Simulation> simulation_;
-  bool begun_ = false;  // a state to go on from was there
+  bool begun_ = false;  // a state to continue from was there
   bool ticked_ = false;
   int worlds_ = 0;
   std::uint64_t epoch_ = 0, ticks_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What acus-mesh, the program that reads mesh files with Gmsh, tells the program that started it: a mesh as it stands
+// What acus-mesh, the program that reads mesh files with Gmsh, tells the program that started it: a mesh as it is
 // in the file, or why there is none. Gmsh may have been misled by a damaged file, so nothing in it is trusted.
 #pragma once
 

@@ -25,6 +25,8 @@ namespace acus {
 using protocol::kMaxPosition;
 using protocol::kMaxSpin;
 
+inline constexpr int kMaxNeedles = 64, kMaxGuides = 64;  // of a scene
+
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Something in a scene that cannot be used. what() reads "file:line:column: field: expected ..., found ...".
@@ -191,8 +193,8 @@ struct LawSettings {
   double tolerance = 1e-6;  // N, > 0: largest violation of a law, as the force that would mend it
 };
 
-// What gives way from a tick on whose own work took longer than its period, until none has for a while. Physics goes on
-// at every tick.
+// What is reduced from a tick on whose own work took longer than its period, until none has for a while. Physics
+// continues at every tick.
 struct Overrun {
   int max_steps = 16;           // 1 to 100000, where laws.max_steps is more
   int max_iterations = 1;       // 1 to 1000, where the limit is otherwise more
@@ -225,7 +227,7 @@ struct Clients {
 
 class SceneFolders;
 
-// Where a field stands in its file, both counted from 1.
+// The place of a field in its file, both counted from 1.
 struct Place {
   int line = 0;
   int column = 0;
@@ -234,11 +236,11 @@ struct Place {
 struct Scene {
   std::string name = "scene";
   std::string file;                   // where it was read from, empty if built in code
-  std::string text;                   // what stands there, likewise
+  std::string text;                   // what is there, likewise
   double rate = 1000;                 // Hz, > 0, ticks per second; the time step is h = 1/rate
   Vector3 gravity = Vector3::Zero();  // m/s^2, world
   Tissue tissue;
-  std::vector<Needle> needles{Needle{}};  // 1 to 64, distinct names
+  std::vector<Needle> needles{Needle{}};  // 1 to kMaxNeedles, distinct names
   std::vector<Guide> guides;              // distinct names, none that of a needle
   Newton newton;
   LawSettings laws;

@@ -195,15 +195,19 @@ struct FieldsOf<Tissue> {
   static constexpr const char* title = "tissue";
   static constexpr std::tuple list{
       Field{"rung", &Tissue::rung, "", any(),
-            "how the tissue is solved: none (no tissue), linear (no rotations, fastest), warped (fixed factor, real time), "
+            "how the tissue is solved: none (no tissue), linear (no rotations, fastest), warped (fixed factor, real "
+            "time), "
             "refined (warped, iterated) or exact (refactorised, the reference)"},
-      Field{"element", &Tissue::element, "", any(),
-            "linear (tetrahedra that lock as poisson_ratio nears 0.5) or nodal_pressure (volume changes averaged at the "
-            "nodes, which does not lock; a larger factor)"},
-      Field{"local_compliance", &Tissue::local_compliance, "", any(),
-            "which give of the tissue around a needle inside it, that elements larger than the needle cannot resolve, is "
-            "added: all (across the shaft, see foundation_stiffness, along it and around the tip) or none (forces act on "
-            "points of the mesh, and depend on it)"},
+      Field{
+          "element", &Tissue::element, "", any(),
+          "linear (tetrahedra that lock as poisson_ratio nears 0.5) or nodal_pressure (volume changes averaged at the "
+          "nodes, which does not lock; a larger factor)"},
+      Field{
+          "local_compliance", &Tissue::local_compliance, "", any(),
+          "which compliance of the tissue around a needle inside it, that elements larger than the needle cannot "
+          "resolve, is "
+          "added: all (across the shaft, see foundation_stiffness, along it and around the tip) or none (forces act on "
+          "points of the mesh, and depend on it)"},
       choice("mesh", "the tetrahedra, from one of two sources",
              Field{"box", &Tissue::box, "", any(), "a box that is cut into tetrahedra"},
              Field{"gmsh", &Tissue::gmsh, "", any(), "a mesh file"}),
@@ -398,11 +402,12 @@ struct FieldsOf<Scene> {
       Field{"rate", &Scene::rate, "Hz", kRate, "ticks per second; the time step is h = 1/rate"},
       Field{"gravity", &Scene::gravity, "m/s^2", within(1e4), "acceleration [x, y, z] in the world"},
       Field{"tissue", &Scene::tissue, "", any(), "mesh, place, regions and fixed nodes"},
-      Field{"needles", &Scene::needles, "", between(1, 64), "one entry per needle"},
-      Field{"guides", &Scene::guides, "", between(0, 64), "one entry per guide; they take commands like needles"},
+      Field{"needles", &Scene::needles, "", between(1, kMaxNeedles), "one entry per needle"},
+      Field{"guides", &Scene::guides, "", between(0, kMaxGuides),
+            "one entry per guide; they take commands like needles"},
       Field{"newton", &Scene::newton, "", any(), "iterations of the tissue"},
       Field{"laws", &Scene::laws, "", any(), "solver of contact, cutting and friction"},
-      Field{"overrun", &Scene::overrun, "", any(), "what gives way when ticks come late"},
+      Field{"overrun", &Scene::overrun, "", any(), "what is reduced when ticks come late"},
       Field{"publish", &Scene::publish, "", any(), "how often states go out; forces go out every tick"},
       Field{"clients", &Scene::clients, "", any(), "who may command, and what happens when a client falls silent"},
   };

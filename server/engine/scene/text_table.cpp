@@ -6,7 +6,7 @@
 namespace acus {
 namespace {
 
-// Bytes 10xxxxxx go on with a character that began before.
+// Bytes 10xxxxxx continue with a character that began before.
 std::size_t width_of(const std::string& utf8) {
   const auto begins_character = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; };
   return static_cast<std::size_t>(std::count_if(utf8.begin(), utf8.end(), begins_character));

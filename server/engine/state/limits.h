@@ -4,23 +4,24 @@
 
 namespace acus {
 
-inline constexpr int kMaxPaths = 64;       // that a tissue remembers
-inline constexpr int kMaxTickSteps = 10;   // of a tick in rungs that make one step, but where one goes too far
-inline constexpr int kLookEvery = 8;       // ticks between two looks ahead of a tip, while all that lies there is ready
-inline constexpr int kStepsAhead = 6;      // of a look for the tetrahedra that a tip will enter
+inline constexpr int kMaxPaths = 64;      // of a tissue
+inline constexpr int kMaxTickSteps = 10;  // iterations of a tick in rungs of one step, where a step goes too far
+inline constexpr int kLookEvery = 8;      // ticks between two searches ahead of a tip, while all that is there is ready
+inline constexpr int kStepsAhead = 6;     // of a search for the tetrahedra that a tip will enter
 inline constexpr double kStepAhead = 0.3;  // sizes of the tip's element
-inline constexpr double kSurfaceAhead = 20e-3;  // m, of a look for the surface that a tip will touch
-inline constexpr int kOtherEvents = 8;     // of one needle in one tick, besides the borders that it crosses
+inline constexpr double kSurfaceAhead = 20e-3;  // m, of a search for the surface that a tip will touch
+inline constexpr int kOtherEvents = 8;          // events of one needle in one tick, besides the borders that it crosses
 
-// The sum of all forces, of the largest of them, above which they are told as unbalanced, if that one is above the
-// second and the sum is more than rounding (Model::force_rounding).
+// Imbalance of forces that raises a flag: the sum of all forces as a share of the largest one. Forces below
+// kLeastForceToBalance, and sums within rounding (Model::force_rounding), raise none.
 inline constexpr double kMaxImbalance = 0.03;         // -
 inline constexpr double kLeastForceToBalance = 1e-3;  // N
 
-// What a needle may gain in a tick that nobody put into it, of what it stores, and of a needle that stores so much.
+// Energy gain of a needle in a tick that raises a flag, as a share of its stored energy, which counts as at least
+// kLeastEnergyToGain.
 inline constexpr double kMaxEnergyGain = 0.01;       // -
 inline constexpr double kLeastEnergyToGain = 1e-6;   // J
-// Beams have small strains: what they miss of their forces is of this order.
+// Strain of a needle that raises a flag: the error of the beams' forces is of this order.
 inline constexpr double kMaxNeedleStrain = 0.05;     // -
 
 }  // namespace acus

@@ -61,7 +61,7 @@ struct Path {
   bool air_behind(int vertex) const { return std::find(exits.begin(), exits.end(), vertex) != exits.end(); }
   bool has_room_for_part() const { return !exits.full() && vertices.size() + 2 <= vertices.capacity(); }
 
-  // Of a path that has left the tissue: it goes on as a mouth further on.
+  // Of a path that has left the tissue: it continues as a mouth further on.
   void add_part(const MaterialPoint& mouth) {
     assert(exited && has_room_for_part());
     exits.push_back(static_cast<int>(vertices.size()));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a tick tells the outside (stage 10): plain values of fixed size, no pointers into the simulation. What a struct
-// holds stands once more, in its fields(), of which report_hash.h makes a hash.
+// holds is listed in its fields(), of which report_hash.h makes a hash.
 #pragma once
 
 #include <array>

@@ -65,7 +65,7 @@ State read_snapshot(const Model& model, std::span<const std::byte> snapshot) {
   try {
     from_bytes(snapshot.subspan(sizeof header, header.size), state);
     check_state(model, state);
-    state.economizing = false;  // what gives way is for the run to say that goes on
+    state.economizing = false;  // the run that continues decides what is reduced
   } catch (const std::runtime_error& error) {
     throw SnapshotError(std::string("the snapshot cannot be used: ") + error.what());
   }

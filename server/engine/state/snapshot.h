@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A state as one blob, from which any simulation of the same scene goes on bit by bit: in another process, and on another
-// machine of the same kind.
+// A state as one blob, from which any simulation of the same scene continues bit by bit: in another process, and on
+// another machine of the same kind.
 //
 //   bytes    what
 //   8        "acussnap"
@@ -10,8 +10,8 @@
 //   n        image of the state (state_bytes.h)
 //   8        XXH3 of all before
 //
-// Numbers are little-endian. A checksum finds damage, not intent: all that a tick uses as an index or a size is checked,
-// too.
+// Numbers are little-endian. A checksum finds damage, not intent: all that a tick uses as an index or a size is
+// checked, too.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Everything that the next tick depends on, besides the model and the commands that come in: a value. Copies are
-// independent and have the same room. What a struct holds stands once, in its fields(); state_bytes.h makes a hash,
+// independent and have the same room. What a struct holds is listed in its fields(); state_bytes.h makes a hash,
 // equality and a byte image of it.
 //
 // Within a tick only the last stages of a good one write it (stages/commit.cpp, stages/transitions.cpp); between ticks
@@ -35,7 +35,7 @@ struct NeedleBalance {
 
 struct State {
   std::uint64_t tick = 0;              // good ticks since loading or the last reset
-  bool economizing = false;            // what the scene's `overrun` allows to give way gives way
+  bool economizing = false;            // iterations are reduced as the scene's `overrun` allows
   TissueState tissue;
   std::vector<NeedleState> needles;
   std::vector<BaseState> bases;        // per needle
@@ -44,7 +44,7 @@ struct State {
   std::vector<GuideState> guides;
   std::vector<Path> paths;             // kMaxPaths, most of them empty
   NeedleBalance balance;
-  double spring_energy = 0;            // J, of the rows that give way by themselves, see Rows::elastic_energy()
+  double spring_energy = 0;  // J, of the rows with a compliance, see Rows::elastic_energy()
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether a state that came from outside can be gone on from.
+// Whether a state that came from outside can be continued from.
 #pragma once
 
 #include "server/engine/state/model.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How a needle's base, or a guide, follows its commands. Commands arrive in steps, at the client's rate and with the
-// network's jitter. Two ways to go on between them:
+// network's jitter. Two ways to continue between them:
 //
 // By the commands' own rhythm (the default). From the tick that takes a command in, the base goes to it evenly in n
 // ticks, n what commands were apart of late: a mean m of the ticks between them and a mean deviation d from it, both

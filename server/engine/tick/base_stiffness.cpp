@@ -7,6 +7,7 @@
 
 #include "server/engine/math/partial_cholesky.h"
 #include "server/engine/math/rotation.h"
+#include "server/engine/models/needle_base.h"
 
 namespace acus {
 
@@ -159,29 +160,32 @@ void BaseStiffnessSolver::answer(const Eigen::Ref<const VectorX>& shift, Eigen::
 }
 
 // D; the free nodes' part of the needle is left in follow_.
-void BaseStiffnessSolver::put_shifts(const Scratch& scratch, int needle) {
-  const NeedleMotion& motion = scratch.motions[needle];
-  auto follow = follow_.topRows(motion.free_unknowns());
-  motion.follow_base(follow);
+void BaseStiffnessSolver::put_shifts(const Model& scene, const Scratch& scratch, int needle) {
+  const NeedleModel& model = scene.needles[static_cast<std::size_t>(needle)];
+  const NeedleScratch& motion = scratch.needles[static_cast<std::size_t>(needle)];
+  auto follow = follow_.topRows(motion.dq.size());
+  follow_base(model, motion, follow);
   int row_of_needle = 0;
   for (int i = 0; i < scratch.rows.count(); ++i) {
     shifts_.row(i).setZero();
-    if (scratch.rows.row(i).needle == needle) shifts_.row(i) = motion.follow_base(row_of_needle++, follow).transpose();
+    if (scratch.rows.row(i).needle == needle)
+      shifts_.row(i) = follow_base(model, motion, row_of_needle++, follow).transpose();
   }
 }
 
-BaseStiffness BaseStiffnessSolver::compute(const Scratch& scratch, int needle) {
+BaseStiffness BaseStiffnessSolver::compute(const Model& scene, const Scratch& scratch, int needle) {
   const Rows& rows = scratch.rows;
-  const NeedleMotion& motion = scratch.motions[needle];
+  const NeedleModel& model = scene.needles[static_cast<std::size_t>(needle)];
+  const NeedleScratch& motion = scratch.needles[static_cast<std::size_t>(needle)];
   const Eigen::Index n = rows.count();
-  put_shifts(scratch, needle);
+  put_shifts(scene, scratch, needle);
   for (int axis = 0; axis < 6; ++axis) answer(shifts_.col(axis).head(n), forces_.col(axis).head(n));
   BaseStiffness result;
-  result.stiffness = -motion.base_tangent(follow_.topRows(motion.free_unknowns()));
+  result.stiffness = -base_tangent(model, motion, follow_.topRows(motion.dq.size()));
   for (Eigen::Index i = 0; i < n; ++i) result.stiffness += shifts_.row(i).transpose() * forces_.row(i);
-  result.stiffness.bottomRightCorner<3, 3>() += skew(motion.base_reaction().tail<3>()) / 2;
+  result.stiffness.bottomRightCorner<3, 3>() += skew(motion.reaction.tail<3>()) / 2;
   look_for_limits(rows, motion.shape().frames[0].col(0), result);
-  result.lasting = motion.lasting_wrench();
+  result.lasting = lasting_wrench(model, motion);
   sum_up_yields(rows, needle, result);
   return result;
 }

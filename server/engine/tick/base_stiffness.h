@@ -25,7 +25,7 @@
 // agree within 2 %, those of free needles and of tips in contact within 1e-3 but for turns.
 //
 // A wrench beside it leaves out what the needle's own inertia and damping put in: that of the laws' forces and the
-// weight about the base, sum of Hᵀ lambda and m g. It is what lasts once the needle stands still, but for the tissue,
+// weight about the base, sum of Hᵀ lambda and m g. It is what remains once the needle is at rest, but for the tissue,
 // which still creeps.
 //
 // The model holds until a law leaves its piece. For a motion along the base's +x axis that is where a line meets the
@@ -62,7 +62,7 @@ class BaseStiffnessSolver {
 
   // Once after a tick, before compute(). Nothing allocates in either.
   void begin(const Scratch& scratch);
-  BaseStiffness compute(const Scratch& scratch, int needle);
+  BaseStiffness compute(const Model& scene, const Scratch& scratch, int needle);
 
  private:
   // An unknown of the laws: the force along one row, or along a combination of the two of a disk.
@@ -91,7 +91,7 @@ class BaseStiffnessSolver {
   void factorize(const Eigen::Ref<const MatrixX>& W);
   void solve(Eigen::Ref<VectorX> x, Eigen::Index slides) const;
   void answer(const Eigen::Ref<const VectorX>& shift, Eigen::Ref<VectorX> forces);
-  void put_shifts(const Scratch& scratch, int needle);
+  void put_shifts(const Model& scene, const Scratch& scratch, int needle);
   static void sum_up_yields(const Rows& rows, int needle, BaseStiffness& result);
   void look_for_limits(const Rows& rows, const Vector3& axis, BaseStiffness& result);
 

@@ -18,7 +18,7 @@
 
 namespace acus {
 
-// A guide's part of a tick.
+// What a tick needs of a guide.
 struct GuideScratch {
   GuideState next;
   Vector3 center = Vector3::Zero(), before = Vector3::Zero();  // G in this tick and at its start (m)
@@ -34,7 +34,7 @@ void locate_guide(const NeedleView& needle, GuideScratch& scratch);
 // Stage 5: rows of guide `index` on a needle; false if some did not fit.
 bool add_guide_rows(const Guide& parameters, int index, int needle_index, const NeedleView& needle,
                     const GuideScratch& scratch, Rows& rows);
-// After the solve: what the guide will remember; returns its force on the needle (N).
+// After the solve: the guide's next state; returns its force on the needle (N).
 Vector3 read_guide_forces(const Rows& rows, int index, GuideScratch& scratch);
 
 }  // namespace acus

@@ -29,22 +29,22 @@ Scratch::Scratch(const Model& model, const Progress& progress)
   const double spacing = least_spacing(model.scene.needles);
   for (int i = 0; i < model.needle_count(); ++i) {
     const Needle& needle = model.scene.needles[i];
-    motions.emplace_back(model.needles[i], model.h, max_tissue_rows(model.scene, needle) + max_guide_rows(model.scene));
+    needles.emplace_back(model.needles[i], model.h, max_tissue_rows(model.scene, needle) + max_guide_rows(model.scene));
     insertions.emplace_back(max_shaft_points(needle, spacing), model.path_vertices);
-    start_shapes.push_back(motions[i].shape());
+    start_shapes.push_back(needles[i].shape());
     bases.push_back(base_at(needle.base));
   }
   events.reserve((kMaxCrossings + kOtherEvents) * model.scene.needles.size());
 }
 
 NeedleView needle_view(const Model& model, const Scratch& scratch, int needle) {
-  return {model.needles[needle], scratch.start_shapes[needle], scratch.motions[needle].shape(), model.h};
+  return {model.needles[needle], scratch.start_shapes[needle], scratch.needles[needle].shape(), model.h};
 }
 
 InsertionView insertion_view(const Model& model, const State& state, const Scratch& scratch, int needle) {
   return {needle, model.scene.needles[needle], needle_view(model, scratch, needle),
           TissueView{model.mesh, model.surface, model.borders, model.scene.tissue.regions, model.interactions,
-                     model.element_sizes, model.regions, state.tissue.x, scratch.tissue.x(),
+                     model.element_sizes, model.regions, state.tissue.x, scratch.tissue.x,
                      model.scene.tissue.local_compliance == LocalCompliance::all}};
 }
 

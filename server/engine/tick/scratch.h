@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The memory of a tick, sized when the scene is loaded. Nothing in it lasts: a tick that starts from a fresh one gives the
-// same bytes. What it keeps between ticks are caches, on whose content no result depends.
+// The scratch of a tick, sized when the scene is loaded. A tick that starts from a fresh one gives the same bytes; what
+// is kept between ticks are caches, on whose content no result depends.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "server/engine/laws/rows.h"
-#include "server/engine/models/needle_motion.h"
-#include "server/engine/models/tissue_motion.h"
+#include "server/engine/models/needle_scratch.h"
+#include "server/engine/models/tissue_scratch.h"
 #include "server/engine/state/model.h"
 #include "server/engine/state/report.h"
 #include "server/engine/state/state.h"
@@ -76,10 +76,10 @@ struct Scratch {
   std::vector<BaseState> bases;               // per needle, at the end of the tick
   std::vector<GuideScratch> guides;
   std::vector<NeedleShape> start_shapes;      // per needle, at the start of the tick
-  std::vector<NeedleMotion> motions;          // per needle
-  TissueMotion tissue;
+  std::vector<NeedleScratch> needles;
+  TissueScratch tissue;
   std::vector<InsertionScratch> insertions;   // per needle
-  std::vector<char> paths_taken;              // per path, whether a needle has picked it up in this tick
+  std::vector<char> paths_taken;              // per path, whether a needle has entered it in this tick
   Rows rows;
   std::vector<InsertionForces> forces;        // per needle
   std::vector<Vector3> guide_forces;          // per needle (N)

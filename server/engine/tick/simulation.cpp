@@ -39,7 +39,7 @@ std::span<const BaseStiffness> Simulation::base_stiffnesses() {
   std::ranges::fill(stiffnesses_, BaseStiffness{});
   if (!ticked_ || !scratch_->outcome.finite) return stiffnesses_;
   stiffness_solver_.begin(*scratch_);
-  for (int i = 0; i < model_.needle_count(); ++i) stiffnesses_[i] = stiffness_solver_.compute(*scratch_, i);
+  for (int i = 0; i < model_.needle_count(); ++i) stiffnesses_[i] = stiffness_solver_.compute(model_, *scratch_, i);
   return stiffnesses_;
 }
 
@@ -58,7 +58,7 @@ void Simulation::step() {
 
 void Simulation::reset() {
   restore(make_state(model_));
-  scratch_->tissue.clear_corridor();
+  scratch_->tissue.rows->corridor().clear();
 }
 
 void Simulation::restore(const State& state) {
@@ -87,7 +87,7 @@ Costs Simulation::costs() const {
   return {static_cast<int>(model_.tissue.free_nodes.size()),
           factor.factor_entries(),
           factor.factor_entries() * entry,
-          scratch_->tissue.corridor_nodes(),
+          scratch_->tissue.rows->corridor().capacity(),
           factor.tree().longest_way,
           model_.max_rows,
           model_.max_tick_steps()};

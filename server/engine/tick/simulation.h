@@ -28,7 +28,7 @@ struct Costs {
 // What is stored in needles and tissue (J).
 struct Energy {
   double kinetic = 0;
-  double elastic = 0;    // of elements and beams, and of the rows that give way by themselves
+  double elastic = 0;    // of elements and beams, and of the rows with a compliance
   double potential = 0;  // of gravity, zero at the state after loading
 
   double total() const { return kinetic + elastic + potential; }
@@ -51,7 +51,7 @@ class Simulation {
   // used up, also by a tick that is refused.
   void step();
 
-  // What the scene's `overrun` allows to give way gives way, from the next tick on.
+  // Whether iterations are reduced, as the scene's `overrun` allows, from the next tick on.
   void economize(bool on) { state_.economizing = on; }
 
   // Back to the state after loading, tick 0.

@@ -13,7 +13,7 @@ void step(const Model& model, const Commands& commands, State& state, Scratch& s
     compute_compliance(model, scratch);
     solve_laws(model, state, scratch);
     correct(model, state, scratch);
-  } while (goes_on(model, scratch));
+  } while (continues(model, scratch));
   scratch.outcome.finite = is_finite(model, scratch);
   if (scratch.outcome.finite) {
     commit(model, scratch, state);

@@ -12,7 +12,7 @@ namespace acus {
 
 namespace {
 
-// Times 1/E (m²/N): next to what a mesh gives way it is nothing, and two points of a path at one place can be held.
+// Times 1/E (m²/N): next to the compliance of a mesh it is nothing, and two points of a path at one place can be held.
 constexpr double kLeastGive = 1e-4;
 // What the end of a needle bears across its way beyond what its length does, as a length (in diameters).
 constexpr double kEndBearing = 1.5;

@@ -41,7 +41,7 @@ struct TissueView {
   double end_compliance(const MaterialPoint& p, double d) const;
   // Along the same shaft, m²/N; see local_compliance.h. It and what follows are zero if the scene leaves them out.
   double axial_compliance(const MaterialPoint& p, double d) const;
-  // Of the disc of surface over which a tip of diameter d (m) spreads its contact: its radius (m), and what it gives way
+  // Of the disc of surface over which a tip of diameter d (m) spreads its contact: its radius (m), and its compliance
   // beyond the mesh (m/N); see local_compliance.h.
   double contact_radius(const MaterialPoint& p, double d) const;
   double surface_compliance(const MaterialPoint& p, double d) const;

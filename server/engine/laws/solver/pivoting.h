@@ -12,7 +12,7 @@
 // K = W_CC - W_CS W_SS⁻¹ W_SC that the rows S on lines leave of it; several contacts in turn, until none moves.
 //
 // A row keeps its piece while it violates its law by less than kPickAbove of the largest force, and so a row that
-// stands between two pieces does not swing between them by rounding. Rows on lines get kRegularization of their mean
+// is between two pieces does not swing between them by rounding. Rows on lines get kRegularization of their mean
 // diagonal, and one step of refinement for it, so that points that mesh and beams cannot tell apart share their force.
 #pragma once
 
@@ -28,7 +28,7 @@ class Pivoting {
   static constexpr double kRegularization = 1e-12;
   static constexpr double kPickAbove = 1e-12;    // violation, as share of the largest force, see force_scale()
   static constexpr double kContactsEnd = 1e-12;  // change of a contact's force, as share of it or of 1 N
-  static constexpr double kAtBound = 1 - 1e-9;   // a force of that share of a bound stands on it
+  static constexpr double kAtBound = 1 - 1e-9;   // a force of that share of a bound is on it
   static constexpr int kMaxPicks = 12;
   static constexpr int kPatience = 3;
   static constexpr int kMaxContactRounds = 100;
@@ -41,7 +41,7 @@ class Pivoting {
   int solve(const LawSystem& system, const LawState& state, StepBudget& budget);
 
  private:
-  // Where a row stands. `force` (N) at a bound; of a row that slides with viscosity the threshold with its sign.
+  // The piece of a row. `force` (N) at a bound; of a row that slides with viscosity the threshold with its sign.
   struct Piece {
     enum Kind : std::uint8_t { bound, rest, sliding, contact } kind = bound;
     double force = 0;

@@ -36,7 +36,8 @@ void build_rows(const Model& model, const State& state, Scratch& scratch) {
   for (int g = 0; g < model.guide_count(); ++g) {
     const int needle = model.guide_needles[g];
     all = add_guide_rows(model.scene.guides[g], g, needle, needle_view(model, scratch, needle), scratch.guides[g],
-                         rows) && all;
+                         rows) &&
+          all;
   }
   scratch.outcome.rows_fit = scratch.outcome.rows_fit && all;
 }

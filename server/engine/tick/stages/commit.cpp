@@ -3,6 +3,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "server/engine/models/needle_step.h"
+#include "server/engine/models/tissue_step.h"
 #include "server/engine/state/limits.h"
 #include "server/engine/tick/stages/stages.h"
 
@@ -23,9 +25,9 @@ void read_all_forces(const Model& model, Scratch& scratch) {
 NeedleBalance balance_of(const Model& model, const Scratch& scratch, const State& state) {
   NeedleBalance balance;
   for (int i = 0; i < model.needle_count(); ++i) {
-    const NeedleMotion& motion = scratch.motions[i];
-    const Vector3 base = motion.base_reaction().head<3>();
-    balance.sum += base + scratch.guide_forces[i] - motion.inertia_less_weight(state.needles[i]);
+    const NeedleScratch& needle = scratch.needles[i];
+    const Vector3 base = needle.reaction.head<3>();
+    balance.sum += base + scratch.guide_forces[i] - inertia_less_weight(model.needles[i], needle, state.needles[i]);
     balance.largest_force = std::max(balance.largest_force, base.norm());
   }
   return balance;
@@ -35,10 +37,10 @@ NeedleBalance balance_of(const Model& model, const Scratch& scratch, const State
 void monitor_needles(const Model& model, const State& state, Scratch& scratch) {
   for (int i = 0; i < model.needle_count(); ++i) {
     if (model.needles[i].rigid) continue;
-    const NeedleMotion& motion = scratch.motions[i];
-    const NeedleMotion::EnergyChange energy = motion.energy_change(state.needles[i]);
+    const NeedleScratch& needle = scratch.needles[i];
+    const NeedleEnergyChange energy = energy_change(model.needles[i], needle, state.needles[i]);
     scratch.outcome.energy_gained |= energy.gained > kMaxEnergyGain * std::max(energy.stored, kLeastEnergyToGain);
-    scratch.outcome.overstrained |= motion.largest_strain() > kMaxNeedleStrain;
+    scratch.outcome.overstrained |= largest_strain(model.needles[i], needle) > kMaxNeedleStrain;
   }
 }
 
@@ -52,7 +54,7 @@ bool is_finite(const Model& model, const Scratch& scratch) {
   const auto lambda = scratch.rows.lambda();
   if (!std::all_of(lambda.begin(), lambda.end(), [](double force) { return std::isfinite(force); })) return false;
   for (int i = 0; i < model.needle_count(); ++i)
-    if (!scratch.motions[i].finite()) return false;
+    if (!scratch.needles[i].finite()) return false;
   return scratch.tissue.finite();
 }
 
@@ -67,11 +69,11 @@ void commit(const Model& model, Scratch& scratch, State& state) {
   ++state.tick;
   for (int i = 0; i < model.needle_count(); ++i) {
     state.bases[i] = scratch.bases[i];
-    scratch.motions[i].commit(state.needles[i]);
+    commit_needle(scratch.needles[i], state.needles[i]);
     std::swap(state.insertions[i], scratch.insertions[i].next);
   }
   for (int g = 0; g < model.guide_count(); ++g) state.guides[g] = scratch.guides[g].next;
-  scratch.tissue.commit(state.tissue);
+  commit_tissue(model.tissue_system, scratch.tissue, state.tissue);
 }
 
 }  // namespace acus

@@ -3,9 +3,9 @@
 
 namespace acus {
 
-void compute_compliance(const Model&, Scratch& scratch) {
+void compute_compliance(const Model& model, Scratch& scratch) {
   const StageTimer timer(scratch.times, Stage::compute_compliance);
-  scratch.rows.assemble(scratch.motions, scratch.tissue);
+  scratch.rows.assemble(model.needles, scratch.needles, model.tissue_system, scratch.tissue);
 }
 
 }  // namespace acus

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
+#include "server/engine/models/needle_step.h"
+#include "server/engine/models/tissue_step.h"
 #include "server/engine/tick/stages/stages.h"
 
 namespace acus {
@@ -8,21 +10,23 @@ namespace acus {
 void correct(const Model& model, const State& state, Scratch& scratch) {
   const StageTimer timer(scratch.times, Stage::correct);
   Outcome& outcome = scratch.outcome;
-  scratch.tissue.solve(scratch.rows.lambda());
-  for (int i = 0; i < model.needle_count(); ++i) scratch.motions[i].solve(scratch.rows.needle_forces(i));
-  // All bodies by the same share, so that action stays equal to reaction in work, too.
-  outcome.share = scratch.tissue.trusted_share();
+  solve_tissue(model.tissue_system, scratch.rows.lambda(), scratch.tissue);
   for (int i = 0; i < model.needle_count(); ++i)
-    outcome.share = std::min(outcome.share, scratch.motions[i].trusted_share(state.needles[i]));
+    solve_needle(model.needles[i], scratch.rows.needle_forces(i), scratch.needles[i]);
+  // All bodies by the same share, so that action stays equal to reaction in work, too.
+  outcome.share = trusted_tissue_share(model.tissue_system, scratch.tissue);
+  for (int i = 0; i < model.needle_count(); ++i)
+    outcome.share =
+        std::min(outcome.share, trusted_needle_share(model.needles[i], state.needles[i], scratch.needles[i]));
   assert(outcome.share > 0 && outcome.share <= 1);
-  outcome.change = scratch.tissue.move(outcome.share);
-  for (NeedleMotion& motion : scratch.motions) outcome.change = std::max(outcome.change, motion.move(outcome.share));
-  outcome.turned_far =
-      std::any_of(scratch.motions.begin(), scratch.motions.end(), [](const NeedleMotion& m) { return m.turns_far(); });
+  outcome.change = move_tissue(model.tissue_system, outcome.share, scratch.tissue);
+  for (int i = 0; i < model.needle_count(); ++i)
+    outcome.change = std::max(outcome.change, move_needle(model.needles[i], outcome.share, scratch.needles[i]));
+  outcome.turned_far = std::ranges::any_of(scratch.needles, turns_far);
   ++outcome.iterations;
 }
 
-bool goes_on(const Model& model, const Scratch& scratch) {
+bool continues(const Model& model, const Scratch& scratch) {
   const Outcome& outcome = scratch.outcome;
   if (outcome.iterations >= outcome.limit) return false;
   return model.iterates() ? outcome.change > model.scene.newton.tolerance : outcome.went_too_far();

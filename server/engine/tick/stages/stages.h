@@ -37,23 +37,23 @@ void solve_laws(const Model& model, const State& state, Scratch& scratch);
 void correct(const Model& model, const State& state, Scratch& scratch);
 
 // Whether another iteration follows: to the tolerance in rungs that iterate, in the others where a step went too far.
-// What is cut off a step is missing from contacts, too: without a repeat a tip would sink into bone.
-bool goes_on(const Model& model, const Scratch& scratch);
+// A shortened step is short at contacts, too: without a repeat a tip would sink into bone.
+bool continues(const Model& model, const Scratch& scratch);
 
 // Whether bases, guides, forces, needles and tissue are all finite: whatever else the state takes over follows from them.
 bool is_finite(const Model& model, const Scratch& scratch);
 
-// The new positions, and what the laws remember, become the state.
+// The new positions and the laws' forces become the state.
 void commit(const Model& model, Scratch& scratch, State& state);
 
-// 9. Contact, puncture, borders, growth of paths, exit, withdrawal; what of the shafts stands beside them.
+// 9. Contact, puncture, borders, growth of paths, exit, withdrawal; shafts beside their paths.
 void transitions(const Model& model, Scratch& scratch, State& state);
 
 // Part of 9. Compliance of the tetrahedra that the tips come to next, a node a tick, so that entering one costs no more
 // than staying in it. Fills a cache; no result depends on it.
 void look_ahead(const Model& model, const State& state, Scratch& scratch);
 
-// 10. What the outside is told.
+// 10. The report.
 void write_report(const Model& model, const State& state, Scratch& scratch, TickReport& report);
 
 // The part of it that is the state's alone: tick, time, and of every needle its command, base, tip, phase and lengths.

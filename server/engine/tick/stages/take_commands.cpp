@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/models/needle_linearization.h"
+#include "server/engine/models/tissue_linearization.h"
 #include "server/engine/tick/stages/stages.h"
 
 namespace acus {
@@ -26,9 +28,10 @@ void take_commands(const Model& model, const State& state, const Commands& comma
   for (int i = 0; i < model.needle_count(); ++i) {
     scratch.bases[i] = follow(model.needle_limits[i], model.h, state.bases[i], commands[i], tick);
     put_shape(state.needles[i], scratch.start_shapes[i]);
-    scratch.motions[i].begin(state.needles[i], scratch.bases[i].spun_pose(), state.bases[i].spun_pose());
+    begin_needle(model.needles[i], state.needles[i], scratch.bases[i].spun_pose(), state.bases[i].spun_pose(),
+                 scratch.needles[i]);
   }
-  scratch.tissue.begin(state.tissue);
+  begin_tissue(state.tissue, scratch.tissue);
 }
 
 }  // namespace acus

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/models/tissue_row_forces.h"
 #include "server/engine/tick/insertion/path_transitions.h"
 
 #include <algorithm>
@@ -33,9 +34,11 @@ void look_ahead(const Model& model, const State& state, Scratch& scratch) {
     const int here = ahead(0);
     bool made = false;
     if (const auto patch = patch_ahead(at, state.insertions[i], kSurfaceAhead))
-      made = std::ranges::any_of(patch->points, [&](const auto& p) { return scratch.tissue.prepare(p.tetrahedron); });
+      made = std::ranges::any_of(patch->points, [&](const auto& p) {
+        return prepare_tissue(model.tissue_system, p.tetrahedron, scratch.tissue);
+      });
     for (int step = 0; here >= 0 && step <= kStepsAhead && !made; ++step)
-      made = scratch.tissue.prepare(ahead(step * kStepAhead * model.element_sizes[here]));
+      made = prepare_tissue(model.tissue_system, ahead(step * kStepAhead * model.element_sizes[here]), scratch.tissue);
     if (!made) scratch.next_look[i] = state.tick + kLookEvery;
   }
 }

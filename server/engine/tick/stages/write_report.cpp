@@ -27,7 +27,7 @@ std::uint32_t flags_of(const Model& model, const State& state, const Scratch& sc
   raise(!o.rows_fit, kRowsDropped);
   raise(model.iterates() && unfinished, kNewtonNotConverged);
   raise(o.went_too_far(), kStepLimited);
-  raise(scratch.tissue.inverted(), kElementsInverted);
+  raise(scratch.tissue.inverted, kElementsInverted);
   raise(!o.laws.converged, kLawsNotConverged);
   raise(o.laws.fell_back, kSolverFellBack);
   raise(unfinished && o.limit < model.max_tick_steps(), kIterationsCapped);
@@ -47,17 +47,16 @@ void write_forces(const Scratch& scratch, int i, NeedleReport& report) {
   report.friction_force = forces.friction;
   report.lateral_force = forces.lateral;
   report.guide_force = scratch.guide_forces[i];
-  report.base_force = -scratch.motions[i].base_reaction().head<3>();
-  report.base_torque = -scratch.motions[i].base_reaction().tail<3>();
+  report.base_force = -scratch.needles[i].reaction.head<3>();
+  report.base_torque = -scratch.needles[i].reaction.tail<3>();
 }
 
 // The tissue's part of the balance needs the elements at the new positions, which the next tick evaluates: what is
 // reported speaks of the tick before.
 void write_balance(const Model& model, const Scratch& scratch, TickReport& report) {
-  const TissueMotion::Balance& b = scratch.tissue.balance();
+  const TissueBalance& b = scratch.tissue.balance;
   report.imbalance = (scratch.balance.sum + b.support + b.weight - b.inertia).norm();
-  report.largest_force =
-      std::max({scratch.balance.largest_force, b.support.norm(), b.weight.norm(), b.inertia.norm()});
+  report.largest_force = std::max({scratch.balance.largest_force, b.support.norm(), b.weight.norm(), b.inertia.norm()});
   const double allowed = std::max(model.force_rounding, kMaxImbalance * report.largest_force);
   if (report.largest_force > kLeastForceToBalance && report.imbalance > allowed) report.flags |= kForcesUnbalanced;
 }

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a tick needs of the tissue besides its state: the iterate, the step from it, and the rows.
+// tissue_linearization.h, tissue_row_forces.h and tissue_step.h work on it, in this order; from begin_tissue() to
+// commit_tissue() it belongs to one tick. The corridor is a cache: no result depends on what it holds.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "server/engine/models/tissue_rows.h"
+#include "server/engine/models/tissue_system.h"
+
+namespace acus {
+
+// Sums for the balance of forces (N, world). The elastic part of the supports' force is known only at the next
+// linearisation, which evaluates the elements there: the balance is that of the tick before.
+struct TissueBalance {
+  Vector3 support = Vector3::Zero();  // by the fixed nodes' supports on the tissue
+  Vector3 weight = Vector3::Zero();   // of the free nodes
+  Vector3 inertia = Vector3::Zero();  // M a and mass-proportional drag of the free nodes
+};
+
+struct TissueScratch {
+  // `max_nodes`: the most nodes that rows of one tick touch.
+  TissueScratch(const TissueSystem& system, int max_rows, int max_nodes);
+  TissueScratch(const TissueScratch&) = delete;
+  TissueScratch& operator=(const TissueScratch&) = delete;
+
+  const SparseCholesky& factor(const TissueSystem& system) const { return own_factor ? *own_factor : system.factor; }
+  bool finite() const { return x.allFinite() && step.allFinite(); }
+
+  std::optional<SparseCholesky> own_factor;  // refactorized
+  MatrixX panel_rows;                        // scratch of the factor
+  std::optional<TissueRows> rows;            // made once there is a factor
+
+  // The iterate.
+  int iteration = 0;                   // of this tick, those done
+  Matrix3X x;                          // x_k (m)
+  Matrix3X elastic;                    // dPsi/dx at x_k
+  ElementRotations element_rotations;  // there
+  ElementRotations start_rotations;    // of the tick, from its second iteration on
+  Matrix4X rotations;                  // turned: of the nodes, made smooth
+  Matrix4X rotation_sums;              // for smoothing
+  VectorX y;                           // in the factor's order
+  bool inverted = false;               // an element was, at any linearisation of the tick
+  TissueBalance balance;
+
+  // The step.
+  Matrix3X step;                              // dx, zero for fixed nodes (m)
+  double descent = 0;                         // d (J)
+  double last_descent = 0;                    // of the iteration before in this tick, infinite in the first (J)
+  TissueStep first;                           // what the state keeps of the tick's first step
+  int guarded = 0;                            // linearisations in which steps are checked
+  std::vector<Vector3> on_fixed;              // per row, the sum of its forces on fixed nodes, world
+  Vector3 lambda_on_fixed = Vector3::Zero();  // N, of all rows
+
+  // Room for computations.
+  ElementScratch elements;
+  Matrix3X trial_x, trial_forces;  // at the end of a share of the step
+  ElementRotations trial_rotations;
+  Matrix3X velocity;             // of the nodes in this tick; also a displacement, for constant
+  Matrix3X damping_force;        // of the damping of the stiffness, from the tick's second iteration on
+  SparseMatrix damping, matrix;  // refactorized: beta K of this tick, lower triangle; A
+};
+
+// ---- Between the world and the factor's frame (turned: the rest frame of each node) and order ----
+
+inline Quaternion node_rotation(const TissueScratch& scratch, int node) {
+  return {scratch.rotations(0, node), scratch.rotations(1, node), scratch.rotations(2, node),
+          scratch.rotations(3, node)};
+}
+inline Vector3 to_factor(const TissueSystem& system, const TissueScratch& scratch, int node, const Vector3& world) {
+  return system.matrix == TissueMatrix::turned ? Vector3(node_rotation(scratch, node).conjugate() * world) : world;
+}
+// Of a free node, by its number among them.
+inline auto in_factor(const TissueSystem& system, TissueScratch& scratch, int free) {
+  return scratch.y.segment<3>(system.position[static_cast<std::size_t>(free)]);
+}
+
+}  // namespace acus
