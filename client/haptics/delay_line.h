@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A link that delivers late: each item after a delay and a random extra time (jitter), in the order in which they were
-// sent, the same for the same seed. Room is fixed; an item that does not fit is lost, the newest one first.
+// sent, but for a random share that is lost; the same for the same seed. Room is fixed; an item that does not fit is
+// lost.
 #pragma once
 
 #include <array>
@@ -13,6 +14,7 @@ struct LinkDelay {
   double delay = 0;        // s, >= 0
   double jitter = 0;       // s, >= 0: up to so much more
   std::uint64_t seed = 1;  // > 0
+  double loss = 0;         // 0 to 1, share of items that never come
 };
 
 // Marsaglia's xorshift: 0 to 1.
@@ -29,7 +31,7 @@ class DelayLine {
   explicit DelayLine(const LinkDelay& link) : link_(link), random_(link.seed) {}
 
   void send(double now, const Item& item) {
-    if (count_ == capacity) return;
+    if (count_ == capacity || (link_.loss > 0 && next_random(random_) < link_.loss)) return;
     double due = now + link_.delay + link_.jitter * next_random(random_);
     if (due < last_due_) due = last_due_;
     last_due_ = due;

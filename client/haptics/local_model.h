@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a hand at the base of a needle feels around the base's place at one tick: what a message of the topic `haptics`
-// says (program/message.h), whose fields protocol/README.md explains. World frame, SI units.
+// says (message.h), whose fields protocol/README.md explains. World frame, SI units.
 #pragma once
 
 #include <array>

@@ -25,7 +25,7 @@ void Passivity::observe(const Vector6& displacement) {
   double eaten = 0;
   for (int i = 0; i < 6; ++i) eaten += (0.5 + delay_) * stiffness_[i] * displacement[i] * displacement[i];
   given_ += brought;
-  withheld_ += dot(wanted_[acted], displacement) - brought;
+  withheld_ += std::max(0.0, dot(wanted_[acted], displacement) - brought);
   account_ += eaten - brought;
 }
 

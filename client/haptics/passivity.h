@@ -47,7 +47,9 @@ class Passivity {
   Wrench control(const Wrench& wanted, double stored);
 
   double account() const { return account_; }    // J
-  double withheld() const { return withheld_; }  // J, that wanted forces would have brought beyond what was given
+  double withheld() const {
+    return withheld_;
+  }  // J, >= 0, kept from the hand: what wanted forces would have brought more
   double given() const { return given_; }        // J, net, that the rendered forces brought to the device
 
   // For what jitters while nothing moves: an account that is this much above what is stored.

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // acus-replay: drives a recorded trajectory into an acus-server, writes what comes back, and sums it up.
-#include <sched.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -19,6 +17,7 @@
 #include <vector>
 
 #include "client/link/command_line.h"
+#include "client/link/priority.h"
 #include "client/replay/log_file.h"
 #include "client/replay/replay.h"
 #include "client/replay/run_summary.h"
@@ -45,17 +44,6 @@ constexpr const char* kFooter =
     "Exit status: 0 done, 1 bad arguments, files or trajectory, 2 the server refused, 3 the server was not there or\n"
     "vanished, 4 states were lost, 5 the server speaks another protocol, 6 interrupted,\n"
     "7 a limit on the timing was exceeded. A recording of a server ends as acus-export does.";
-
-constexpr int kPriority = 40;  // of SCHED_FIFO, below acus-server's simulation thread
-
-// A motion is only as smooth as the poses are punctual. For this thread and all that it starts from then on, with what
-// they need kept in memory; false if the system does not permit the priority.
-bool raise_priority() {
-  mlockall(MCL_CURRENT);
-  sched_param parameters{};
-  parameters.sched_priority = kPriority;
-  return sched_setscheduler(0, SCHED_FIFO, &parameters) == 0;
-}
 
 struct Arguments {
   KeyFiles keys;
@@ -263,7 +251,7 @@ int replay_trajectory(Arguments& arguments) {
   std::optional<LogFile> summary;
   if (!arguments.summary.empty()) summary.emplace(arguments.summary);
 
-  const bool punctual = arguments.replay.lockstep || raise_priority();
+  const bool punctual = arguments.replay.lockstep || acus::client::raise_priority();
   Progress progress(arguments.replay.passes * (trajectory.end() - trajectory.begin()));
   if (timing) arguments.replay.on_stats = [&](const auto& stats, double received) { timing->write(stats, received); };
   arguments.replay.on_state = [&](const acus::protocol::Force& force) { progress.show(force); };

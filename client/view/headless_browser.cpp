@@ -28,10 +28,10 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kBrowsers[] = {"chromium", "chromium-browser", "google-chrome"};
-constexpr auto kPatience = std::chrono::minutes(2);  // for an answer: large tissues take a while without a GPU
+constexpr auto kAnswerPatience = std::chrono::minutes(2);  // for an answer: large tissues take a while without a GPU
 constexpr int kLookMilliseconds = 100;
-constexpr int kMostTries = 150;
-constexpr useconds_t kPauseMicroseconds = 20'000;
+constexpr int kMostEndTries = 150;
+constexpr useconds_t kEndPause = 20'000;
 
 std::string find_browser() {
   for (const char* name : kBrowsers)
@@ -97,13 +97,13 @@ HeadlessBrowser::~HeadlessBrowser() {
   close(commands_);  // for which it ends
   close(answers_);
   for (int tries = 0; waitpid(process_, nullptr, WNOHANG) == 0; ++tries) {
-    if (tries >= kMostTries) kill(-process_, SIGKILL);
-    usleep(kPauseMicroseconds);
+    if (tries >= kMostEndTries) kill(-process_, SIGKILL);
+    usleep(kEndPause);
   }
   kill(-process_, SIGKILL);  // processes of its own that still write
   std::error_code error;
-  for (int tries = 0; std::filesystem::remove_all(folder_, error), error && tries < kMostTries; ++tries)
-    usleep(kPauseMicroseconds);
+  for (int tries = 0; std::filesystem::remove_all(folder_, error), error && tries < kMostEndTries; ++tries)
+    usleep(kEndPause);
 }
 
 json HeadlessBrowser::evaluate(const std::string& expression) {
@@ -165,7 +165,7 @@ json HeadlessBrowser::ask(const char* method, const json& parameters) {
 }
 
 std::string HeadlessBrowser::next_message() {
-  const auto end_of_patience = std::chrono::steady_clock::now() + kPatience;
+  const auto end_of_patience = std::chrono::steady_clock::now() + kAnswerPatience;
   while (true) {
     if (const std::size_t end = received_.find('\0'); end != std::string::npos) {
       std::string message = received_.substr(0, end);

@@ -13,7 +13,7 @@ namespace acus::view {
 
 namespace {
 
-constexpr auto kBeat = std::chrono::microseconds(16'666);
+constexpr auto kFramePeriod = std::chrono::microseconds(16'666);
 constexpr double kHistory = 20;     // s of forces that a jump tells of again, as the page's curves are long
 constexpr std::size_t kStride = 2;  // frames from one of those to the next
 
@@ -53,7 +53,7 @@ void Playback::beat() {
     while (frame_ < static_cast<std::size_t>(due_)) show(++frame_);
     if (whole_ && frame_ == last) playing_ = false;
   }
-  clock_.expires_after(kBeat);
+  clock_.expires_after(kFramePeriod);
   clock_.async_wait([this](const boost::system::error_code& error) {
     if (!error) beat();
   });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The local model of a message of the topic `haptics`.
-#include "client/haptics/program/message.h"
+#include "client/haptics/message.h"
 
 #include <doctest/doctest.h>
 

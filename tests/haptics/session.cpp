@@ -75,10 +75,67 @@ TEST_CASE("a session in real time ends after its duration" * doctest::test_suite
   CHECK(summary["duration_s"] >= 0.5);
 }
 
+// A needle on bone, driven in lockstep over a simulated network; `more` are options of acus-haptic.
+nlohmann::json press_bone(const std::vector<std::string>& more) {
+  ServerProcess server({"--lockstep"}, R"(acus_scene: 1
+tissue:
+  mesh:
+    box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}
+  regions:
+    - material: {young_modulus: 10e6}
+      interaction: {puncture_force: .inf}
+  fixed:
+    - box: {max: [.inf, .inf, -0.04]}
+needles:
+  - length: 0.1
+    beams: 5
+    base: {position: [0.003, 0.002, 0.155], orientation: [0.7071067811865476, 0, 0.7071067811865476, 0]}
+)");
+  const std::string summary = server.folder() / "run.json";
+  std::vector<std::string> command{acus::program_path("acus-haptic"),
+                                   "--commands",
+                                   server.commands(),
+                                   "--states",
+                                   server.states(),
+                                   "--duration",
+                                   "1.6",
+                                   "--hand-depth",
+                                   "0.015",
+                                   "--hand-speed",
+                                   "0.02",
+                                   "--summary",
+                                   summary,
+                                   "--timeout",
+                                   "60"};
+  command.insert(command.end(), more.begin(), more.end());
+  Process haptic(command);
+  REQUIRE(haptic.wait(kPatience) == 0);
+  return nlohmann::json::parse(contents(summary));
+}
+
+TEST_CASE("bone is felt at the stiffness of the rule, over a late and lossy network too, and no energy is made") {
+  for (const std::vector<std::string>& network : {std::vector<std::string>{},
+                                                  {"--delay", "0.005"},
+                                                  {"--delay", "0.005", "--jitter", "0.005", "--loss", "0.05"}}) {
+    CAPTURE(network.size());
+    const auto summary = press_bone(network);
+    CHECK(summary["kit"] == true);
+    CHECK(summary["felt_p90_N_per_m"] > 900);  // of 1,800 N/m
+    CHECK(summary["given_J"] < 1e-3);
+    CHECK(summary["withheld_J"] >= 0);
+  }
+  const auto plain = press_bone({"--no-kit", "--delay", "0.005"});
+  CHECK(plain["kit"] == false);
+  CHECK(plain["given_J"] > 1e-3);  // what the kit is for
+  CHECK(plain["largest_force_N"] == doctest::Approx(10));
+}
+
 TEST_CASE("no server, no such needle, no such device: each its own exit status") {
   const std::string program = acus::program_path("acus-haptic");
   Process nobody({program, "ipc:///nowhere", "--timeout", "0.2"});
   CHECK(nobody.wait(kPatience) == 3);
+  Process twice({program, "ipc:///nowhere", "--commands", "ipc:///nowhere/commands"});
+  CHECK(twice.wait(kPatience) == 1);
   Process unknown({program, "--device", "broom"});
   CHECK(unknown.wait(kPatience) == 1);
   for (const char* server :

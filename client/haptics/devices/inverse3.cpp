@@ -43,7 +43,9 @@ DeviceProperties properties_of(double rate) {
   return properties;
 }
 
+// Throws json::exception for a message of another form.
 void take_message(const json& message, Inverse3State& state) {
+  if (!message.is_object()) throw json::other_error::create(501, "no JSON object", &message);
   if (const auto found = message.find("inverse3"); found != message.end() && found->is_array() && !found->empty()) {
     const json& device = found->front();
     state.device = device.value("device_id", state.device);
@@ -74,15 +76,25 @@ std::string force_message(const std::string& device, const Vector3& force) {
 // The connection, which a thread of its own serves: each message of the service is answered by the newest force.
 class Inverse3::Link {
  public:
+  // Throws std::exception if there is no connection within kAnswerPatience.
   Link(const std::string& host, const std::string& port) {
     Tcp::resolver resolver(context_);
-    beast::get_lowest_layer(socket_).expires_after(kAnswerPatience);
-    beast::get_lowest_layer(socket_).connect(resolver.resolve(host, port));
-    beast::get_lowest_layer(socket_).socket().set_option(Tcp::no_delay(true));
-    beast::get_lowest_layer(socket_).expires_never();
-    socket_.set_option(websocket::stream_base::timeout{kAnswerPatience, kSilence, false});
-    socket_.read_message_max(kLargest);
-    socket_.handshake(host + ":" + port, "/");
+    const auto addresses = resolver.resolve(host, port);
+    beast::error_code outcome = boost::asio::error::would_block;
+    beast::get_lowest_layer(socket_).async_connect(addresses, [&](beast::error_code trouble, const Tcp::endpoint&) {
+      if ((outcome = trouble)) return;
+      outcome = boost::asio::error::would_block;
+      beast::get_lowest_layer(socket_).socket().set_option(Tcp::no_delay(true));
+      beast::get_lowest_layer(socket_).expires_never();
+      socket_.set_option(websocket::stream_base::timeout{kAnswerPatience, kSilence, false});
+      socket_.read_message_max(kLargest);
+      socket_.async_handshake(host + ":" + port, "/", [&](beast::error_code refused) { outcome = refused; });
+    });
+    // All of it within one limit: a service that answers byte by byte does not answer.
+    context_.run_for(kAnswerPatience);
+    if (outcome == boost::asio::error::would_block) throw std::runtime_error("it does not answer");
+    if (outcome) throw std::runtime_error(outcome.message());
+    context_.restart();
     listen();
     thread_ = std::thread([this] { context_.run(); });
   }
@@ -92,7 +104,7 @@ class Inverse3::Link {
       std::unique_lock lock(mutex_);
       force_ = {};
       closing_ = true;
-      changed_.wait_for(lock, kSilence, [this] { return let_go_ || !failure_.empty(); });
+      changed_.wait_for(lock, kSilence, [this] { return let_go_; });
     }
     context_.stop();
     thread_.join();
@@ -112,7 +124,7 @@ class Inverse3::Link {
 
   void set_force(const Vector3& force) {
     const std::lock_guard lock(mutex_);
-    force_ = force;
+    if (failure_.empty()) force_ = force;
   }
 
  private:
@@ -121,7 +133,6 @@ class Inverse3::Link {
       if (trouble) return fail(trouble.message());
       const json message = json::parse(beast::buffers_to_string(buffer_.data()), nullptr, false);
       buffer_.clear();
-      if (!message.is_object()) return fail("the service sent something that is no JSON object");
       answer(message);
     });
   }
@@ -134,9 +145,10 @@ class Inverse3::Link {
         take_message(message, state_);
       } catch (const json::exception& error) {
         failure_ = std::string("the service sent a message of another form: ") + error.what();
+        force_ = {};  // the last that it hears
       }
       reply_ = force_message(state_.device, force_);
-      last = closing_;
+      last = closing_ || !failure_.empty();
     }
     changed_.notify_all();
     socket_.async_write(boost::asio::buffer(reply_), [this, last](beast::error_code trouble, std::size_t) {
@@ -153,7 +165,8 @@ class Inverse3::Link {
   void fail(const std::string& why) {
     {
       const std::lock_guard lock(mutex_);
-      failure_ = why;
+      if (failure_.empty()) failure_ = why;
+      let_go_ = true;  // nothing more can be said
     }
     changed_.notify_all();
   }
@@ -168,7 +181,8 @@ class Inverse3::Link {
   Inverse3State state_;
   Vector3 force_;
   std::string failure_;
-  bool closing_ = false, let_go_ = false;
+  bool closing_ = false;
+  bool let_go_ = false;  // no force is left, as far as it can be said
 
   std::thread thread_;
 };

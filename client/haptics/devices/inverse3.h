@@ -27,7 +27,8 @@ class Inverse3 : public Device {
   Inverse3(const std::string& address, double rate);
   ~Inverse3() override;
 
-  // Waits for the service and its first message for two seconds at most.
+  // Waits for the service, and then for its first message, for two seconds at most each. A message of another form is
+  // an error of the next read(); the service has got a force of zero then.
   DeviceProperties open() override;
   Reading read() override;
   void write(const Wrench& wrench) override;

@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
-#include "client/link/command_line.h"
 #include "client/haptics/program/haptic_summary.h"
 #include "client/haptics/program/session.h"
+#include "client/link/command_line.h"
 #include "client/replay/log_file.h"
 
 namespace {
@@ -69,6 +69,12 @@ void declare_device(CLI::App& app, Arguments& arguments) {
   app.add_option("--hand-speed", device.motion.speed, "m/s, of the simulated hand")
       ->check(CLI::Range(1e-4, 1.0))
       ->capture_default_str();
+  app.add_option("--mass", device.simulated.axis.mass, "kg, of the simulated device")
+      ->check(CLI::Range(0.01, 10.0))
+      ->capture_default_str();
+  app.add_option("--damping", device.simulated.axis.damping, "N s/m, of the simulated device")
+      ->check(CLI::Range(0.01, 100.0))
+      ->capture_default_str();
   app.add_option("--device-delay", device.simulated.delay.delay,
                  "s, of the simulated device, from a force to its effect")
       ->check(CLI::Range(0.0, 0.1))
@@ -78,23 +84,42 @@ void declare_device(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
 }
 
+void declare_network(CLI::App& app, Arguments& arguments) {
+  SessionOptions& session = arguments.session;
+  app.add_option("--delay", session.network.delay, "s, of a simulated network, both ways together")
+      ->check(CLI::Range(0.0, 0.2))
+      ->capture_default_str();
+  app.add_option("--jitter", session.network.jitter, "s, up to so much more, both ways together")
+      ->check(CLI::Range(0.0, 0.2))
+      ->capture_default_str();
+  app.add_option("--loss", session.network.loss, "share of messages that it loses, each way")
+      ->check(CLI::Range(0.0, 0.9))
+      ->capture_default_str();
+  app.add_flag("!--no-kit", session.with_kit,
+               "render the server's newest force as it is, for comparison; unstable in stiff tissue");
+}
+
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
   SessionOptions& session = arguments.session;
-  app.add_option("server", arguments.server,
-                 "HOST or HOST:PORT, tcp:// before it or not, with the port for commands, the next one being that for "
-                 "states; or ipc://FOLDER with the sockets commands and states. Without it, the default ports of this "
-                 "machine");
+  const auto server = app.add_option(
+      "server", arguments.server,
+      "HOST or HOST:PORT, tcp:// before it or not, with the port for commands, the next one being that for "
+      "states; or ipc://FOLDER with the sockets commands and states. Without it, the default ports of this "
+      "machine");
   app.add_option("--commands", session.commands, "the server's endpoint for commands")
       ->check(client::check_endpoint)
+      ->excludes(server)
       ->capture_default_str();
   app.add_option("--states", session.states, "the server's endpoint for states")
       ->check(client::check_endpoint)
+      ->excludes(server)
       ->capture_default_str();
   client::declare_keys(app, arguments.keys);
   app.add_option("--needle", session.needle, "by its name; default: the scene's first");
   declare_device(app, arguments);
+  declare_network(app, arguments);
   app.add_option("--duration", session.duration, "s; 0: until Ctrl+C")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
@@ -189,6 +214,12 @@ int drive(Arguments& arguments) {
   const int code = run(session);
   if (session.results().samples > 0) {
     std::fputs(readable(session.results(), options.device.name).c_str(), stdout);
+    std::fflush(stdout);
+    if (session.results().rest.differs())
+      std::fputs(
+          "acus-haptic: warning: at rest the felt force is not the server's; the tissue is stiffer than the device may "
+          "render, the device too weak, or messages come too late\n",
+          stderr);
     if (summary) summary->out() << as_json(session.results(), options.device.name);
   }
   if (summary) summary->close();

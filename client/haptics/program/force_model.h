@@ -7,7 +7,7 @@
 
 #include <array>
 
-#include "client/haptics/program/message.h"
+#include "client/haptics/message.h"
 #include "protocol/messages.h"
 
 namespace acus::haptics {

@@ -28,20 +28,24 @@ std::string readable(const SessionResults& results, const std::string& device) {
   if (!results.felt.empty())
     std::snprintf(felt, sizeof felt, "median %.0f N/m, a tenth of it above %.0f N/m", felt_share(results, 0.5),
                   felt_share(results, 0.9));
+  char rest[64] = "no rest with a force";
+  if (const auto& worst = results.rest.worst())
+    std::snprintf(rest, sizeof rest, "%.3f N felt, %.3f N of the server", worst->felt, worst->server);
   char text[1500];
   std::snprintf(text, sizeof text,
                 "device      %s on %s of %s\n"
-                "rate        %.1f Hz, %llu samples in %.2f s%s, %llu late\n"
+                "rate        %.1f Hz, %llu samples in %.2f s%s, %llu late%s\n"
                 "delay       p50 %.2f ms, p99 %.2f ms, max %.2f ms, from a command to the first state that used it\n"
                 "states      %llu of the topic %s; %llu samples without a fresh one\n"
-                "force       %.3f N at most\n"
+                "force       %.3f N at most; at rest: %s\n"
                 "stiffness   felt: %s; the coupling allows %.0f N/m\n"
-                "energy      %.6f J taken out by the controller, %.6f J given to the hand, net\n",
+                "energy      %.6f J kept from the hand by the controller, %.6f J given to it, net\n",
                 device.c_str(), results.needle.c_str(), results.scene.c_str(), results.rate,
                 static_cast<unsigned long long>(results.samples), results.duration,
                 results.lockstep ? " of simulation" : "", static_cast<unsigned long long>(results.late),
-                1e3 * delay.p50, 1e3 * delay.p99, 1e3 * delay.max, static_cast<unsigned long long>(results.models),
-                results.topic.c_str(), static_cast<unsigned long long>(results.stale), results.largest_force, felt,
+                results.punctual ? "" : " (no real-time priority here)", 1e3 * delay.p50, 1e3 * delay.p99,
+                1e3 * delay.max, static_cast<unsigned long long>(results.models), results.topic.c_str(),
+                static_cast<unsigned long long>(results.stale), results.largest_force, rest, felt,
                 results.coupling.translation, results.withheld, results.given);
   return text;
 }
@@ -53,11 +57,13 @@ std::string as_json(const SessionResults& results, const std::string& device) {
       {"scene", results.scene},
       {"needle", results.needle},
       {"topic", results.topic},
+      {"kit", results.with_kit},
       {"lockstep", results.lockstep},
       {"duration_s", results.duration},
       {"samples", results.samples},
       {"rate_Hz", results.rate},
       {"late_samples", results.late},
+      {"realtime_priority", results.punctual},
       {"states", results.models},
       {"stale_samples", results.stale},
       {"delay_p50_s", delay.p50},
@@ -67,6 +73,8 @@ std::string as_json(const SessionResults& results, const std::string& device) {
       {"coupling_N_per_m", results.coupling.translation},
       {"felt_median_N_per_m", felt_share(results, 0.5)},
       {"felt_p90_N_per_m", felt_share(results, 0.9)},
+      {"rest_felt_N", results.rest.worst() ? nlohmann::ordered_json(results.rest.worst()->felt) : nullptr},
+      {"rest_server_N", results.rest.worst() ? nlohmann::ordered_json(results.rest.worst()->server) : nullptr},
       {"withheld_J", results.withheld},
       {"given_J", results.given},
   };

@@ -8,6 +8,9 @@
 #include <utility>
 #include <variant>
 
+#include "client/haptics/program/checked_reading.h"
+#include "client/link/priority.h"
+
 namespace acus::haptics {
 
 namespace {
@@ -15,17 +18,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
-protocol::Pose message_of(const std::string& needle, const Kit::Answer& answer, double now) {
-  protocol::Pose pose;
-  pose.needle = needle;
-  pose.seq = answer.seq;
-  pose.time = now;
-  pose.position = answer.base.position.at;
-  const Quaternion& q = answer.base.orientation;
-  pose.orientation = {q.w, q.x, q.y, q.z};
-  return pose;
-}
 
 bool publishes(const protocol::HelloReply& server, const std::string& topic) {
   return std::any_of(server.topics.begin(), server.topics.end(),
@@ -63,6 +55,7 @@ void Session::greet() {
   results_.scene = server_.scene;
   results_.needle = needle.name;
   results_.lockstep = server_.lockstep;
+  results_.with_kit = options_.with_kit;
   results_.topic = publishes(server_, protocol::Haptics::kType) ? protocol::Haptics::kType : protocol::Force::kType;
   commands_->acquire({needle.name}, options_.timeout);
   subscribe();
@@ -90,53 +83,66 @@ Pose Session::where_the_needle_rests() {
   while (Clock::now() < deadline) {
     const auto state = states_->receive(client::Timeout(10));
     if (!state) continue;
-    if (const auto model = model_of_needle(*state)) return model->base;
+    if (const auto received = model_of_needle(*state)) return received->model.base;
   }
   throw client::Vanished("the server at " + options_.states + " published no state in time");
 }
 
-bool Session::goes_on(double now) const {
+bool Session::continues(double now) const {
   const bool interrupted = options_.interrupt && *options_.interrupt;
   return !interrupted && (options_.duration == 0 || now < options_.duration);
 }
 
 // What a state says of this needle, if it does.
-std::optional<LocalModel> Session::model_of_needle(const protocol::State& state) {
+std::optional<Session::Received> Session::model_of_needle(const protocol::State& state) {
   const auto* haptics = std::get_if<protocol::Haptics>(&state);
-  if (haptics && haptics->needle == results_.needle) return model_of(*haptics);
+  if (haptics && haptics->needle == results_.needle)
+    return Received{model_of(*haptics), {{haptics->force}, {haptics->torque}}};
   const auto* force = std::get_if<protocol::Force>(&state);
-  if (force && force->needle == results_.needle) return from_force_.of(*force);
-  return std::nullopt;
+  if (!force || force->needle != results_.needle) return std::nullopt;
+  const LocalModel model = from_force_.of(*force);
+  return Received{model, model.felt};
 }
 
-// How long a command took to be felt, in real time, and what is felt now.
-void Session::take(Kit& kit, const LocalModel& model, double now) {
-  ++results_.models;
-  if (model.seq > newest_seq_ && model.echo > 0) {
-    newest_seq_ = model.seq;
-    results_.delays.push_back(now - model.echo);
+// What the network delivers by now.
+void Session::take(Kit& kit, double now) {
+  while (const auto received = back_.receive(now)) {
+    const LocalModel& model = received->model;
+    ++results_.models;
+    if (model.seq > newest_seq_ && model.echo > 0) {
+      newest_seq_ = model.seq;
+      results_.delays.push_back(now - model.echo);  // how long a command took to be felt
+    }
+    server_wrench_ = model.felt;
+    kit.take(model);
+    if (plain_) plain_->take(received->force);
   }
-  kit.take(model);
 }
 
-void Session::take_what_came(Kit& kit, double now) {
+void Session::take_what_came(double now) {
   while (const auto state = states_->receive(client::Timeout(0)))
-    if (const auto model = model_of_needle(*state)) take(kit, *model, now);
+    if (const auto received = model_of_needle(*state)) back_.send(now, *received);
 }
 
 // In lockstep: the ticks until now, and the state of each needle after the last.
-void Session::make_ticks(Kit& kit, double now) {
+void Session::make_ticks(double now) {
   const auto due = static_cast<std::uint64_t>(std::floor(now * server_.rate + 1e-6));
   if (due <= ticks_) return;
   const protocol::Done done = commands_->step(static_cast<std::uint32_t>(due - ticks_), options_.timeout);
   ticks_ = due;
   while (const auto state = states_->receive(options_.timeout)) {
-    const auto model = model_of_needle(*state);
-    if (!model) continue;
-    take(kit, *model, now);
-    if (model->tick >= done.tick) return;
+    const auto received = model_of_needle(*state);
+    if (!received) continue;
+    back_.send(now, *received);
+    if (received->model.tick >= done.tick) return;
   }
   throw client::Vanished("the server at " + options_.states + " published no state in time");
+}
+
+void Session::send(const protocol::Pose& pose, double now) {
+  there_.send(now, pose);
+  // A server that does not read for a while misses poses; what is felt ends by itself then.
+  while (const auto due = there_.receive(now)) [[maybe_unused]] const bool taken = commands_->send(*due);
 }
 
 void Session::learn_felt(const Vector3& place, const Vector3& force) {
@@ -151,36 +157,54 @@ void Session::learn_felt(const Vector3& place, const Vector3& force) {
 }
 
 void Session::sample(Device& device, Kit& kit, double now) {
-  const Device::Reading reading = device.read();
-  const Kit::Answer answer = kit.step({reading.pose, reading.clutch});
+  take(kit, now);
+  const Device::Reading reading = checked(device.read());
+  const Kit::Answer answer = plain_ ? plain_->step(reading.pose) : kit.step({reading.pose, reading.clutch});
   device.write(answer.on_hand);
-  // A server that does not read for a while misses poses; what is felt ends by itself then.
-  [[maybe_unused]] const bool taken = commands_->send(message_of(results_.needle, answer, now));
+  send(message_of(results_.needle, answer, now), now);
   ++results_.samples;
   if (kit.stale()) ++results_.stale;
   results_.largest_force = std::max(results_.largest_force, norm(answer.on_hand.force));
   results_.withheld = kit.passivity().withheld();
-  results_.given = kit.passivity().given();
+  results_.given = plain_ ? plain_->given() : kit.passivity().given();
   learn_felt(reading.pose.position, answer.on_hand.force);
+  results_.rest.add(now, reading.pose.position, norm(answer.on_hand.force),
+                    norm(registration_.at_device(server_wrench_).force));
   on_sample({now, reading.pose.position, answer.base.position, answer.wanted.force, answer.on_hand.force,
              kit.passivity().account(), kit.passivity().withheld()});
 }
 
+// Simulated delays are of both ways together, the same each way.
+void Session::connect_network() {
+  LinkDelay way = options_.network;
+  way.delay /= 2;
+  way.jitter /= 2;
+  there_ = DelayLine<protocol::Pose>(way);
+  ++way.seed;
+  back_ = DelayLine<Received>(way);
+}
+
 void Session::loop(Device& device) {
-  const DeviceProperties properties = device.open();
   const Opened opened(device);
+  const DeviceProperties properties = device.open();
   KitOptions options = options_.kit;
   options.workspace.world_from_device = normalized(base_.orientation * options.workspace.world_from_device);
   Kit kit(properties, options);
+  registration_ = Registration(options.workspace);
+  if (!options_.with_kit) plain_.emplace(properties, options.workspace);
   results_.coupling = kit.coupling();
-  kit.begin(device.read().pose, base_);
+  const Pose start = checked(device.read()).pose;
+  kit.begin(start, base_);
+  registration_.bring_together(start, base_);
+  if (plain_) plain_->begin(start, base_);
+  connect_network();
   const auto begin = Clock::now();
   const std::chrono::duration<double> period(1 / properties.rate);
   auto due = begin;
-  for (std::uint64_t i = 0; goes_on(results_.duration); ++i) {
+  for (std::uint64_t i = 0; continues(results_.duration); ++i) {
     if (server_.lockstep) {
       results_.duration = simulated_ = static_cast<double>(i) / properties.rate;
-      make_ticks(kit, simulated_);
+      make_ticks(simulated_);
     } else {
       std::this_thread::sleep_until(due);
       const auto now = Clock::now();
@@ -188,7 +212,7 @@ void Session::loop(Device& device) {
       // A deadline that was missed is skipped.
       while (due <= now) due += std::chrono::duration_cast<Clock::duration>(period);
       results_.duration = seconds_since(begin);
-      take_what_came(kit, results_.duration);
+      take_what_came(results_.duration);
     }
     sample(device, kit, results_.duration);
   }
@@ -196,7 +220,10 @@ void Session::loop(Device& device) {
 }
 
 void Session::run() {
+  const bool permitted = client::raise_priority();  // before threads start, that pass messages on
   greet();
+  results_.punctual = permitted || server_.lockstep;
+  if (server_.lockstep) client::lower_priority();
   const auto begin = Clock::now();
   DeviceChoice choice = options_.device;
   const bool lockstep = server_.lockstep;

@@ -11,10 +11,14 @@
 #include <string>
 #include <vector>
 
-#include "client/link/client.h"
+#include "client/haptics/delay_line.h"
 #include "client/haptics/kit.h"
+#include "client/haptics/message.h"
 #include "client/haptics/program/device_list.h"
 #include "client/haptics/program/force_model.h"
+#include "client/haptics/program/plain_rendering.h"
+#include "client/haptics/program/rest_check.h"
+#include "client/link/client.h"
 
 namespace acus::haptics {
 
@@ -24,7 +28,9 @@ struct SessionOptions {
   std::optional<client::CurveKeys> keys;
   std::string needle;  // empty: the scene's first
   DeviceChoice device;
-  KitOptions kit;       // its workspace's axes are turned so that the device's x is the needle's
+  KitOptions kit;  // its workspace's axes are turned so that the device's x is the needle's
+  bool with_kit = true;
+  LinkDelay network;    // simulated, added to the real one: delay and jitter of both ways together, loss of each
   double duration = 0;  // s, 0: until it is interrupted
   client::Timeout timeout{10'000};
   std::atomic<bool>* interrupt = nullptr;
@@ -43,10 +49,11 @@ struct SampleRecord {
 
 struct SessionResults {
   std::string scene, needle, topic;
-  bool lockstep = false;
+  bool lockstep = false, with_kit = true;
   double duration = 0;  // s
   std::uint64_t samples = 0;
   std::uint64_t late = 0;          // samples that came more than half a period after they were due
+  bool punctual = true;            // in real time: the system permitted a real-time priority
   std::uint64_t stale = 0;         // samples without a model of the last stale_after
   std::uint64_t models = 0;        // that came
   double rate = 0;                 // Hz, held
@@ -55,6 +62,7 @@ struct SessionResults {
   double withheld = 0, given = 0;  // J, see Passivity
   double largest_force = 0;        // N, rendered
   std::vector<double> felt;        // N/m, of the force over each way of a fifth of a millimetre against which it grew
+  RestCheck rest;
 };
 
 class Session {
@@ -72,14 +80,20 @@ class Session {
   void greet();
   void subscribe();
   Pose where_the_needle_rests();
+  void connect_network();
   void loop(Device& device);
   void sample(Device& device, Kit& kit, double now);
-  std::optional<LocalModel> model_of_needle(const protocol::State& state);
-  void take(Kit& kit, const LocalModel& model, double now);
-  void take_what_came(Kit& kit, double now);
-  void make_ticks(Kit& kit, double now);
+  struct Received {
+    LocalModel model;
+    Wrench force;  // N, N m, world, with the needle's inertia in the tick
+  };
+  std::optional<Received> model_of_needle(const protocol::State& state);
+  void take(Kit& kit, double now);
+  void take_what_came(double now);
+  void make_ticks(double now);
+  void send(const protocol::Pose& pose, double now);
   void learn_felt(const Vector3& place, const Vector3& force);
-  bool goes_on(double now) const;
+  bool continues(double now) const;
 
   SessionOptions options_;
   SessionResults results_;
@@ -88,6 +102,11 @@ class Session {
   protocol::HelloReply server_;
   Pose base_;
   ForceModel from_force_;
+  DelayLine<protocol::Pose> there_{{}};  // the simulated network
+  DelayLine<Received> back_{{}};
+  std::optional<PlainRendering> plain_;  // instead of the kit
+  Wrench server_wrench_;                 // newest that came, on the hand at the base (N, N m, world)
+  Registration registration_;
   double simulated_ = 0;          // s, the clock of a run in lockstep
   std::uint64_t ticks_ = 0;       // asked for in lockstep
   std::uint64_t newest_seq_ = 0;  // that a model used

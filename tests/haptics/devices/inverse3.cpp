@@ -151,6 +151,8 @@ TEST_CASE("a service that sends something else is an error, and does no harm" * 
     Service service;
     Inverse3 device(service.address(), 1000);
     device.open();
+    device.write({{{0, 0, 2.5}}, {}});
+    REQUIRE(soon([&] { return service.force() == 2.5; }));
     service.say(nonsense);
     CHECK(soon([&] {
       try {
@@ -160,5 +162,27 @@ TEST_CASE("a service that sends something else is an error, and does no harm" * 
         return true;
       }
     }));
+    device.close();
+    CHECK(service.force() == 0);
   }
+}
+
+TEST_CASE("a service that answers byte by byte does not answer" * doctest::test_suite("gate")) {
+  boost::asio::io_context context;
+  Tcp::acceptor acceptor(context, {boost::asio::ip::make_address("127.0.0.1"), 0});
+  std::atomic<bool> stop = false;
+  std::thread dripping([&] {
+    Tcp::socket socket(context);
+    acceptor.accept(socket);
+    beast::error_code trouble;
+    for (const char letter : std::string("HTTP/1.1 101 Switching Protocols\r\nX-Wait: ") + std::string(1000, 'x')) {
+      if (stop || trouble) return;
+      socket.write_some(boost::asio::buffer(&letter, 1), trouble);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  });
+  Inverse3 device("ws://127.0.0.1:" + std::to_string(acceptor.local_endpoint().port()), 1000);
+  CHECK_THROWS_WITH_AS(device.open(), doctest::Contains("does not answer"), DeviceError);
+  stop = true;
+  dripping.join();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the topic `haptics` says of a tick, as the haptic kit takes it (client/haptics/program/message.h), without the
+// What the topic `haptics` says of a tick, as the haptic kit takes it (client/haptics/message.h), without the
 // wire.
 #pragma once
 
