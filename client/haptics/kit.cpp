@@ -60,12 +60,14 @@ void Kit::begin(const Pose& device, const Pose& base) {
   age_ = 1e9;
   epoch_ = tick_ = 0;
   moving_.forget();
+  contact_.reset();
 }
 
 void Kit::take(const LocalModel& model) {
   if (model.epoch < epoch_ || (model.epoch == epoch_ && model.tick < tick_)) return;
   if (model.epoch != epoch_) {
     moving_.forget();
+    contact_.reset();
   } else if (model.tick > tick_ && tick_ > 0 && model.time > time_) {
     tick_time_ = (model.time - time_) / static_cast<double>(model.tick - tick_);
   }
@@ -79,13 +81,39 @@ void Kit::take(const LocalModel& model) {
   const auto spring = [](double felt, double scales) { return kCoupling * (felt > 0 ? felt : 1e3) / scales; };
   const double translation = spring(coupling_.translation, workspace.force_scale * workspace.scale);
   const double rotation = spring(coupling_.rotation, registration_.torque_scale());
-  const LocalModel known = learnt(model);
+  const LocalModel known = with_contact(model);
   if (!newly_taken_) previous_ = response_;
   newly_taken_ = true;
   response_ = LocalResponse(known, translation, rotation, sticking_ > 0 ? sticking_ : translation, moving_.value());
   // The command in use may not have been reached yet.
   const std::uint64_t oldest = seq_ < kKept ? 1 : seq_ - kKept + 1;
   for (std::uint64_t seq = std::max(model.seq, oldest); seq <= seq_; ++seq) response_.pass(sent_[seq % kKept]);
+}
+
+// Whether a needle in free air is just behind the surface that it pressed on: on its way back, or thrown off by its own
+// inertia. Nothing shows that the surface has gone then.
+bool Kit::left_contact(const LocalModel& model) const {
+  constexpr double kAside = 1e-3, kTurned = 0.05;  // m, rad
+  if (!contact_ || !model.is_free()) return false;
+  const Vector3 axis = contact_->base.orientation * Vector3{{1, 0, 0}};
+  const Vector6 moved = displacement(contact_->base, model.base);
+  const Wrench halves = wrench_of(moved);
+  const double advance = dot(axis, halves.force);
+  return advance <= -contact_->backward && norm(halves.force - advance * axis) < kAside &&
+         norm(halves.torque) < kTurned;
+}
+
+// The model, with the surface ahead of a needle that has left it: a message of one tick in the air must not open the
+// way for a delay.
+LocalModel Kit::with_contact(const LocalModel& model) {
+  if (left_contact(model)) {
+    LocalModel ahead = *contact_;
+    ahead.in_air = model.felt;
+    return ahead;
+  }
+  contact_.reset();
+  if (model.backward_limit == Limit::contact) contact_ = model;
+  return learnt(model);
 }
 
 // The model, without axial stiffness where the needle slides, and without any in free air, where all of it is inertia.

@@ -8,6 +8,10 @@
 //     const Kit::Answer answer = kit.step({device_pose, clutch});
 //     device.write(answer.on_hand);  send(answer.base);
 //
+// A needle that presses on a stiff surface is thrown off it now and then, by its own inertia. A message of such a tick, in
+// the air just behind the surface, does not open the way: the surface of the last message with contact stays ahead until the
+// needle is seen in the air beyond it, or elsewhere.
+//
 // A sample goes through: registration, the local model's answer through the virtual coupling, the ramp of what is stale
 // or parted, limits, the passivity controller. Only the last can make the device safe, so it comes last; all before it
 // make it feel right. docs/haptics.md says what each costs. Devices hold their own weight.
@@ -26,6 +30,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "client/haptics/coupling.h"
 #include "client/haptics/local_response.h"
@@ -77,6 +82,8 @@ class Kit {
   Wrench within_limits(Wrench wanted);
   bool parted(const Sample& sample);
   LocalModel learnt(const LocalModel& model);
+  bool left_contact(const LocalModel& model) const;
+  LocalModel with_contact(const LocalModel& model);
   Pose place_of(const Pose& target, const Pose& proxy, double sample_time);
   void remember(const Pose& base);
 
@@ -87,6 +94,7 @@ class Kit {
   LocalResponse response_, previous_;
   Passivity passivity_;
   MovingStiffness moving_;
+  std::optional<LocalModel> contact_;  // newest on a surface, until one shows that this has gone
   Ramp ramp_;
   Pose device_before_, base_before_;
   Vector6 behind_;            // e: what the needle is still behind response_, m and rad

@@ -32,6 +32,7 @@ struct LocalModel {
   // does not grow beyond.
   double forward = 1, backward = 1;
   Limit forward_limit = Limit::none, backward_limit = Limit::none;
+  Wrench in_air;  // N, N m about the base: what is felt beyond a backward limit of contact, as of the needle's weight
 
   // Nothing touches the needle.
   bool is_free() const { return forward_limit == Limit::none && backward_limit == Limit::none; }

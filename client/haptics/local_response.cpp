@@ -157,6 +157,7 @@ LocalResponse::Answer LocalResponse::operator()(const Pose& device) {
   Vector6 gone;
   for (int i = 0; i < 6; ++i) gone[i] = delta[i] + holding[i] / coupling_[i];
   yield(gone[0]);
+  if (model_.backward_limit == Limit::contact && gone[0] - anchor_ < -model_.backward) return {model_.in_air, device};
   return {wrench_of(turned(world_from_base_, wrench)), displaced(model_.base, turned(world_from_base_, gone))};
 }
 

@@ -11,7 +11,8 @@
 // Along it what A sees, q - a e, ends at -backward and +forward, and the force stays as it is beyond. Where the limit
 // is one that yields (slip, cutting, puncture), the proxy that goes beyond takes the spring's place of rest, a, along:
 // when it turns back, the force falls at once, as friction's does. `pass` does the same for places that the proxy was
-// sent to and that the model does not know of yet. A limit of contact leaves a where it is.
+// sent to and that the model does not know of yet. A limit of contact leaves a where it is, and beyond it nothing but the
+// needle's weight is felt and the proxy is where the device is.
 //
 // A tick in which the needle slides has no stiffness along its axis: nothing tells how it will stick when it turns
 // back. The stiffness of the last tick that had one is taken then, with no way to go in the direction of sliding.

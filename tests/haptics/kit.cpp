@@ -211,6 +211,42 @@ TEST_CASE("a needle that a still device holds against a viscous surface comes to
     }
 }
 
+TEST_CASE("a needle that a surface throws off for a tick still feels it ahead, until it is seen beyond it") {
+  DeviceProperties device;
+  Kit kit(device);
+  kit.begin({}, {});
+  LocalModel model;  // pressed by 1 N at x = 1 mm
+  model.tick = 1;
+  model.base.position[0] = 1e-3;
+  model.felt.force[0] = -1;
+  model.stiffness(0, 0) = -1e4;
+  model.backward = 1e-4;
+  model.forward_limit = Limit::puncture;
+  model.backward_limit = Limit::contact;
+  kit.take(model);
+  const auto wanted = [&kit](double place) {
+    Kit::Answer answer;
+    for (int i = 0; i < 100; ++i) answer = kit.step({{{{place, 0, 0}}, {}}, false});
+    return answer.wanted.force[0];
+  };
+  const double pressed = wanted(2e-3);
+  CHECK(pressed < -1);
+  const auto in_air = [&](double place, double aside) {
+    LocalModel air;
+    air.tick = ++model.tick;
+    air.base.position = {{place, aside, 0}};
+    kit.take(air);
+    return wanted(2e-3);
+  };
+  CHECK(in_air(0.8e-3, 0) == doctest::Approx(pressed));  // thrown off
+  CHECK(in_air(0.5e-3, 0) == doctest::Approx(pressed));
+  CHECK(in_air(0.8e-3, 2e-3) == 0);  // elsewhere: nothing is known of it
+  model.tick += 1;
+  kit.take(model);
+  CHECK(wanted(2e-3) < -1);
+  CHECK(in_air(0.95e-3, 0) == 0);  // beyond it: the surface has gone
+}
+
 TEST_CASE("what is stale ends in a ramp, and nothing jumps when it comes back") {
   DeviceProperties device;
   Kit kit(device);

@@ -68,6 +68,20 @@ TEST_CASE("contact that ends pulls nothing, and comes back where it ended") {
   CHECK(felt(response, 1e-3) == doctest::Approx(there));
 }
 
+TEST_CASE("behind a surface only the weight is felt, sideways too, and the needle goes where the device goes") {
+  LocalModel model = pressed(1000, 0.5);
+  model.stiffness(1, 1) = -300;
+  model.backward = 0.5e-3;
+  model.backward_limit = Limit::contact;
+  model.in_air.force[2] = -0.01;
+  LocalResponse response(model, kCouplingSpring, kTwistSpring, kSticking);
+  CHECK(response({{{1e-3, 2e-3, 0}}, {}}).felt.force[1] < -0.1);
+  const auto answer = response({{{-5e-3, 2e-3, 0}}, {}});
+  CHECK(answer.felt.force[1] == 0);
+  CHECK(answer.felt.force[2] == -0.01);
+  CHECK(answer.proxy.position[1] == 2e-3);
+}
+
 TEST_CASE("a needle that slides resists on, and lets go when it turns back") {
   LocalModel model = pressed(0, 0.4);
   model.forward_limit = model.backward_limit = Limit::slip;

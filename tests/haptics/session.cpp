@@ -116,11 +116,13 @@ needles:
 TEST_CASE("bone is felt at the stiffness of the rule, over a late and lossy network too, and no energy is made") {
   for (const std::vector<std::string>& network : {std::vector<std::string>{},
                                                   {"--delay", "0.005"},
-                                                  {"--delay", "0.005", "--jitter", "0.005", "--loss", "0.05"}}) {
+                                                  {"--delay", "0.01"},
+                                                  {"--delay", "0.02"},
+                                                  {"--delay", "0.02", "--jitter", "0.01", "--loss", "0.05"}}) {
     CAPTURE(network.size());
     const auto summary = press_bone(network);
     CHECK(summary["kit"] == true);
-    CHECK(summary["felt_p90_N_per_m"] > 900);  // of 1,800 N/m
+    CHECK(summary["felt_median_N_per_m"] > 900);  // of the 1,800 N/m that the rule allows
     CHECK(summary["given_J"] < 1e-3);
     CHECK(summary["withheld_J"] >= 0);
   }
