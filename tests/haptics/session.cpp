@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,23 @@ namespace {
 std::string contents(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// A column of a CSV file.
+std::vector<double> column(const std::string& csv, const std::string& name) {
+  std::istringstream lines(csv);
+  std::string line, cell;
+  std::getline(lines, line);
+  int wanted = 0;
+  std::istringstream header(line);
+  while (std::getline(header, cell, ',') && cell != name) ++wanted;
+  std::vector<double> values;
+  while (std::getline(lines, line)) {
+    std::istringstream row(line);
+    for (int i = 0; i <= wanted; ++i) std::getline(row, cell, ',');
+    values.push_back(std::stod(cell));
+  }
+  return values;
 }
 
 // A needle of which the tip is 5 mm above a block that it punctures at 0.3 N.
@@ -66,6 +84,23 @@ TEST_CASE("a session in lockstep inserts, feels, and is the same again") {
   CHECK(summary["largest_force_N"] < 1.0);
   CHECK(summary["coupling_N_per_m"] == doctest::Approx(1800));
   CHECK(summary["given_J"] < 0);  // the hand pushed
+}
+
+TEST_CASE("a second session begins where the first one left the needle") {
+  ServerProcess server({"--lockstep"}, scene());
+  std::vector<double> begins, ends;
+  for (int session = 0; session < 2; ++session) {
+    const std::string csv = server.folder() / "run.csv";
+    Process haptic({acus::program_path("acus-haptic"), "--commands", server.commands(), "--states", server.states(),
+                    "--duration", "0.9", "--hand-speed", "0.05", "--record", csv, "--timeout", "60"});
+    REQUIRE(haptic.wait(kPatience) == 0);
+    const std::vector<double> places = column(contents(csv), "base_z_m");
+    begins.push_back(places.front());
+    ends.push_back(places.back());
+  }
+  CHECK(begins[0] == doctest::Approx(0.155));
+  CHECK(ends[0] < 0.145);
+  CHECK(begins[1] == doctest::Approx(ends[0]).epsilon(1e-3));
 }
 
 TEST_CASE("a session in real time ends after its duration" * doctest::test_suite("clock")) {

@@ -59,7 +59,11 @@ void Session::greet() {
   results_.topic = publishes(server_, protocol::Haptics::kType) ? protocol::Haptics::kType : protocol::Force::kType;
   commands_->acquire({needle.name}, options_.timeout);
   subscribe();
-  if (!server_.lockstep) base_ = where_the_needle_rests();
+  if (server_.lockstep) {
+    if (commands_->hash(options_.timeout).tick == 0) return;  // the needle is where it was loaded
+    commands_->step(1, options_.timeout);                     // a state of where another session left it
+  }
+  base_ = where_the_needle_rests();
 }
 
 // A subscription takes a moment to arrive. Statistics that come tell that the one before theirs has arrived: in
@@ -77,7 +81,7 @@ void Session::subscribe() {
   throw client::Vanished("the server at " + options_.states + " published no statistics in time");
 }
 
-// In real time the needle may have been moved before.
+// The needle may have been moved before.
 Pose Session::where_the_needle_rests() {
   const auto deadline = Clock::now() + options_.timeout;
   while (Clock::now() < deadline) {
