@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "client/link/command_line.h"
 
+#include <cstdio>
+
 #include <array>
 #include <csignal>
 #include <filesystem>
@@ -24,6 +26,18 @@ extern "C" void on_signal(int) { interrupted = true; }
 std::string check_endpoint(const std::string& endpoint) {
   const std::string problem = protocol::problem_with_endpoint(endpoint, protocol::EndpointUse::connect);
   return problem.empty() ? problem : "endpoint '" + endpoint + "': " + problem;
+}
+
+CLI::Validator within(double low, double high) {
+  char range[64];
+  std::snprintf(range, sizeof range, "%g to %g", low, high);
+  const std::string name = range;
+  return {[=](std::string& text) {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return std::string();
+            return "expected a number from " + name + ", found '" + text + "'";
+          },
+          name};
 }
 
 void declare_keys(CLI::App& app, KeyFiles& files) {

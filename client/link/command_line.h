@@ -14,6 +14,9 @@ namespace acus::client {
 // What is wrong with an endpoint to connect to; nothing: empty. For CLI::Option::check().
 std::string check_endpoint(const std::string& endpoint);
 
+// A number from low to high; unlike CLI::Range, NaN is none.
+CLI::Validator within(double low, double high);
+
 struct KeyFiles {
   std::string server, client;  // empty: no keys
 };

@@ -45,7 +45,7 @@ constexpr const char* kFooter =
     "\nExit status: 0 ended by SIGINT or SIGTERM; 1 bad command line; 2 the server that it started has ended, or the "
     "recording cannot be used; 3 the "
     "port "
-    "is not free, or the page's files are missing; 4 anything else.";
+    "is not free, or the page's files are missing; 4 anything else, as an export that did not end.";
 
 constexpr const char* kNoServerProgram = ": there is no acus-server beside this program";
 
@@ -83,10 +83,11 @@ void declare(CLI::App& app, Arguments& arguments) {
                                      "Show nothing: make pictures of the recording into a folder, or a film if the "
                                      "name ends in .mp4, .webm or .mkv, and end. Needs chromium, films ffmpeg too")
                           ->type_name("FOLDER|FILE")
+                          ->check([](const std::string& target) { return target.empty() ? "expected a name" : ""; })
                           ->needs(scene);
   app.add_option("--rate", arguments.film.rate, "Pictures a second of simulation time, for --export")
       ->needs(film)
-      ->check(CLI::Range(0.1, 240.0))
+      ->check(client::within(0.1, 240))
       ->capture_default_str();
   app.add_option("--size", arguments.film.size, "Width and height of these pictures, in pixels")
       ->needs(film)
@@ -114,6 +115,7 @@ std::vector<std::string> replay_options(const Arguments& arguments, const view::
 std::string problem_with(const Arguments& arguments) {
   if (arguments.scene.empty()) return "";
   if (!arguments.film.target.empty()) {
+    if (!std::filesystem::exists(arguments.scene)) return "there is no such file";
     if (!client::is_recording(arguments.scene))
       return "--export is for recordings, and this is none; record a run first (acus-server --record)";
     if (const std::string problem = view::problem_with(arguments.film); !problem.empty())
@@ -132,10 +134,12 @@ class Filming {
   Filming(asio::io_context& context, const std::string& url, const view::FilmOptions& options)
       : thread_([this, &context, url, options](const std::stop_token& stop) {
           try {
-            make_film(url, options, tell_progress, stop);
+            make_film(
+                url, options, [this](int done, int all) { tell_progress(done, all); }, stop);
             done_ = true;
           } catch (const std::exception& error) {
-            if (!stop.stop_requested()) std::fprintf(stderr, "acus-view: --export: %s\n", error.what());
+            if (!stop.stop_requested())
+              std::fprintf(stderr, "%sacus-view: --export: %s\n", begun_ ? "\n" : "", error.what());
           }
           context.stop();
         }) {}
@@ -148,12 +152,14 @@ class Filming {
   }
 
  private:
-  static void tell_progress(int done, int all) {
+  void tell_progress(int done, int all) {
     const bool terminal = isatty(STDERR_FILENO) != 0;
+    begun_ = terminal && done < all;
     if (terminal) std::fprintf(stderr, "\rpicture %d of %d%s", done, all, done == all ? "\n" : "");
     if (!terminal && done == all) std::fprintf(stderr, "%d pictures\n", all);
   }
 
+  bool begun_ = false;  // a line of progress stands unfinished
   bool done_ = false;
   std::jthread thread_;
 };
@@ -165,7 +171,11 @@ int run(const Arguments& arguments) {
   }
   asio::io_context context(1);
   asio::signal_set signals(context, SIGINT, SIGTERM, SIGHUP);
-  signals.async_wait([&](const boost::system::error_code&, int) { context.stop(); });
+  bool interrupted = false;
+  signals.async_wait([&](const boost::system::error_code&, int) {
+    interrupted = true;
+    context.stop();
+  });
 
   view::Gateway::Options options;
   options.port = arguments.port;
@@ -213,7 +223,10 @@ int run(const Arguments& arguments) {
   if (!arguments.film.target.empty()) {
     Filming filming(context, gateway->url(), arguments.film);
     context.run();
-    return filming.end() ? kEnded : gone ? kNoServer : kFailed;
+    if (filming.end()) return kEnded;
+    if (interrupted)
+      std::fputs("acus-view: --export: interrupted; a film that is not whole is removed, pictures stay\n", stderr);
+    return gone ? kNoServer : kFailed;
   }
   std::printf("%s\n", gateway->url().c_str());
   std::fflush(stdout);

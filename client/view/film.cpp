@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -18,7 +19,8 @@ namespace {
 constexpr double kMostPictures = 100'000;
 
 bool is_film(const std::string& target) {
-  const std::string ending = std::filesystem::path(target).extension().string();
+  std::string ending = std::filesystem::path(target).extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char letter) { return std::tolower(letter); });
   return ending == ".mp4" || ending == ".webm" || ending == ".mkv";
 }
 
@@ -85,6 +87,7 @@ class Pictures {
 
 std::string problem_with(const FilmOptions& options) {
   std::error_code ignored;
+  if (!has_browser()) return "needs chromium, which is not there; install it";
   if (is_film(options.target)) {
     if (find_program("ffmpeg").empty()) return "needs ffmpeg, which is not there; install it, or name a folder";
     if (std::filesystem::exists(options.target, ignored)) return "there is such a file already";

@@ -57,6 +57,10 @@ std::string from_base64(std::string_view text) {
 
 }  // namespace
 
+bool has_browser() {
+  return std::ranges::any_of(kBrowsers, [](const char* name) { return !find_program(name).empty(); });
+}
+
 std::string find_program(const std::string& name) {
   const char* path = std::getenv("PATH");
   for (std::string rest = path != nullptr ? path : ""; !rest.empty();) {
@@ -68,8 +72,11 @@ std::string find_program(const std::string& name) {
   return "";
 }
 
+HeadlessBrowser::HeadlessBrowser(std::stop_token stop) : folder_(new_folder()), stop_(std::move(stop)) {}
+
+// Delegates, so that the destructor cleans up whatever goes wrong from here on.
 HeadlessBrowser::HeadlessBrowser(const std::string& url, int width, int height, std::stop_token stop)
-    : folder_(new_folder()), stop_(std::move(stop)) {
+    : HeadlessBrowser(std::move(stop)) {
   std::vector<std::string> command{find_browser(),
                                    "--headless=new",
                                    "--remote-debugging-pipe",
@@ -94,6 +101,13 @@ HeadlessBrowser::HeadlessBrowser(const std::string& url, int width, int height, 
 }
 
 HeadlessBrowser::~HeadlessBrowser() {
+  if (process_ > 0) end();
+  std::error_code error;
+  for (int tries = 0; std::filesystem::remove_all(folder_, error), error && tries < kMostEndTries; ++tries)
+    usleep(kEndPause);
+}
+
+void HeadlessBrowser::end() {
   close(commands_);  // for which it ends
   close(answers_);
   for (int tries = 0; waitpid(process_, nullptr, WNOHANG) == 0; ++tries) {
@@ -101,9 +115,6 @@ HeadlessBrowser::~HeadlessBrowser() {
     usleep(kEndPause);
   }
   kill(-process_, SIGKILL);  // processes of its own that still write
-  std::error_code error;
-  for (int tries = 0; std::filesystem::remove_all(folder_, error), error && tries < kMostEndTries; ++tries)
-    usleep(kEndPause);
 }
 
 json HeadlessBrowser::evaluate(const std::string& expression) {
@@ -127,6 +138,11 @@ void HeadlessBrowser::start(std::vector<std::string> command) {
   std::vector<char*> arguments;
   for (std::string& argument : command) arguments.push_back(argument.data());
   arguments.push_back(nullptr);
+  std::string temporary = "TMPDIR=" + folder_;
+  std::vector<char*> environment{temporary.data()};
+  for (char** each = environ; *each != nullptr; ++each)
+    if (std::string_view(*each).substr(0, 7) != "TMPDIR=") environment.push_back(*each);
+  environment.push_back(nullptr);
   process_ = fork();
   if (process_ < 0) throw std::system_error(errno, std::system_category(), "starting " + command.front());
   if (process_ == 0) {
@@ -139,7 +155,7 @@ void HeadlessBrowser::start(std::vector<std::string> command) {
     dup2(in, 3);
     dup2(out, 4);
     for (const int number : {in, out}) close(number);
-    execv(arguments[0], arguments.data());
+    execve(arguments[0], arguments.data(), environment.data());
     _exit(ChildProgram::kNoProgram);
   }
   close(commands[0]);

@@ -15,6 +15,9 @@ namespace acus::view {
 // The file of a program that the shell would find; empty if there is none.
 std::string find_program(const std::string& name);
 
+// Whether there is a browser for it.
+bool has_browser();
+
 // All that it does blocks. Throws std::runtime_error if there is no browser, if it ends, or after a request to stop.
 class HeadlessBrowser {
  public:
@@ -30,6 +33,8 @@ class HeadlessBrowser {
   std::string picture();
 
  private:
+  explicit HeadlessBrowser(std::stop_token stop);
+  void end();
   void start(std::vector<std::string> command);
   nlohmann::json ask(const char* method, const nlohmann::json& parameters);
   std::string next_message();

@@ -173,6 +173,8 @@ class Errors(InTemporaryFolder, Engine):
         self.assertRaisesRegex(TypeError, "Model.start", engine.step, self.model, 5)
         self.assertEqual(state.tick, 0)  # nothing has happened
         engine.step(self.model, state, {"needle": (None, None, 0.5)})
+        for error in (1e-6, 1e-5, 5e-4):  # normalised, as a server does
+            engine.step(self.model, state, {"needle": (here[0], np.array(here[1]) * (1 + error))})
 
     def test_states(self):
         other = engine.load("acus_scene: 1\ntissue: {rung: none}\n")

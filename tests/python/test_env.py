@@ -115,6 +115,8 @@ class Episodes(unittest.TestCase):
                     self.assertRaisesRegex(ValueError, "options", env.reset, options=each)
             env.reset(seed=1)
             other.reset(seed=1)
+            for each in options:  # in an episode, which goes on
+                self.assertRaisesRegex(ValueError, "options", env.reset, options=each)
             for action in actions:
                 with self.subTest(task=task, action=action):
                     self.assertRaises(ValueError, env.step, action)
@@ -124,7 +126,10 @@ class Episodes(unittest.TestCase):
             self.assertRaisesRegex(ValueError, "closed", other.step, action)
             other.close()  # once more does nothing
         self.assertRaisesRegex(ValueError, "at least 1", VectorEnv, 0)
-        worlds = VectorEnv(1, "reach")
+        worlds = VectorEnv(2, "reach")
+        worlds.reset(seed=1)
+        self.assertRaisesRegex(ValueError, "finite", worlds.step, [[0, 0], [np.nan, 0]])
+        self.assertEqual([info["tick"] for info in worlds.step([[0, 0], [0, 0]])[4]], [8, 8])  # none had stepped
         worlds.close()
         self.assertRaisesRegex(ValueError, "closed", worlds.reset)
 

@@ -50,50 +50,50 @@ void declare_device(CLI::App& app, Arguments& arguments) {
       ->check(CLI::IsMember(device_names()))
       ->capture_default_str();
   app.add_option("--rate", device.rate, "samples per second (Hz)")
-      ->check(CLI::Range(10.0, 20'000.0))
+      ->check(client::within(10.0, 20'000.0))
       ->capture_default_str();
   app.add_option("--scale", arguments.session.kit.workspace.scale, "way of the needle over way of the device")
-      ->check(CLI::PositiveNumber)
+      ->check(client::within(1e-3, 1e3))
       ->capture_default_str();
   app.add_option("--force-scale", arguments.session.kit.workspace.force_scale,
                  "force at the device over force at the needle")
-      ->check(CLI::PositiveNumber)
+      ->check(client::within(1e-3, 1e3))
       ->capture_default_str();
   app.add_option("--address", device.address, "of Haply's Inverse Service")->capture_default_str();
   app.add_option("--grip", arguments.grip, "of the simulated hand")
       ->check(CLI::IsMember(grip_names()))
       ->capture_default_str();
   app.add_option("--hand-depth", device.motion.depth, "m that the simulated hand goes in")
-      ->check(CLI::Range(1e-4, 0.5))
+      ->check(client::within(1e-4, 0.5))
       ->capture_default_str();
   app.add_option("--hand-speed", device.motion.speed, "m/s, of the simulated hand")
-      ->check(CLI::Range(1e-4, 1.0))
+      ->check(client::within(1e-4, 1.0))
       ->capture_default_str();
   app.add_option("--mass", device.simulated.axis.mass, "kg, of the simulated device")
-      ->check(CLI::Range(0.01, 10.0))
+      ->check(client::within(0.01, 10.0))
       ->capture_default_str();
   app.add_option("--damping", device.simulated.axis.damping, "N s/m, of the simulated device")
-      ->check(CLI::Range(0.01, 100.0))
+      ->check(client::within(0.01, 100.0))
       ->capture_default_str();
   app.add_option("--device-delay", device.simulated.delay.delay,
                  "s, of the simulated device, from a force to its effect")
-      ->check(CLI::Range(0.0, 0.1))
+      ->check(client::within(0.0, 0.1))
       ->capture_default_str();
   app.add_option("--device-jitter", device.simulated.delay.jitter, "s, up to so much more")
-      ->check(CLI::Range(0.0, 0.1))
+      ->check(client::within(0.0, 0.1))
       ->capture_default_str();
 }
 
 void declare_network(CLI::App& app, Arguments& arguments) {
   SessionOptions& session = arguments.session;
   app.add_option("--delay", session.network.delay, "s, of a simulated network, both ways together")
-      ->check(CLI::Range(0.0, 0.2))
+      ->check(client::within(0.0, 0.2))
       ->capture_default_str();
   app.add_option("--jitter", session.network.jitter, "s, up to so much more, both ways together")
-      ->check(CLI::Range(0.0, 0.2))
+      ->check(client::within(0.0, 0.2))
       ->capture_default_str();
   app.add_option("--loss", session.network.loss, "share of messages that it loses, each way")
-      ->check(CLI::Range(0.0, 0.9))
+      ->check(client::within(0.0, 0.9))
       ->capture_default_str();
   app.add_flag("!--no-kit", session.with_kit,
                "render the server's newest force as it is, for comparison; unstable in stiff tissue");
@@ -121,10 +121,10 @@ void declare(CLI::App& app, Arguments& arguments) {
   declare_device(app, arguments);
   declare_network(app, arguments);
   app.add_option("--duration", session.duration, "s; 0: until Ctrl+C")
-      ->check(CLI::NonNegativeNumber)
+      ->check(client::within(0, 1e9))
       ->capture_default_str();
   app.add_option("--timeout", arguments.timeout_s, "to wait for the server (s)")
-      ->check(CLI::Range(0.001, 86'400.0))
+      ->check(client::within(0.001, 86'400.0))
       ->capture_default_str();
   app.add_option("--summary", arguments.summary, "file to write with what is printed at the end, as JSON");
   app.add_option("--record", arguments.record, "CSV to write, a row per sample");

@@ -32,21 +32,21 @@ std::string readable(const SessionResults& results, const std::string& device) {
   if (const auto& worst = results.rest.worst())
     std::snprintf(rest, sizeof rest, "%.3f N felt, %.3f N of the server", worst->felt, worst->server);
   char text[1500];
-  std::snprintf(text, sizeof text,
-                "device      %s on %s of %s\n"
-                "rate        %.1f Hz, %llu samples in %.2f s%s, %llu late%s\n"
-                "delay       p50 %.2f ms, p99 %.2f ms, max %.2f ms, from a command to the first state that used it\n"
-                "states      %llu of the topic %s; %llu samples without a fresh one\n"
-                "force       %.3f N at most; at rest: %s\n"
-                "stiffness   felt: %s; the coupling allows %.0f N/m\n"
-                "energy      %.6f J kept from the hand by the controller, %.6f J given to it, net\n",
-                device.c_str(), results.needle.c_str(), results.scene.c_str(), results.rate,
-                static_cast<unsigned long long>(results.samples), results.duration,
-                results.lockstep ? " of simulation" : "", static_cast<unsigned long long>(results.late),
-                results.punctual ? "" : " (no real-time priority here)", 1e3 * delay.p50, 1e3 * delay.p99,
-                1e3 * delay.max, static_cast<unsigned long long>(results.models), results.topic.c_str(),
-                static_cast<unsigned long long>(results.stale), results.largest_force, rest, felt,
-                results.coupling.translation, results.withheld, results.given);
+  std::snprintf(
+      text, sizeof text,
+      "device      %s on %s of %s\n"
+      "rate        %.1f Hz, %llu samples in %.2f s%s, %llu late%s\n"
+      "delay       p50 %.2f ms, p99 %.2f ms, max %.2f ms, from a command to the first state that used it\n"
+      "states      %llu of the topic %s; %llu samples without a fresh one\n"
+      "force       %.3f N at most; at rest: %s\n"
+      "stiffness   felt: %s; the coupling allows %.0f N/m\n"
+      "energy      %.6f J kept from the hand by the controller; the force did %.6f J of work on the handle, net\n",
+      device.c_str(), results.needle.c_str(), results.scene.c_str(), results.rate,
+      static_cast<unsigned long long>(results.samples), results.duration, results.lockstep ? " of simulation" : "",
+      static_cast<unsigned long long>(results.late), results.punctual ? "" : " (no real-time priority here)",
+      1e3 * delay.p50, 1e3 * delay.p99, 1e3 * delay.max, static_cast<unsigned long long>(results.models),
+      results.topic.c_str(), static_cast<unsigned long long>(results.stale), results.largest_force, rest, felt,
+      results.coupling.translation, results.withheld, results.given);
   return text;
 }
 

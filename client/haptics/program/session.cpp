@@ -117,6 +117,9 @@ void Session::take(Kit& kit, double now) {
       newest_seq_ = model.seq;
       results_.delays.push_back(now - model.echo);  // how long a command took to be felt
     }
+    if (results_.models > 1 && model.epoch != epoch_) begin(kit, model.base);  // `reset`, `restore` or `load`
+    epoch_ = model.epoch;
+    newest_at_ = now;
     server_wrench_ = model.felt;
     kit.take(model);
     if (plain_) plain_->take(received->force);
@@ -163,6 +166,7 @@ void Session::learn_felt(const Vector3& place, const Vector3& force) {
 void Session::sample(Device& device, Kit& kit, double now) {
   take(kit, now);
   const Device::Reading reading = checked(device.read());
+  handle_ = reading.pose;
   const Kit::Answer answer = plain_ ? plain_->step(reading.pose) : kit.step({reading.pose, reading.clutch});
   device.write(answer.on_hand);
   send(message_of(results_.needle, answer, now), now);
@@ -172,10 +176,27 @@ void Session::sample(Device& device, Kit& kit, double now) {
   results_.withheld = kit.passivity().withheld();
   results_.given = plain_ ? plain_->given() : kit.passivity().given();
   learn_felt(reading.pose.position, answer.on_hand.force);
-  results_.rest.add(now, reading.pose.position, norm(answer.on_hand.force),
-                    norm(registration_.at_device(server_wrench_).force));
+  if (!kit.stale())
+    results_.rest.add(now, reading.pose.position, norm(answer.on_hand.force),
+                      norm(registration_.at_device(server_wrench_).force));
   on_sample({now, reading.pose.position, answer.base.position, answer.wanted.force, answer.on_hand.force,
              kit.passivity().account(), kit.passivity().withheld()});
+}
+
+// From now on the handle's place is this place of the base.
+void Session::begin(Kit& kit, const Pose& base) {
+  kit.begin(handle_, base);
+  registration_.bring_together(handle_, base);
+  if (plain_) plain_->begin(handle_, base);
+}
+
+// In real time a server that is gone, or another one in its place, is seen only by what does not come.
+void Session::check_server(double now) {
+  if (const auto rejection = commands_->next_rejection()) throw client::Refused(*rejection);
+  const double silence = std::chrono::duration<double>(options_.timeout).count();
+  if (now - newest_at_ > silence)
+    throw client::Vanished("the server at " + options_.states + " has published no state of needle '" +
+                           results_.needle + "' for " + std::to_string(static_cast<int>(std::ceil(silence))) + " s");
 }
 
 // Simulated delays are of both ways together, the same each way.
@@ -197,14 +218,12 @@ void Session::loop(Device& device) {
   registration_ = Registration(options.workspace);
   if (!options_.with_kit) plain_.emplace(properties, options.workspace);
   results_.coupling = kit.coupling();
-  const Pose start = checked(device.read()).pose;
-  kit.begin(start, base_);
-  registration_.bring_together(start, base_);
-  if (plain_) plain_->begin(start, base_);
+  handle_ = checked(device.read()).pose;
+  begin(kit, base_);
   connect_network();
-  const auto begin = Clock::now();
+  const auto started = Clock::now();
   const std::chrono::duration<double> period(1 / properties.rate);
-  auto due = begin;
+  auto due = started;
   for (std::uint64_t i = 0; continues(results_.duration); ++i) {
     if (server_.lockstep) {
       results_.duration = simulated_ = static_cast<double>(i) / properties.rate;
@@ -215,8 +234,9 @@ void Session::loop(Device& device) {
       if (now - due > period / 2) ++results_.late;
       // A deadline that was missed is skipped.
       while (due <= now) due += std::chrono::duration_cast<Clock::duration>(period);
-      results_.duration = seconds_since(begin);
+      results_.duration = seconds_since(started);
       take_what_came(results_.duration);
+      check_server(results_.duration);
     }
     sample(device, kit, results_.duration);
   }

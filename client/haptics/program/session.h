@@ -59,7 +59,7 @@ struct SessionResults {
   double rate = 0;                 // Hz, held
   std::vector<double> delays;      // s, from a command to the first model that used it, one a model
   Coupling coupling;               // the rule's
-  double withheld = 0, given = 0;  // J, see Passivity
+  double withheld = 0, given = 0;  // J, see Passivity; given to the handle, whose own damping takes of it
   double largest_force = 0;        // N, rendered
   std::vector<double> felt;        // N/m, of the force over each way of a fifth of a millimetre against which it grew
   RestCheck rest;
@@ -81,6 +81,8 @@ class Session {
   void subscribe();
   Pose where_the_needle_rests();
   void connect_network();
+  void begin(Kit& kit, const Pose& base);
+  void check_server(double now);
   void loop(Device& device);
   void sample(Device& device, Kit& kit, double now);
   struct Received {
@@ -110,6 +112,9 @@ class Session {
   double simulated_ = 0;          // s, the clock of a run in lockstep
   std::uint64_t ticks_ = 0;       // asked for in lockstep
   std::uint64_t newest_seq_ = 0;  // that a model used
+  std::uint64_t epoch_ = 0;       // of the newest model
+  double newest_at_ = 0;          // s, when it came
+  Pose handle_;                   // at the last sample
   struct Felt {
     Vector3 place, force;
   };

@@ -55,10 +55,11 @@ Vector3 vector_from(const py::handle& given, const std::string& what) {
 Quaternion quaternion_from(const py::handle& given, const std::string& what) {
   const auto array = Array::ensure(given);
   if (!array || array.ndim() != 1 || array.size() != 4) throw py::value_error(what + ": expected 4 numbers, w x y z");
-  const Quaternion q(array.at(0), array.at(1), array.at(2), array.at(3));
-  if (!(std::abs(q.norm() - 1) <= protocol::kQuaternionTolerance))
-    throw py::value_error(what + ": expected a unit quaternion, its length is " + std::to_string(q.norm()));
-  return q;
+  const double w = array.at(0), x = array.at(1), y = array.at(2), z = array.at(3);
+  const double length = std::hypot(std::hypot(w, x), std::hypot(y, z));  // as the server's decoder does
+  if (!(std::abs(length - 1) <= protocol::kQuaternionTolerance))
+    throw py::value_error(what + ": expected a unit quaternion, its length is " + std::to_string(length));
+  return {w / length, x / length, y / length, z / length};
 }
 
 // ---- Reports ----

@@ -36,11 +36,14 @@ class ForceLimit(Task):
     def scene(self):
         return layers()
 
+    def check(self, options):
+        limit = float(options.get("limit", LIMIT))
+        if not 0 < limit < np.inf:
+            raise ValueError(f"options: limit: expected a force (N) above 0, found {limit}")
+
     def begin(self, world, random, options):
         self._needle = world.needles[0]
         self.limit = float(options.get("limit", LIMIT))
-        if not 0 < self.limit < np.inf:
-            raise ValueError(f"options: limit: expected a force (N) above 0, found {self.limit}")
         self._force = self._before = 0.0
         self._peak = 0.0
         self._feed = 0.0

@@ -41,6 +41,7 @@ class NeedleEnv(Env):
         known = ("parameters", *self.task.options)
         if unknown := [name for name in options if name not in known]:
             raise ValueError(f"options: expected {' or '.join(known)}, found '{unknown[0]}'")
+        self.task.check(options)
         parameters = {**draw(self.ranges, self.np_random), **options.pop("parameters", {})}
         if parameters == self.parameters:
             self.world.begin()

@@ -38,11 +38,13 @@ class NeedleOrder(Task):
     def scene(self):
         return brachytherapy()
 
+    def check(self, options):
+        if not self.action_space.contains(options.get("chosen", 0)):
+            raise ValueError(f"options: chosen: expected an integer from 0 to {NEEDLES - 1}, found {options['chosen']}")
+
     def begin(self, world, random, options):
         self._needles = world.needles
         self.chosen = options.get("chosen", int(random.integers(NEEDLES)))
-        if not self.action_space.contains(self.chosen):
-            raise ValueError(f"options: chosen: expected an integer from 0 to {NEEDLES - 1}, found {self.chosen}")
         self.inserted = np.zeros(NEEDLES, dtype=bool)
         described = world.describe()
         places = [[*needle.base_position[:2], SKIN - depth] for needle, depth in zip(self._needles, DEPTHS)]

@@ -42,13 +42,16 @@ class Reach(Task):
     def scene(self):
         return steering()
 
+    def check(self, options):
+        target = np.array(options.get("target", [0, 0, 0]), dtype=float)
+        if target.shape != (3,) or not np.all(np.isfinite(target)):
+            raise ValueError(f"options: target: expected 3 finite numbers, found {options['target']}")
+
     def begin(self, world, random, options):
         self._needle = world.needles[0]
         angle, radius = random.uniform(0, 2 * math.pi), ASIDE * math.sqrt(random.uniform())
         drawn = [radius * math.cos(angle), radius * math.sin(angle), ENTRY - random.uniform(*DEPTHS)]
         self.target = np.array(options.get("target", drawn), dtype=float)
-        if self.target.shape != (3,) or not np.all(np.isfinite(self.target)):
-            raise ValueError(f"options: target: expected 3 finite numbers, found {options['target']}")
         self._heading = self._needle.axis
         self._tip = self._force(world).tip_position
         self._distance = np.linalg.norm(self.target - self._tip)

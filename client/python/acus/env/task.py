@@ -27,6 +27,9 @@ class Task:
         """A Scene."""
         raise NotImplementedError
 
+    def check(self, options):
+        """Raises ValueError for options that begin() cannot use; nothing has changed yet."""
+
     def begin(self, world, random, options):
         """An episode begins: chooses its goal by the Generator, or as the options of reset() say."""
         raise NotImplementedError

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 import numpy as np
 
 from ..errors import AcusError
-from .needle_env import NeedleEnv
+from .needle_env import NeedleEnv, checked
 from .world import is_on_engine
 
 JOINING = 15  # s that a process may take to end its server
@@ -50,7 +50,8 @@ class VectorEnv:
 
     def step(self, actions):
         """Observations, rewards, terminated, truncated (arrays with a row per world), infos (a list)."""
-        results = self._ask("step", list(actions))
+        # All before any world steps.
+        results = self._ask("step", [checked(action, self.single_action_space) for action in actions])
         observations, rewards, terminated, truncated, infos = zip(*results)
         return np.stack(observations), np.array(rewards), np.array(terminated), np.array(truncated), list(infos)
 
