@@ -2,11 +2,15 @@
 // acus-haptic with a real server: in lockstep the same run gives the same numbers; in real time it runs and ends.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/integration/server_process.h"
@@ -165,6 +169,28 @@ TEST_CASE("bone is felt at the stiffness of the rule, over a late and lossy netw
   CHECK(plain["kit"] == false);
   CHECK(plain["given_J"] > 1e-3);  // what the kit is for
   CHECK(plain["largest_force_N"] == doctest::Approx(10));
+}
+
+// Until the file has a row of samples.
+void wait_for_samples(const std::string& csv) {
+  for (int i = 0; i < 2000 && std::ranges::count(contents(csv), '\n') < 50; ++i) std::this_thread::sleep_for(10ms);
+}
+
+TEST_CASE("a session whose server is gone ends with 3, one whose server was started anew with 2" *
+          doctest::test_suite("clock")) {
+  for (const bool anew : {false, true}) {
+    CAPTURE(anew);
+    ServerProcess server({}, scene());
+    const std::string csv = server.folder() / "run.csv";
+    Process haptic({acus::program_path("acus-haptic"), "--commands", server.commands(), "--states", server.states(),
+                    "--timeout", anew ? "20" : "1", "--record", csv});
+    wait_for_samples(csv);
+    server.process().send_signal(SIGKILL);
+    server.process().wait(kPatience);
+    std::optional<Process> other;
+    if (anew) other.emplace(server.command_line({}));
+    CHECK(haptic.wait(kPatience) == (anew ? 2 : 3));
+  }
 }
 
 TEST_CASE("no server, no such needle, no such device: each its own exit status") {
