@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "protocol/packer.h"
+#include "protocol/unit_quaternion.h"
 
 namespace acus::protocol {
 namespace {
@@ -207,8 +208,8 @@ void unpack(const char* name, const msgpack::object& object, Vector3& value) {
 
 void unpack(const char* name, const msgpack::object& object, Quaternion& value) {
   const auto [w, x, y, z] = unpack_numbers<4>(name, object);
-  const double length = std::hypot(std::hypot(w, x), std::hypot(y, z));
-  if (!(std::abs(length - 1) <= kQuaternionTolerance)) {
+  const double length = quaternion_length(w, x, y, z);
+  if (!is_unit_length(length)) {
     throw DecodeError(
         ErrorCode::not_unit_quaternion,
         quoted(name) + " must be a unit quaternion [w, x, y, z], its length is " + std::to_string(length));
@@ -509,7 +510,8 @@ std::string to_text(const Message& message) {
 }
 
 Command decode_command(std::string_view bytes, std::size_t max_bytes) {
-  const bool restore = bytes.size() > max_bytes && bytes.size() <= kMaxRestoreBytes && is_small_map_of("restore", bytes);
+  const bool restore =
+      bytes.size() > max_bytes && bytes.size() <= kMaxRestoreBytes && is_small_map_of("restore", bytes);
   Command command = decode<Command>(bytes, restore ? kMaxRestoreBytes : max_bytes);
   std::visit(
       [](const auto& message) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The loop of docs/haptics.md, on a real server: what stands there compiles, and the hand feels the tissue.
+// The loop of docs/haptics.md, on a real server: it compiles, and presses a needle on a block.
 #include <doctest/doctest.h>
 
 #include <chrono>
@@ -9,6 +9,7 @@
 #include "client/haptics/message.h"
 #include "client/haptics/simulated_device.h"
 #include "client/link/client.h"
+#include "tests/haptics/block_scene.h"
 #include "tests/integration/server_process.h"
 
 using namespace acus;
@@ -18,8 +19,11 @@ void render(haptics::Device& device, client::CommandLink& commands, client::Stat
             const protocol::NeedleInfo& needle, double seconds) {
   using Clock = std::chrono::steady_clock;
   const haptics::DeviceProperties properties = device.open();
-  haptics::Kit kit(properties);
-  kit.begin(device.read().pose, haptics::pose_of(needle.base_position, needle.base_orientation));
+  const haptics::Pose base = haptics::pose_of(needle.base_position, needle.base_orientation);
+  haptics::KitOptions options;
+  options.workspace.world_from_device = base.orientation;  // the device's x is the needle's
+  haptics::Kit kit(properties, options);
+  kit.begin(device.read().pose, base);
   const auto begin = Clock::now();
   for (int sample = 0; sample < seconds * properties.rate; ++sample) {
     const std::chrono::duration<double> now(sample / properties.rate);
@@ -36,24 +40,15 @@ void render(haptics::Device& device, client::CommandLink& commands, client::Stat
 }
 
 TEST_CASE("the loop of the page runs" * doctest::test_suite("clock")) {
-  testing::ServerProcess server({}, R"(acus_scene: 1
-tissue:
-  mesh:
-    box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}
-  fixed:
-    - box: {max: [.inf, .inf, -0.04]}
-needles:
-  - length: 0.1
-    beams: 5
-    base: {position: [0.003, 0.002, 0.1505], orientation: [1, 0, 0, 0]}
-)");
+  testing::ServerProcess server({}, testing::block_scene("{interaction: {puncture_force: .inf}}", 0.1505, 1000));
+
   client::CommandLink commands(server.commands());
   client::StateLink states(server.states());
   const protocol::HelloReply hello = commands.hello(client::Timeout(10'000));
   commands.acquire({hello.needles[0].name}, client::Timeout(10'000));
   states.subscribe(protocol::Haptics::kType);
   const auto begin = std::chrono::steady_clock::now();
-  haptics::SimulatedDevice device({}, 1000, {.depth = 0.005}, [&] {
+  haptics::SimulatedDevice device({}, 1000, {.depth = 0.01, .speed = 0.05, .rest = 0.2}, [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   });
   render(device, commands, states, hello.needles[0], 0.5);
@@ -61,7 +56,8 @@ needles:
   states.subscribe(protocol::Force::kType);
   while (const auto state = states.receive(client::Timeout(10'000)))
     if (const auto* force = std::get_if<protocol::Force>(&*state)) {
-      CHECK(force->seq > 0);  // poses arrived
+      CHECK(force->seq > 0);               // poses arrived
+      CHECK(force->base_force[2] > 0.05);  // N, up: the needle was pressed on the block
       break;
     }
 }

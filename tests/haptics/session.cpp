@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/haptics/block_scene.h"
 #include "tests/integration/server_process.h"
 #include "tests/support/places.h"
 
@@ -44,21 +45,7 @@ std::vector<double> column(const std::string& csv, const std::string& name) {
 
 // A needle of which the tip is 5 mm above a block that it punctures at 0.3 N.
 std::string scene() {
-  return R"(acus_scene: 1
-name: block
-rate: 500
-tissue:
-  mesh:
-    box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}
-  regions:
-    - interaction: {puncture_force: 0.3, cutting_force: 0.1, pressure: 2000}
-  fixed:
-    - box: {max: [.inf, .inf, -0.04]}
-needles:
-  - length: 0.1
-    beams: 5
-    base: {position: [0.003, 0.002, 0.155], orientation: [0.7071067811865476, 0, 0.7071067811865476, 0]}
-)";
+  return block_scene("{interaction: {puncture_force: 0.3, cutting_force: 0.1, pressure: 2000}}", 0.155, 500);
 }
 
 // Runs acus-haptic on it and returns its summary; its recording is in `record`.
@@ -116,20 +103,10 @@ TEST_CASE("a session in real time ends after its duration" * doctest::test_suite
 
 // A needle on bone, driven in lockstep over a simulated network; `more` are options of acus-haptic.
 nlohmann::json press_bone(const std::vector<std::string>& more) {
-  ServerProcess server({"--lockstep"}, R"(acus_scene: 1
-tissue:
-  mesh:
-    box: {size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}
-  regions:
-    - material: {young_modulus: 10e6}
-      interaction: {puncture_force: .inf}
-  fixed:
-    - box: {max: [.inf, .inf, -0.04]}
-needles:
-  - length: 0.1
-    beams: 5
-    base: {position: [0.003, 0.002, 0.155], orientation: [0.7071067811865476, 0, 0.7071067811865476, 0]}
-)");
+  ServerProcess server(
+      {"--lockstep"},
+      block_scene("{material: {young_modulus: 10e6}, interaction: {puncture_force: .inf}}", 0.155, 1000));
+
   const std::string summary = server.folder() / "run.json";
   std::vector<std::string> command{acus::program_path("acus-haptic"),
                                    "--commands",

@@ -7,11 +7,11 @@
 #include <string>
 
 #include "client/haptics/device.h"
+#include "protocol/unit_quaternion.h"
 
 namespace acus::haptics {
 
-inline constexpr double kFarthestHandle = 2;    // m, of the handle from the device's origin, along each axis
-inline constexpr double kUnitTolerance = 1e-3;  // -, of a quaternion's length
+inline constexpr double kFarthestHandle = 2;  // m, of the handle from the device's origin, along each axis
 
 // The reading itself. Throws DeviceError that names the number.
 inline const Device::Reading& checked(const Device::Reading& reading) {
@@ -24,8 +24,8 @@ inline const Device::Reading& checked(const Device::Reading& reading) {
     throw DeviceError(text);
   }
   const Quaternion& q = reading.pose.orientation;
-  const double length = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-  if (std::abs(length - 1) <= kUnitTolerance) return reading;
+  const double length = protocol::quaternion_length(q.w, q.x, q.y, q.z);
+  if (protocol::is_unit_length(length)) return reading;
   std::snprintf(text, sizeof text, "the device reports an orientation of length %g; expected 1", length);
   throw DeviceError(text);
 }

@@ -75,7 +75,7 @@ void Session::subscribe() {
   while (Clock::now() < deadline) {
     const auto state = states_->receive(client::Timeout(10));
     if (!state || !std::holds_alternative<protocol::Stats>(*state)) continue;
-    states_->unsubscribe("stats");
+    if (server_.lockstep) states_->unsubscribe("stats");
     return;
   }
   throw client::Vanished("the server at " + options_.states + " published no statistics in time");
@@ -119,7 +119,6 @@ void Session::take(Kit& kit, double now) {
     }
     if (results_.models > 1 && model.epoch != epoch_) begin(kit, model.base);  // `reset`, `restore` or `load`
     epoch_ = model.epoch;
-    newest_at_ = now;
     server_wrench_ = model.felt;
     kit.take(model);
     if (plain_) plain_->take(received->force);
@@ -127,8 +126,10 @@ void Session::take(Kit& kit, double now) {
 }
 
 void Session::take_what_came(double now) {
-  while (const auto state = states_->receive(client::Timeout(0)))
+  while (const auto state = states_->receive(client::Timeout(0))) {
+    heard_at_ = now;
     if (const auto received = model_of_needle(*state)) back_.send(now, *received);
+  }
 }
 
 // In lockstep: the ticks until now, and the state of each needle after the last.
@@ -178,7 +179,7 @@ void Session::sample(Device& device, Kit& kit, double now) {
   learn_felt(reading.pose.position, answer.on_hand.force);
   if (!kit.stale())
     results_.rest.add(now, reading.pose.position, norm(answer.on_hand.force),
-                      norm(registration_.at_device(server_wrench_).force));
+                      options_.kit.workspace.force_scale * norm(server_wrench_.force));
   on_sample({now, reading.pose.position, answer.base.position, answer.wanted.force, answer.on_hand.force,
              kit.passivity().account(), kit.passivity().withheld()});
 }
@@ -186,17 +187,21 @@ void Session::sample(Device& device, Kit& kit, double now) {
 // From now on the handle's place is this place of the base.
 void Session::begin(Kit& kit, const Pose& base) {
   kit.begin(handle_, base);
-  registration_.bring_together(handle_, base);
   if (plain_) plain_->begin(handle_, base);
 }
 
-// In real time a server that is gone, or another one in its place, is seen only by what does not come.
+// In real time: whether a server is still there, which publishes `stats` every second, also while it is paused, and
+// whether the needle is still this session's; one that was started anew, or has loaded another scene, tells that it is
+// not.
 void Session::check_server(double now) {
-  if (const auto rejection = commands_->next_rejection()) throw client::Refused(*rejection);
-  const double silence = std::chrono::duration<double>(options_.timeout).count();
-  if (now - newest_at_ > silence)
-    throw client::Vanished("the server at " + options_.states + " has published no state of needle '" +
-                           results_.needle + "' for " + std::to_string(static_cast<int>(std::ceil(silence))) + " s");
+  while (const auto rejection = commands_->next_rejection())
+    if (rejection->code == protocol::ErrorCode::not_holder || rejection->code == protocol::ErrorCode::unknown_needle)
+      throw client::Refused(*rejection);
+  constexpr double kLeastSilence = 2;  // s
+  const double silence = std::max(kLeastSilence, std::chrono::duration<double>(options_.timeout).count());
+  if (now - heard_at_ > silence)
+    throw client::Vanished("the server at " + options_.states + " has published nothing for " +
+                           std::to_string(static_cast<int>(std::ceil(silence))) + " s");
 }
 
 // Simulated delays are of both ways together, the same each way.
@@ -215,7 +220,6 @@ void Session::loop(Device& device) {
   KitOptions options = options_.kit;
   options.workspace.world_from_device = normalized(base_.orientation * options.workspace.world_from_device);
   Kit kit(properties, options);
-  registration_ = Registration(options.workspace);
   if (!options_.with_kit) plain_.emplace(properties, options.workspace);
   results_.coupling = kit.coupling();
   handle_ = checked(device.read()).pose;

@@ -108,13 +108,12 @@ class Session {
   DelayLine<Received> back_{{}};
   std::optional<PlainRendering> plain_;  // instead of the kit
   Wrench server_wrench_;                 // newest that came, on the hand at the base (N, N m, world)
-  Registration registration_;
-  double simulated_ = 0;          // s, the clock of a run in lockstep
-  std::uint64_t ticks_ = 0;       // asked for in lockstep
-  std::uint64_t newest_seq_ = 0;  // that a model used
-  std::uint64_t epoch_ = 0;       // of the newest model
-  double newest_at_ = 0;          // s, when it came
-  Pose handle_;                   // at the last sample
+  double simulated_ = 0;                 // s, the clock of a run in lockstep
+  std::uint64_t ticks_ = 0;              // asked for in lockstep
+  std::uint64_t newest_seq_ = 0;         // that a model used
+  std::uint64_t epoch_ = 0;              // of the newest model
+  double heard_at_ = 0;                  // s, of the newest message
+  Pose handle_;                          // at the last sample
   struct Felt {
     Vector3 place, force;
   };

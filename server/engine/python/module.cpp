@@ -8,6 +8,7 @@
 #include <span>
 
 #include "protocol/enums.h"
+#include "protocol/unit_quaternion.h"
 #include "server/engine/math/rotation.h"
 #include "server/engine/python/engine_state.h"
 #include "server/engine/scene/mesh_process.h"
@@ -56,8 +57,8 @@ Quaternion quaternion_from(const py::handle& given, const std::string& what) {
   const auto array = Array::ensure(given);
   if (!array || array.ndim() != 1 || array.size() != 4) throw py::value_error(what + ": expected 4 numbers, w x y z");
   const double w = array.at(0), x = array.at(1), y = array.at(2), z = array.at(3);
-  const double length = std::hypot(std::hypot(w, x), std::hypot(y, z));  // as the server's decoder does
-  if (!(std::abs(length - 1) <= protocol::kQuaternionTolerance))
+  const double length = protocol::quaternion_length(w, x, y, z);
+  if (!protocol::is_unit_length(length))
     throw py::value_error(what + ": expected a unit quaternion, its length is " + std::to_string(length));
   return {w / length, x / length, y / length, z / length};
 }

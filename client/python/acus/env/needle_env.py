@@ -36,12 +36,12 @@ class NeedleEnv(Env):
 
     def reset(self, *, seed=None, options=None):
         self._open()
-        super().reset(seed=seed)
         options = dict(options or {})
         known = ("parameters", *self.task.options)
         if unknown := [name for name in options if name not in known]:
             raise ValueError(f"options: expected {' or '.join(known)}, found '{unknown[0]}'")
         self.task.check(options)
+        super().reset(seed=seed)
         parameters = {**draw(self.ranges, self.np_random), **options.pop("parameters", {})}
         if parameters == self.parameters:
             self.world.begin()
