@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace acus::haptics {
@@ -22,6 +23,11 @@ void validate(const AxisProperties& axis, const std::string& name) {
   require(axis.largest_force >= 0, name + ".largest_force", ">= 0", axis.largest_force);
 }
 
+// 2 c/D.
+double encoder_bound(const AxisProperties& axis) {
+  return axis.resolution > 0 ? 2 * axis.friction / axis.resolution : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 void validate(const DeviceProperties& properties) {
@@ -38,15 +44,20 @@ double passive_stiffness(double damping, double sample_time, double delay) {
 double felt_stiffness(const AxisProperties& axis, double sample_time, double delay) {
   if (axis.largest_force == 0) return 0;
   const double turn = std::numbers::pi / (4 * sample_time);
-  double bound = std::min(passive_stiffness(axis.damping, sample_time, delay), axis.mass * turn * turn);
-  if (axis.resolution > 0) bound = std::min(bound, 2 * axis.friction / axis.resolution);
-  return kShare * bound;
+  const double bound = std::min(passive_stiffness(axis.damping, sample_time, delay), axis.mass * turn * turn);
+  return kShare * std::min(bound, encoder_bound(axis));
+}
+
+double coupling_spring(const AxisProperties& axis, double felt_stiffness) {
+  return std::clamp(kShare * encoder_bound(axis), felt_stiffness, kCoupling * felt_stiffness);
 }
 
 Coupling coupling_of(const DeviceProperties& properties) {
   const double sample_time = 1 / properties.rate;
-  return {felt_stiffness(properties.translation, sample_time, properties.delay),
-          felt_stiffness(properties.rotation, sample_time, properties.delay)};
+  const double translation = felt_stiffness(properties.translation, sample_time, properties.delay);
+  const double rotation = felt_stiffness(properties.rotation, sample_time, properties.delay);
+  return {translation, rotation, coupling_spring(properties.translation, translation),
+          coupling_spring(properties.rotation, rotation)};
 }
 
 }  // namespace acus::haptics

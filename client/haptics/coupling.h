@@ -19,7 +19,9 @@
 //
 // and the virtual coupling between device and needle is a spring of kCoupling k_felt: in series with a tissue of
 // stiffness k it is felt as 2 k k_felt/(k + 2 k_felt), at least two thirds of the smaller of k and k_felt. What the
-// series would exceed k_felt by, for k > 2 k_felt, the passivity controller holds back (passivity.h).
+// series would exceed k_felt by, for k > 2 k_felt, the passivity controller holds back (passivity.h). The coupling is
+// no stiffer than kShare 2 c/D, at least k_felt: a step of the encoder moves it by D, and friction has to hold the
+// handle against what that changes.
 //
 // d is the delay within the device's own loop alone. That of the network does not enter: the local model answers at
 // once (local_response.h), and what it gets wrong the passivity controller finds.
@@ -59,10 +61,15 @@ double passive_stiffness(double damping, double sample_time, double delay);
 // k_felt of an axis; 0 for one that renders no force.
 double felt_stiffness(const AxisProperties& axis, double sample_time, double delay);
 
+// Of the virtual coupling of such an axis.
+double coupling_spring(const AxisProperties& axis, double felt_stiffness);
+
 // What the rule gives for a device.
 struct Coupling {
-  double translation = 0;  // k_felt, N/m
-  double rotation = 0;     // k_felt, N m/rad
+  double translation = 0;         // k_felt, N/m
+  double rotation = 0;            // k_felt, N m/rad
+  double translation_spring = 0;  // N/m, of the virtual coupling
+  double rotation_spring = 0;     // N m/rad
 };
 Coupling coupling_of(const DeviceProperties& properties);
 

@@ -12,10 +12,19 @@ namespace acus::haptics {
 namespace {
 
 constexpr double kSettling = 2;  // ticks, tau
+// A tissue that no message has shown to stick was too stiff to be seen between two messages: it sticks with so many
+// times the coupling. Taken too soft, it would throw the needle back whenever it turns.
+constexpr double kUnseen = 100;
+constexpr double kSpeedTime = 2e-3;  // s, in which a speed is known: encoders have steps
 
 void require_positive(double value, const char* field) {
   if (value > 0 && std::isfinite(value)) return;
   throw std::invalid_argument(std::string(field) + ": expected > 0, found " + std::to_string(value));
+}
+
+void require_not_negative(double value, const char* field) {
+  if (value >= 0 && std::isfinite(value)) return;
+  throw std::invalid_argument(std::string(field) + ": expected >= 0, found " + std::to_string(value));
 }
 
 DeviceProperties checked(const DeviceProperties& properties) {
@@ -30,6 +39,22 @@ int delay_in_samples(const DeviceProperties& properties) {
                               " samples, found " + std::to_string(samples));
 }
 
+// P K P with P = 1 - e e', e the direction of a way along `axis`: neither does such a way change any force, nor does
+// any other way change the force along it.
+Matrix6 without_axis(const Matrix6& stiffness, const Vector3& axis) {
+  Matrix6 projector;
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) projector(i, j) = (i == j ? 1 : 0) - (i < 3 && j < 3 ? axis[i] * axis[j] : 0);
+  Matrix6 half, whole;
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j)
+      for (int k = 0; k < 6; ++k) half(i, j) += projector(i, k) * stiffness(k, j);
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j)
+      for (int k = 0; k < 6; ++k) whole(i, j) += half(i, k) * projector(k, j);
+  return whole;
+}
+
 }  // namespace
 
 void validate(const KitOptions& options) {
@@ -37,7 +62,11 @@ void validate(const KitOptions& options) {
   require_positive(options.workspace.force_scale, "workspace.force_scale");
   require_positive(options.stale_after, "stale_after");
   require_positive(options.force_growth, "force_growth");
-  if (!(options.ramp >= 0)) throw std::invalid_argument("ramp: expected >= 0, found " + std::to_string(options.ramp));
+  require_positive(options.fast, "fast");
+  require_not_negative(options.fast_force, "fast_force");
+  require_positive(options.transient.length, "transient.length");
+  require_not_negative(options.transient.height, "transient.height");
+  require_not_negative(options.ramp, "ramp");
 }
 
 Kit::Kit(const DeviceProperties& properties, const KitOptions& options)
@@ -46,8 +75,14 @@ Kit::Kit(const DeviceProperties& properties, const KitOptions& options)
       coupling_(coupling_of(properties)),
       registration_(options.workspace),
       passivity_(coupling_, delay_in_samples(properties)),
-      ramp_(options.ramp) {
+      ramp_(options.ramp),
+      transient_(options.transient) {
   validate(options);
+  const double least = Transient::kLeastSamples / properties.rate;
+  if (options.transient.height > 0 && options.transient.length < least)
+    throw std::invalid_argument("transient.length: expected at least " + std::to_string(least) + " s, " +
+                                std::to_string(Transient::kLeastSamples) + " samples of the device, found " +
+                                std::to_string(options.transient.length));
 }
 
 void Kit::begin(const Pose& device, const Pose& base) {
@@ -58,6 +93,7 @@ void Kit::begin(const Pose& device, const Pose& base) {
   behind_ = {};
   newly_taken_ = false;
   age_ = 1e9;
+  speed_ = 0;
   epoch_ = tick_ = 0;
   moving_.forget();
   contact_.reset();
@@ -78,13 +114,14 @@ void Kit::take(const LocalModel& model) {
   age_ = 0;
   // Springs at the device, seen from the needle; an axis without force still needs one to lead the proxy.
   const Workspace& workspace = registration_.workspace();
-  const auto spring = [](double felt, double scales) { return kCoupling * (felt > 0 ? felt : 1e3) / scales; };
-  const double translation = spring(coupling_.translation, workspace.force_scale * workspace.scale);
-  const double rotation = spring(coupling_.rotation, registration_.torque_scale());
+  const auto spring = [](double coupling, double scales) { return (coupling > 0 ? coupling : 2e3) / scales; };
+  const double translation = spring(coupling_.translation_spring, workspace.force_scale * workspace.scale);
+  const double rotation = spring(coupling_.rotation_spring, registration_.torque_scale());
   const LocalModel known = with_contact(model);
   if (!newly_taken_) previous_ = response_;
   newly_taken_ = true;
-  response_ = LocalResponse(known, translation, rotation, sticking_ > 0 ? sticking_ : translation, moving_.value());
+  const double sticking = sticking_ > 0 ? sticking_ : kUnseen * translation;
+  response_ = LocalResponse(known, translation, rotation, sticking, moving_.value());
   // The command in use may not have been reached yet.
   const std::uint64_t oldest = seq_ < kKept ? 1 : seq_ - kKept + 1;
   for (std::uint64_t seq = std::max(model.seq, oldest); seq <= seq_; ++seq) response_.pass(sent_[seq % kKept]);
@@ -130,8 +167,7 @@ LocalModel Kit::learnt(const LocalModel& model) {
     sticking_ = stiffness;
     return learnt;
   }
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) learnt.stiffness(i, j) += stiffness * axis[i] * axis[j];
+  learnt.stiffness = without_axis(model.stiffness, axis);
   return learnt;
 }
 
@@ -157,19 +193,41 @@ bool Kit::parted(const Sample& sample) {
   return clutched_;
 }
 
+void Kit::observe(const Pose& device) {
+  const Vector6 moved = displacement(device_before_, device);
+  passivity_.observe(moved);
+  const double sample_time = 1 / properties_.rate, share = 1 - std::exp(-sample_time / kSpeedTime);
+  speed_ += share * (norm(wrench_of(moved).force) / sample_time - speed_);
+  device_before_ = device;
+}
+
 Wrench Kit::within_limits(Wrench wanted) {
   const double growth = options_.force_growth / properties_.rate;
   const double strongest = properties_.translation.largest_force, twist = properties_.rotation.largest_force;
-  wanted.force = limited_growth(before_.force, limited(wanted.force, strongest), growth);
+  const double most = speed_ > options_.fast ? std::min(options_.fast_force, strongest) : strongest;
+  wanted.force = limited_growth(before_.force, limited(wanted.force, most), growth);
   wanted.torque =
       limited_growth(before_.torque, limited(wanted.torque, twist), strongest > 0 ? growth * twist / strongest : twist);
   return wanted;
 }
 
+// N, device frame.
+Vector3 Kit::transient(double sample_time) {
+  const Quaternion& world_from_device = registration_.workspace().world_from_device;
+  const Vector3 ahead = world_from_device.conjugate() * (base_before_.orientation * Vector3{{1, 0, 0}});
+  return transient_.step(sample_time) * ahead;
+}
+
+// J, that a transient costs on top of this wrench, if one may come.
+double Kit::kept_for_transient(const Wrench& rendered) const {
+  const double height = transient_.height();
+  if (!(height > 0 && coupling_.translation > 0)) return 0;
+  return (2 * norm(rendered.force) + height) * height / (2 * coupling_.translation);
+}
+
 Kit::Answer Kit::step(const Sample& sample) {
   const double sample_time = 1 / properties_.rate;
-  passivity_.observe(displacement(device_before_, sample.device));
-  device_before_ = sample.device;
+  observe(sample.device);
   const bool apart = parted(sample);
   age_ += sample_time;
   const double factor = ramp_.step(!apart && !stale() && !model_stale_, sample_time);
@@ -181,10 +239,11 @@ Kit::Answer Kit::step(const Sample& sample) {
   result.base = base_before_;
   result.seq = seq_;
   result.wanted = registration_.at_device(answer.felt);
+  result.wanted.force += transient(sample_time);
   const Wrench ramped{factor * result.wanted.force, factor * result.wanted.torque};
   const double power_scale = registration_.workspace().force_scale / registration_.workspace().scale;
   const Wrench felt{factor * answer.felt.force, factor * answer.felt.torque};
-  const double stored = power_scale * response_.stored(felt, moving_.softest());
+  const double stored = power_scale * response_.stored(felt, moving_.softest()) + kept_for_transient(ramped);
   result.on_hand = before_ = passivity_.control(within_limits(ramped), stored);
   return result;
 }

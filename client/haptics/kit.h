@@ -5,12 +5,13 @@
 //   kit.begin(device_pose, base_pose);      // both stand for each other from now on
 //   every sample:
 //     if (a message came) kit.take(model);
+//     if (an event came that is felt) kit.begin_transient();
 //     const Kit::Answer answer = kit.step({device_pose, clutch});
 //     device.write(answer.on_hand);  send(answer.base);
 //
-// A needle that presses on a stiff surface is thrown off it now and then, by its own inertia. A message of such a tick, in
-// the air just behind the surface, does not open the way: the surface of the last message with contact stays ahead until the
-// needle is seen in the air beyond it, or elsewhere.
+// A needle that presses on a stiff surface is thrown off it now and then, by its own inertia. A message of such a tick,
+// in the air just behind the surface, does not open the way: the surface of the last message with contact stays ahead
+// until the needle is seen in the air beyond it, or elsewhere.
 //
 // A sample goes through: registration, the local model's answer through the virtual coupling, the ramp of what is stale
 // or parted, limits, the passivity controller. Only the last can make the device safe, so it comes last; all before it
@@ -38,6 +39,7 @@
 #include "client/haptics/passivity.h"
 #include "client/haptics/ramp.h"
 #include "client/haptics/registration.h"
+#include "client/haptics/transient.h"
 
 namespace acus::haptics {
 
@@ -46,6 +48,9 @@ struct KitOptions {
   double stale_after = 0.1;    // s, > 0, without a message, after which nothing more is felt,
   double ramp = 0.05;          // s, >= 0, in which the force ends, and comes back
   double force_growth = 2000;  // N/s, > 0, at most; torques in proportion to their limit
+  TransientShape transient;    // at punctures, releases and crossings
+  double fast = 0.5;           // m/s, > 0, of the device: while it moves faster
+  double fast_force = 3;       // N, >= 0, is the most that is felt, as of a hand that runs into bone
 };
 
 // Throws std::invalid_argument, which names the field.
@@ -62,6 +67,10 @@ class Kit {
   // The newest model. One of a tick that is older than the last is left out.
   void take(const LocalModel& model);
 
+  // The needle has gone through a surface or left it: the transient of the options begins. It is paid for like every
+  // force, from an account that keeps as much for it.
+  void begin_transient() { transient_.begin(); }
+
   struct Sample {
     Pose device;          // device frame
     bool clutch = false;  // pressed: the needle rests, the device moves freely
@@ -76,10 +85,14 @@ class Kit {
 
   const Coupling& coupling() const { return coupling_; }
   const Passivity& passivity() const { return passivity_; }
+  Wrench at_device(const Wrench& at_base) const { return registration_.at_device(at_base); }
   bool stale() const { return age_ > options_.stale_after; }
 
  private:
+  void observe(const Pose& device);
   Wrench within_limits(Wrench wanted);
+  Vector3 transient(double sample_time);
+  double kept_for_transient(const Wrench& rendered) const;
   bool parted(const Sample& sample);
   LocalModel learnt(const LocalModel& model);
   bool left_contact(const LocalModel& model) const;
@@ -96,6 +109,7 @@ class Kit {
   MovingStiffness moving_;
   std::optional<LocalModel> contact_;  // newest on a surface, until one shows that this has gone
   Ramp ramp_;
+  Transient transient_;
   Pose device_before_, base_before_;
   Vector6 behind_;            // e: what the needle is still behind response_, m and rad
   bool newly_taken_ = false;  // a model came since the last sample, previous_ is the one before
@@ -104,6 +118,7 @@ class Kit {
   Wrench before_;             // rendered
   std::uint64_t epoch_ = 0, tick_ = 0;
   double age_ = 1e9;     // s since the last model came
+  double speed_ = 0;     // m/s, of the device, smoothed
   double sticking_ = 0;  // N/m, axial stiffness of the last tick that had one
   static constexpr int kKept = 512;
   std::array<Pose, kKept> sent_{};  // the newest commands, round, by their number

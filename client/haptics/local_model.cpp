@@ -18,10 +18,13 @@ void LocalModel::put_limits(double forward_yield, double backward_yield, bool cu
   const double resistance = -dot(base.orientation * Vector3{{1, 0, 0}}, felt.force);
   const auto way = [held](double force) { return held > 0 ? std::clamp(force / held, 0.0, 1.0) : 1; };
   forward = backward = 1;
+  forward_change = backward_change = 0;
   forward_limit = backward_limit = Limit::none;
   if (!(forward_yield > 0)) return;
-  forward = way(forward_yield - resistance);
-  backward = way(backward_yield + resistance);
+  forward_change = std::max(forward_yield - resistance, 0.0);
+  backward_change = std::max(backward_yield + resistance, 0.0);
+  forward = way(forward_change);
+  backward = way(backward_change);
   if (backward_yield > 0) {
     forward_limit = cuts ? Limit::cutting : Limit::slip;
     backward_limit = Limit::slip;

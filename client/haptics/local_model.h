@@ -32,6 +32,8 @@ struct LocalModel {
   // does not grow beyond.
   double forward = 1, backward = 1;
   Limit forward_limit = Limit::none, backward_limit = Limit::none;
+  // And how much the force along x changes on that way (N, >= 0); 0: not known.
+  double forward_change = 0, backward_change = 0;
   Wrench in_air;  // N, N m about the base: what is felt beyond a backward limit of contact, as of the needle's weight
 
   // Nothing touches the needle.

@@ -80,13 +80,14 @@ void LocalResponse::take_off(double moving) {
   }
 }
 
-// The needle slides: no further way ahead, a spring back to where nothing is felt. Adding to the diagonal keeps A
-// positive semidefinite.
+// The needle slides: no further way ahead, a spring back to where it slides the other way, or if that is not known to
+// where nothing is felt. Adding to the diagonal keeps A positive semidefinite.
 void LocalResponse::let_stick(double sticking) {
   resisting_(0, 0) += sticking;
-  const double back = std::abs(force_[0]) / resisting_(0, 0);
-  model_.forward = force_[0] < 0 ? 0 : back;
-  model_.backward = force_[0] < 0 ? back : 0;
+  const bool ahead = force_[0] < 0;
+  const double change = std::max(std::abs(force_[0]), ahead ? model_.backward_change : model_.forward_change);
+  model_.forward = ahead ? 0 : change / resisting_(0, 0);
+  model_.backward = ahead ? change / resisting_(0, 0) : 0;
   model_.forward_limit = model_.backward_limit = Limit::slip;
 }
 

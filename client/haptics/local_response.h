@@ -11,11 +11,12 @@
 // Along it what A sees, q - a e, ends at -backward and +forward, and the force stays as it is beyond. Where the limit
 // is one that yields (slip, cutting, puncture), the proxy that goes beyond takes the spring's place of rest, a, along:
 // when it turns back, the force falls at once, as friction's does. `pass` does the same for places that the proxy was
-// sent to and that the model does not know of yet. A limit of contact leaves a where it is, and beyond it nothing but the
-// needle's weight is felt and the proxy is where the device is.
+// sent to and that the model does not know of yet. A limit of contact leaves a where it is, and beyond it nothing but
+// the needle's weight is felt and the proxy is where the device is.
 //
 // A tick in which the needle slides has no stiffness along its axis: nothing tells how it will stick when it turns
-// back. The stiffness of the last tick that had one is taken then, with no way to go in the direction of sliding.
+// back. The stiffness of the last tick that had one is taken then, with no way to go in the direction of sliding, and
+// back as far as the laws bear the other way.
 //
 // Where the base's way adds to its force, A has less axial stiffness, by what moving_stiffness.h finds that only a
 // tick's haste gives it. Where the force falls A is the tick's own, until nothing is felt any more: the force may fall

@@ -46,6 +46,12 @@ inline LocalModel model_of(const protocol::Haptics& message) {
   return model;
 }
 
+// Whether an event is one that a hand feels: the needle goes through a surface or a border, or leaves it.
+inline bool is_felt(const protocol::Event& event) {
+  return event.kind == protocol::EventKind::puncture || event.kind == protocol::EventKind::crossing ||
+         event.kind == protocol::EventKind::release;
+}
+
 // `now`: s on the caller's clock; models repeat it as `echo`.
 inline protocol::Pose message_of(const std::string& needle, const Kit::Answer& answer, double now) {
   protocol::Pose pose;

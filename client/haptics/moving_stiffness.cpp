@@ -6,6 +6,11 @@
 
 namespace acus::haptics {
 
+void MovingStiffness::learn_softest(double met, bool touches, double force_then, double force_now) {
+  if (touches && met > 0 && met * kDeepest >= force_now) softest_ = softest_ > 0 ? std::min(softest_, met) : met;
+  if (!touches && softest_ > 0 && force_now > force_then) softest_ = std::max(softest_, met);
+}
+
 void MovingStiffness::add(const LocalModel& model, double stiffness, double ahead) {
   newest_ = (newest_ + 1) % kKept;
   count_ = std::min(count_ + 1, kKept);
@@ -15,7 +20,7 @@ void MovingStiffness::add(const LocalModel& model, double stiffness, double ahea
   if (free) free_ = stiffness;
   if (free && (value_ == 0 || free_ticks_ > kTicks)) value_ = stiffness;
   const bool touches = model.backward_limit == Limit::contact;
-  if (!touches) softest_ = 0;
+  if (free_ticks_ > kTicks) softest_ = 0;
   const Vector3 axis = model.base.orientation * Vector3{{1, 0, 0}};
   double told = 0;  // N, by the stiffness of the ticks on the way
   for (int i = 1; i < count_ && !free; ++i) {
@@ -27,8 +32,7 @@ void MovingStiffness::add(const LocalModel& model, double stiffness, double ahea
     if (std::abs(way) < kShortest) continue;
     const double met = std::max(dot(axis, then.force - model.felt.force) / way, 0.0);
     value_ = std::max(told / way - met, 0.0);
-    if (touches && met > 0 && met * kDeepest >= norm(model.felt.force))
-      softest_ = softest_ > 0 ? std::min(softest_, met) : met;
+    learn_softest(met, touches, norm(then.force), norm(model.felt.force));
     if (i >= kTicks && std::abs(way) >= std::abs(ahead)) return;
   }
 }

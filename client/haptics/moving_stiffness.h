@@ -31,8 +31,9 @@ class MovingStiffness {
   // Whether a tick of this stiffness is held by nothing but its own inertia, as in free air: if it bears a force it
   // slides.
   bool slides(double stiffness) const { return stiffness <= 1.05 * free_; }
-  // The least stiffness that a way has met since the tip touches the surface, N/m; 0 if none yet, or once it is inside:
-  // there a way slides as well. What would be deflected deeper than kDeepest is no spring.
+  // The least stiffness that a way has met while the tip touched the surface, N/m; 0 if none yet, and in air. Once the
+  // tip is inside, where a way slides as well, only ways on which the force grew count, if they met more: a stiffer
+  // tissue. What would be deflected deeper than kDeepest is no spring.
   double softest() const { return softest_; }
   void forget() { count_ = free_ticks_ = 0, value_ = free_ = softest_ = 0; }
 
@@ -48,6 +49,8 @@ class MovingStiffness {
     bool free = true;  // no law held the needle
   };
   static constexpr int kKept = 256;
+
+  void learn_softest(double met, bool touches, double force_then, double force_now);
 
   std::array<Past, kKept> past_{};  // round
   int newest_ = 0, count_ = 0;

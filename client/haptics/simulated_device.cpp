@@ -22,10 +22,14 @@ SimulatedDevice::SimulatedDevice(const SimulatedHandleProperties& properties, do
 
 DeviceProperties SimulatedDevice::open() {
   began_ = clock_();
+  return told_of(properties_, rate_);
+}
+
+DeviceProperties told_of(const SimulatedHandleProperties& handle, double rate) {
   DeviceProperties properties;
-  properties.translation = properties_.axis;
-  properties.rate = rate_;
-  properties.delay = properties_.delay.delay + properties_.delay.jitter;
+  properties.translation = handle.axis;
+  properties.rate = rate;
+  properties.delay = handle.delay.delay + handle.delay.jitter;
   return properties;
 }
 

@@ -22,6 +22,9 @@ struct Meant {
 };
 Meant meant_at(const HandMotion& motion, double time);
 
+// What such a handle, as a device of this rate (Hz), tells of itself.
+DeviceProperties told_of(const SimulatedHandleProperties& handle, double rate);
+
 class SimulatedDevice : public Device {
  public:
   // `clock` tells s, and never goes back; the handle is simulated up to it at every reading.

@@ -53,6 +53,18 @@ TEST_CASE("the rule takes the smallest of its bounds") {
   CHECK(coupling_of(device).translation == 0);
 }
 
+TEST_CASE("the virtual coupling is twice as stiff as what is felt, but for what friction holds of an encoder's step") {
+  DeviceProperties device;
+  device.rate = 1000;
+  CHECK(coupling_of(device).translation_spring == doctest::Approx(2 * 1800));
+  CHECK(coupling_of(device).rotation_spring == 0);  // renders none
+  device.rate = 4000;
+  CHECK(coupling_of(device).translation == doctest::Approx(7200));
+  CHECK(coupling_of(device).translation_spring == doctest::Approx(0.9 * 2 * 0.05 / 10e-6));
+  device.translation.resolution = 20e-6;
+  CHECK(coupling_of(device).translation_spring == doctest::Approx(coupling_of(device).translation));
+}
+
 TEST_CASE("properties out of range are refused by their name") {
   DeviceProperties device;
   device.translation.damping = 0;

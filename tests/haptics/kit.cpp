@@ -39,11 +39,12 @@ struct Command {
 
 // Device, network and tissue, with time that a test moves on.
 struct Loop {
-  Loop(double rate, double delay, const AnalyticTissue::Properties& properties, const Grip& grip = kGrips[0])
+  Loop(double rate, double delay, const AnalyticTissue::Properties& properties, const Grip& grip = kGrips[0],
+       const KitOptions& options = {})
       : device(with_rate(rate)),
         tissue(properties),
         handle({device.translation, {0, 0, 1}, grip.hand}),
-        kit(device),
+        kit(device, options),
         up({delay / 2, 0, 1}),
         down({delay / 2, 0, 1}) {
     kit.begin({}, {});
@@ -144,6 +145,72 @@ TEST_CASE("a puncture is felt as a drop within one sample of the device") {
   }
 }
 
+TEST_CASE("a puncture may have a transient: a period of a sine on top, paid for, and nothing is left of it") {
+  constexpr double kHeight = 0.3, kLength = 0.02;
+  KitOptions options;
+  options.transient = {kHeight, kLength};
+  for (const double rate : {400.0, 1000.0, 4000.0}) {
+    CAPTURE(rate);
+    Loop plain(rate, 0, {300, 1, 0.5, 0.1, 0.01}, kGrips[2]),
+        sharp(rate, 0, {300, 1, 0.5, 0.1, 0.01}, kGrips[2], options);
+    double most = 0, least = 0, sum = 0, left = 0, since = -1;
+    while (since < 0.1) {
+      if (since < 0 && plain.newest.backward_limit == Limit::slip) {
+        sharp.kit.begin_transient();
+        since = 0;
+      }
+      for (Loop* loop : {&plain, &sharp}) {
+        loop->meant += 0.02 / rate;
+        loop->step(loop->meant, 0.02);
+      }
+      const double more = sharp.answer.on_hand.force[0] - plain.answer.on_hand.force[0];
+      if (since < 0) {
+        CHECK(more == 0);  // until an event comes nothing is different
+      } else {
+        most = std::max(most, more), least = std::min(least, more), sum += more / rate;
+        if ((since += 1 / rate) > 0.08) left = std::max(left, std::abs(more));
+      }
+    }
+    CHECK(most == doctest::Approx(kHeight).epsilon(0.15));  // ahead, with the needle
+    CHECK(least == doctest::Approx(-kHeight).epsilon(0.15));
+    CHECK(std::abs(sum) < 0.05 * kHeight * kLength);
+    CHECK(left < 0.01);
+    CHECK(sharp.handle.most_made() < 1e-9);
+  }
+}
+
+TEST_CASE("a hand that runs into bone feels no more than fast_force until it is slower than fast") {
+  for (const double rate : {400.0, 1000.0, 4000.0}) {
+    CAPTURE(rate);
+    Loop loop(rate, 5e-3, {1e6, 1e9, 0.5, 0.3, 0.05}, kGrips[2]);
+    double most = 0, slow = 0;
+    for (int i = 0; i < 0.4 * rate; ++i) {
+      const bool stops = loop.meant > 0.08;
+      if (!stops) loop.meant += 1.5 / rate;
+      loop.step(loop.meant, stops ? 0 : 1.5);
+      const double speed = norm(loop.handle.velocity());
+      double& felt = speed > 0.6 ? most : slow;
+      felt = std::max(felt, norm(loop.answer.on_hand.force));
+    }
+    CHECK(most <= 3 + 1e-12);
+    CHECK(most > 1);
+    CHECK(slow > 5);  // then it is bone
+    CHECK(loop.handle.most_made() < 1e-9);
+  }
+}
+
+TEST_CASE("a transient never gives what the hand has not paid") {
+  KitOptions options;
+  options.transient = {5, 0.02};
+  Loop loop(1000, 0, {300, 1, 0.5, 0.1, 1}, kGrips[0], options);  // in air
+  for (int i = 0; i < 50; ++i) {
+    loop.kit.begin_transient();
+    loop.go(loop.meant + (i % 2 == 0 ? 1e-3 : -1e-3), 0.05, 0.02);
+    CHECK(loop.kit.passivity().account() >= 0);
+  }
+  CHECK(loop.handle.most_made() < 1e-9);
+}
+
 TEST_CASE("a needle stuck in friction does not swing, with or without delay") {
   for (const double delay : {0.0, 20e-3})
     for (const double stiffness : {100.0, 300.0, 2000.0, 1e5}) {
@@ -154,6 +221,73 @@ TEST_CASE("a needle stuck in friction does not swing, with or without delay") {
       CHECK(loop.swing() < 0.05);
       CHECK(loop.handle.most_made() < 1e-9);
     }
+}
+
+// A needle in a tissue so stiff that it sticks within a micrometre and slides beyond: a tick at the border tells no
+// stiffness but the needle's inertia.
+struct StiffFriction {
+  static constexpr double h = 1e-3, stiffness = 3e5, inertia = 1000;  // s, N/m, N/m
+  static constexpr double ahead = 0.7, back = 0.2;                    // N, that it bears
+
+  LocalModel step(double x, std::uint64_t seq) {
+    const bool inside = x > 0;
+    const double before = anchor;
+    if (inside) anchor = std::clamp(anchor, x - ahead / stiffness, x + back / stiffness);
+    const double force = inside ? stiffness * (x - anchor) : 0;
+    const bool at_limit = anchor != before || force > ahead - 1e-6 || force < -back + 1e-6;
+    LocalModel model;
+    model.tick = ++tick;
+    model.time = h * static_cast<double>(tick);
+    model.seq = seq;
+    model.base.position[0] = x;
+    model.felt.force[0] = -force;
+    model.stiffness(0, 0) = -inertia - (inside && !at_limit ? stiffness : 0);
+    model.put_limits(inside ? ahead : 0, inside ? back : 0, true);
+    return model;
+  }
+
+  double anchor = 0;  // m
+  std::uint64_t tick = 0;
+};
+
+TEST_CASE("in a tissue too stiff to be seen between two messages, a needle under a still device comes to rest") {
+  for (const double rate : {100.0, 400.0, 1000.0}) {
+    CAPTURE(rate);
+    Kit kit(Loop::with_rate(rate));
+    kit.begin({}, {{{-1e-3, 0, 0}}, {}});
+    StiffFriction tissue;
+    Kit::Answer answer;
+    answer.base.position[0] = -1e-3;
+    double least = 1, most = -1, next_tick = 0;
+    for (double now = 0; now < 2; now += 1 / rate) {
+      for (; next_tick <= now + 1e-9; next_tick += StiffFriction::h)
+        kit.take(tissue.step(answer.base.position[0], answer.seq));
+      answer = kit.step({{{{std::min(0.05 * now, 5e-3), 0, 0}}, {}}, false});
+      if (now < 1.5) continue;
+      least = std::min(least, answer.base.position[0]);
+      most = std::max(most, answer.base.position[0]);
+    }
+    CHECK(most > 2e-3);
+    CHECK(most - least < 5e-6);
+  }
+}
+
+TEST_CASE("a needle that slides has no stiffness along it, also where its ways and turns are coupled") {
+  Kit kit(Loop::with_rate(1000));
+  kit.begin({}, {});
+  LocalModel model;  // in air
+  model.tick = 1;
+  model.stiffness(0, 0) = -900;
+  kit.take(model);
+  model.tick = 2;  // sliding back
+  model.felt.force[0] = 0.2;
+  model.stiffness(0, 4) = model.stiffness(4, 0) = -200;
+  model.stiffness(4, 4) = -1;
+  model.put_limits(0.2, 0.2, false);
+  kit.take(model);
+  double wanted = 0;
+  for (int i = 1; i <= 100; ++i) wanted = kit.step({{{{i * 1e-6, 0, 0}}, {}}, false}).wanted.force[0];
+  CHECK(wanted == doctest::Approx(-0.2));  // it has stuck, and slides ahead
 }
 
 // A viscous surface under a needle of mass m, whose base goes where it is told at every tick, and what a tick tells:
@@ -191,7 +325,7 @@ TEST_CASE("a needle that a still device holds against a viscous surface comes to
       ViscousSurface surface;
       DelayLine<LocalModel> link({1e-3 * delay, 0, 1});
       constexpr double kAt = 0.5e-3, kSeconds = 2;  // m beyond the surface
-      const double spring = kCoupling * kit.coupling().translation;
+      const double spring = kit.coupling().translation_spring;
       const double rest = kAt * spring / (spring + ViscousSurface::stiffness);
       Kit::Answer answer;
       double least = 1, most = -1, next_tick = 0;
@@ -308,6 +442,14 @@ TEST_CASE("options out of range are refused by their name") {
   KitOptions options;
   options.workspace.scale = 0;
   CHECK_THROWS_WITH_AS(Kit({}, options), "workspace.scale: expected > 0, found 0.000000", std::invalid_argument);
+  options = {};
+  options.transient = {0.3, 0.02};
+  CHECK_THROWS_WITH_AS(Kit(Loop::with_rate(100), options),
+                       "transient.length: expected at least 0.040000 s, 4 samples of the device, found 0.020000",
+                       std::invalid_argument);
+  CHECK_NOTHROW(Kit(Loop::with_rate(200), options));
+  options.transient = {-1, 0.02};
+  CHECK_THROWS_AS(Kit({}, options), std::invalid_argument);
   DeviceProperties late;
   late.delay = 0.9;
   CHECK_THROWS_AS(Kit(late, {}), std::invalid_argument);

@@ -91,6 +91,17 @@ TEST_CASE("a needle that slides resists on, and lets go when it turns back") {
   CHECK(std::abs(felt(response, 0)) < 1e-12);
 }
 
+TEST_CASE("a needle that slides and turns back sticks until it slides the other way") {
+  LocalModel model = pressed(0, 0.4);
+  model.forward_limit = model.backward_limit = Limit::slip;
+  model.backward_change = 0.6;
+  LocalResponse response(model, kCouplingSpring, kTwistSpring, kSticking);
+  CHECK(felt(response, 5e-3) == doctest::Approx(-0.4));
+  CHECK(felt(response, 4.5e-3) == doctest::Approx(-0.4 + 0.5e-3 / (1 / kSticking + 1 / kCouplingSpring)));
+  CHECK(felt(response, 0) == doctest::Approx(0.2));
+  CHECK(felt(response, -5e-3) == doctest::Approx(0.2));
+}
+
 TEST_CASE("a needle that nothing touches is felt with its weight alone") {
   LocalResponse response(pressed(0, 0.4), kCouplingSpring, kTwistSpring, kSticking);
   CHECK(felt(response, 5e-3) == doctest::Approx(-0.4));

@@ -2,14 +2,22 @@
 // acus-haptic: a haptic device, or a simulated one, on a needle of an acus-server.
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <iostream>
+#include <memory>
 #include <optional>
 #include <string>
+#include <thread>
+#include <utility>
 
 #include "client/haptics/program/haptic_summary.h"
+#include "client/haptics/program/obedient_device.h"
+#include "client/haptics/program/opened.h"
 #include "client/haptics/program/session.h"
+#include "client/haptics/program/verification.h"
 #include "client/link/command_line.h"
 #include "client/replay/log_file.h"
 
@@ -24,6 +32,7 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  acus-haptic --duration 10                                  # a simulated device and hand, a server on this "
     "machine\n"
+    "  acus-haptic --device inverse3 --verify                     # axes, signs, unit, rate and force of the device\n"
     "  acus-haptic --device gamepad ipc:///run/acus/liver\n"
     "  acus-haptic --grip firm --rate 4000 --record run.csv --summary run.json --duration 20\n"
     "\n"
@@ -33,7 +42,8 @@ constexpr const char* kFooter =
 
 struct Arguments {
   SessionOptions session;
-  std::string server, grip = "relaxed", summary, record;
+  std::string server, grip = "relaxed", axes = "x,y,z", summary, record;
+  bool verify = false;
   client::KeyFiles keys;
   double timeout_s = 10;
 };
@@ -58,6 +68,27 @@ void declare_device(CLI::App& app, Arguments& arguments) {
   app.add_option("--force-scale", arguments.session.kit.workspace.force_scale,
                  "force at the device over force at the needle")
       ->check(client::within(1e-3, 1e3))
+      ->capture_default_str();
+  app.add_option(
+         "--axes", arguments.axes,
+         "of the device: those that point ahead, to the left and up, as in y,-x,z (--axes=-y,x,z where the first "
+         "is negative)")
+      ->capture_default_str();
+  app.add_flag("--verify", arguments.verify,
+               "check the device, without a server: asks for six motions, then pushes the handle gently; status 4 if "
+               "something is wrong");
+  TransientShape& transient = arguments.session.kit.transient;
+  app.add_option("--transient", transient.height, "N, of a short force at punctures, releases and crossings; 0: none")
+      ->check(client::within(0.0, 10.0))
+      ->capture_default_str();
+  app.add_option("--transient-length", transient.length, "s, that it takes")
+      ->check(client::within(1e-3, 0.5))
+      ->capture_default_str();
+  app.add_option("--fast", arguments.session.kit.fast, "m/s, of the device: while it moves faster,")
+      ->check(client::within(1e-3, 100.0))
+      ->capture_default_str();
+  app.add_option("--fast-force", arguments.session.kit.fast_force, "N, is the most that is felt")
+      ->check(client::within(0.0, 1000.0))
       ->capture_default_str();
   app.add_option("--address", device.address, "of Haply's Inverse Service")->capture_default_str();
   app.add_option("--grip", arguments.grip, "of the simulated hand")
@@ -165,16 +196,54 @@ void take_server(Arguments& arguments) {
 
 constexpr const char* kHeader =
     "t_s,device_x_m,device_y_m,device_z_m,base_x_m,base_y_m,base_z_m,wanted_x_N,wanted_y_N,wanted_z_N,force_x_N,force_"
-    "y_N,"
-    "force_z_N,account_J,withheld_J\n";
+    "y_N,force_z_N,server_x_N,server_y_N,server_z_N,account_J,withheld_J\n";
 
 void write(std::ostream& out, const SampleRecord& sample) {
-  char row[400];
-  std::snprintf(row, sizeof row, "%.6f,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n",
-                sample.time, sample.device[0], sample.device[1], sample.device[2], sample.base[0], sample.base[1],
-                sample.base[2], sample.wanted[0], sample.wanted[1], sample.wanted[2], sample.force[0], sample.force[1],
-                sample.force[2], sample.account, sample.withheld);
-  out << row;
+  char number[32];
+  std::snprintf(number, sizeof number, "%.6f", sample.time);
+  out << number;
+  const auto add = [&](double value) {
+    std::snprintf(number, sizeof number, ",%.9g", value);
+    out << number;
+  };
+  for (const Vector3& each :
+       {sample.device.position, sample.base.position, sample.wanted.force, sample.rendered.force, sample.server.force})
+    for (const double coordinate : each.at) add(coordinate);
+  add(sample.account);
+  add(sample.withheld);
+  out << '\n';
+}
+
+// Checks the device in real time, without a server.
+int verify(const Arguments& arguments) {
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  DeviceChoice choice = arguments.session.device;
+  choice.clock = [begin] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+  std::unique_ptr<Device> device;
+  ObedientDevice* obedient = nullptr;
+  if (choice.name == "simulated") {
+    auto made =
+        std::make_unique<ObedientDevice>(choice.simulated, told_of(choice.simulated, choice.rate), choice.clock);
+    obedient = made.get();
+    device = std::move(made);
+  } else {
+    device = make_device(choice);
+  }
+  try {
+    const Opened opened(*device);
+    const DeviceProperties properties = device->open();
+    Verification verification(
+        *device, properties, arguments.session.kit.workspace.world_from_device,
+        {choice.clock,
+         [begin](double until) { std::this_thread::sleep_until(begin + std::chrono::duration<double>(until)); }},
+        std::cout, arguments.session.interrupt);
+    if (obedient) verification.on_request = [obedient](const Vector3& way) { obedient->request(way); };
+    return verification.run() ? kDone : kDevice;
+  } catch (const DeviceError& error) {
+    std::fprintf(stderr, "acus-haptic: %s\n", error.what());
+    return kDevice;
+  }
 }
 
 // Runs and translates how it ended into an exit code; what went wrong goes to stderr.
@@ -203,11 +272,13 @@ int drive(Arguments& arguments) {
   options.timeout = std::chrono::round<client::Timeout>(std::chrono::duration<double>(arguments.timeout_s));
   for (const Grip& grip : kGrips)
     if (arguments.grip == grip.name) options.device.simulated.hand = grip.hand;
+  options.kit.workspace.world_from_device = rotation_of_axes(arguments.axes);
+  options.interrupt = &client::catch_signals();  // a signal ends the session, not the program
+  if (arguments.verify) return verify(arguments);
   options.keys = client::read_keys(arguments.keys);
   std::optional<client::LogFile> summary, record;
   if (!arguments.summary.empty()) summary.emplace(arguments.summary);
   if (!arguments.record.empty()) record.emplace(arguments.record, kHeader);
-  options.interrupt = &client::catch_signals();  // from here on a signal ends the session, not the program
 
   Session session(options);
   if (record) session.on_sample = [&](const SampleRecord& sample) { write(record->out(), sample); };

@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "client/haptics/program/checked_reading.h"
+#include "client/haptics/program/opened.h"
 #include "client/link/priority.h"
 
 namespace acus::haptics {
@@ -23,18 +24,6 @@ bool publishes(const protocol::HelloReply& server, const std::string& topic) {
   return std::any_of(server.topics.begin(), server.topics.end(),
                      [&](const protocol::TopicInfo& info) { return info.name == topic; });
 }
-
-// Closes a device, however the session ends.
-class Opened {
- public:
-  explicit Opened(Device& device) : device_(device) {}
-  ~Opened() { device_.close(); }
-  Opened(const Opened&) = delete;
-  Opened& operator=(const Opened&) = delete;
-
- private:
-  Device& device_;
-};
 
 }  // namespace
 
@@ -70,6 +59,7 @@ void Session::greet() {
 // lockstep no state may be missed.
 void Session::subscribe() {
   states_->subscribe(results_.topic);
+  states_->subscribe(protocol::Event::kType);
   states_->subscribe("stats");
   const auto deadline = Clock::now() + options_.timeout;
   while (Clock::now() < deadline) {
@@ -110,7 +100,13 @@ std::optional<Session::Received> Session::model_of_needle(const protocol::State&
 
 // What the network delivers by now.
 void Session::take(Kit& kit, double now) {
-  while (const auto received = back_.receive(now)) {
+  while (const auto delivered = back_.receive(now)) {
+    if (const auto* event = std::get_if<protocol::Event>(&*delivered)) {
+      if (is_felt(*event)) kit.begin_transient();
+      on_event(now, *event);
+      continue;
+    }
+    const auto* received = std::get_if<Received>(&*delivered);
     const LocalModel& model = received->model;
     ++results_.models;
     if (model.seq > newest_seq_ && model.echo > 0) {
@@ -125,31 +121,38 @@ void Session::take(Kit& kit, double now) {
   }
 }
 
+// A state on its way over the network; whether it is one of this needle's force.
+bool Session::pass_on(const protocol::State& state, double now) {
+  if (const auto* event = std::get_if<protocol::Event>(&state); event && event->needle == results_.needle)
+    back_.send(now, *event);
+  const auto received = model_of_needle(state);
+  if (received) back_.send(now, *received);
+  return received.has_value();
+}
+
 void Session::take_what_came(double now) {
   while (const auto state = states_->receive(client::Timeout(0))) {
     heard_at_ = now;
-    if (const auto received = model_of_needle(*state)) back_.send(now, *received);
+    pass_on(*state, now);
   }
 }
 
-// In lockstep: the ticks until now, and the state of each needle after the last.
+// In lockstep: the ticks until now, each with the poses that have come by its time.
 void Session::make_ticks(double now) {
   const auto due = static_cast<std::uint64_t>(std::floor(now * server_.rate + 1e-6));
-  if (due <= ticks_) return;
-  const protocol::Done done = commands_->step(static_cast<std::uint32_t>(due - ticks_), options_.timeout);
-  ticks_ = due;
-  while (const auto state = states_->receive(options_.timeout)) {
-    const auto received = model_of_needle(*state);
-    if (!received) continue;
-    back_.send(now, *received);
-    if (received->model.tick >= done.tick) return;
-  }
+  while (ticks_ < due) make_tick(static_cast<double>(++ticks_) / server_.rate);
+}
+
+void Session::make_tick(double time) {
+  deliver_poses(time);
+  commands_->step(1, options_.timeout);
+  while (const auto state = states_->receive(options_.timeout))
+    if (pass_on(*state, time)) return;
   throw client::Vanished("the server at " + options_.states + " published no state in time");
 }
 
-void Session::send(const protocol::Pose& pose, double now) {
-  there_.send(now, pose);
-  // A server that does not read for a while misses poses; what is felt ends by itself then.
+// A server that does not read for a while misses poses; what is felt ends by itself then.
+void Session::deliver_poses(double now) {
   while (const auto due = there_.receive(now)) [[maybe_unused]] const bool taken = commands_->send(*due);
 }
 
@@ -170,7 +173,8 @@ void Session::sample(Device& device, Kit& kit, double now) {
   handle_ = reading.pose;
   const Kit::Answer answer = plain_ ? plain_->step(reading.pose) : kit.step({reading.pose, reading.clutch});
   device.write(answer.on_hand);
-  send(message_of(results_.needle, answer, now), now);
+  there_.send(now, message_of(results_.needle, answer, now));
+  deliver_poses(now);
   ++results_.samples;
   if (kit.stale()) ++results_.stale;
   results_.largest_force = std::max(results_.largest_force, norm(answer.on_hand.force));
@@ -179,8 +183,8 @@ void Session::sample(Device& device, Kit& kit, double now) {
   learn_felt(reading.pose.position, answer.on_hand.force);
   if (!kit.stale())
     results_.rest.add(now, reading.pose.position, norm(answer.on_hand.force),
-                      options_.kit.workspace.force_scale * norm(server_wrench_.force));
-  on_sample({now, reading.pose.position, answer.base.position, answer.wanted.force, answer.on_hand.force,
+                      norm(kit.at_device(server_wrench_).force));
+  on_sample({now, reading.pose, answer.base, answer.wanted, answer.on_hand, kit.at_device(server_wrench_),
              kit.passivity().account(), kit.passivity().withheld()});
 }
 
@@ -211,7 +215,7 @@ void Session::connect_network() {
   way.jitter /= 2;
   there_ = DelayLine<protocol::Pose>(way);
   ++way.seed;
-  back_ = DelayLine<Received>(way);
+  back_ = DelayLine<std::variant<Received, protocol::Event>>(way);
 }
 
 void Session::loop(Device& device) {
@@ -248,15 +252,22 @@ void Session::loop(Device& device) {
 }
 
 void Session::run() {
+  run([this](const std::function<double()>& clock) {
+    DeviceChoice choice = options_.device;
+    choice.clock = clock;
+    return make_device(choice);
+  });
+}
+
+void Session::run(const MakeDevice& make) {
   const bool permitted = client::raise_priority();  // before threads start, that pass messages on
   greet();
   results_.punctual = permitted || server_.lockstep;
   if (server_.lockstep) client::lower_priority();
   const auto begin = Clock::now();
-  DeviceChoice choice = options_.device;
   const bool lockstep = server_.lockstep;
-  choice.clock = [this, begin, lockstep] { return lockstep ? simulated_ : seconds_since(begin); };
-  const std::unique_ptr<Device> device = make_device(choice);
+  const std::unique_ptr<Device> device =
+      make([this, begin, lockstep] { return lockstep ? simulated_ : seconds_since(begin); });
   loop(*device);
 }
 

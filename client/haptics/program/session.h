@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "client/haptics/delay_line.h"
@@ -39,10 +40,11 @@ struct SessionOptions {
 // Of one sample.
 struct SampleRecord {
   double time = 0;      // s since the start
-  Vector3 device;       // m
-  Vector3 base;         // m, world, commanded
-  Vector3 wanted;       // N, at the device, before limits and controller
-  Vector3 force;        // N, at the device, rendered
+  Pose device;          // device frame
+  Pose base;            // world, commanded
+  Wrench wanted;        // N, N m, at the device, before limits and controller
+  Wrench rendered;      // likewise
+  Wrench server;        // likewise, newest that came: of a needle that stands still; not limited
   double account = 0;   // J
   double withheld = 0;  // J
 };
@@ -69,11 +71,18 @@ class Session {
  public:
   explicit Session(const SessionOptions& options) : options_(options) {}
 
-  // Runs once. Throws client::ClientError, DeviceError or std::invalid_argument; the device is let go in any case.
+  // Makes the device of a session, which goes by this clock (s).
+  using MakeDevice = std::function<std::unique_ptr<Device>(const std::function<double()>& clock)>;
+
+  // Runs once, with the device that the options choose, or another one. Throws client::ClientError, DeviceError or
+  // std::invalid_argument; the device is let go in any case.
   void run();
+  void run(const MakeDevice& make);
 
   const SessionResults& results() const { return results_; }
   std::function<void(const SampleRecord&)> on_sample = [](const SampleRecord&) {};
+  // An event of the needle that the network has delivered by `now` (s).
+  std::function<void(double now, const protocol::Event&)> on_event = [](double, const protocol::Event&) {};
 
  private:
   const protocol::NeedleInfo& choose_needle(const protocol::HelloReply& hello) const;
@@ -93,7 +102,9 @@ class Session {
   void take(Kit& kit, double now);
   void take_what_came(double now);
   void make_ticks(double now);
-  void send(const protocol::Pose& pose, double now);
+  void make_tick(double time);
+  bool pass_on(const protocol::State& state, double now);
+  void deliver_poses(double now);
   void learn_felt(const Vector3& place, const Vector3& force);
   bool continues(double now) const;
 
@@ -105,7 +116,7 @@ class Session {
   Pose base_;
   ForceModel from_force_;
   DelayLine<protocol::Pose> there_{{}};  // the simulated network
-  DelayLine<Received> back_{{}};
+  DelayLine<std::variant<Received, protocol::Event>> back_{{}};
   std::optional<PlainRendering> plain_;  // instead of the kit
   Wrench server_wrench_;                 // newest that came, on the hand at the base (N, N m, world)
   double simulated_ = 0;                 // s, the clock of a run in lockstep

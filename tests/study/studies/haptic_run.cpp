@@ -2,140 +2,60 @@
 #include "tests/study/studies/haptic_run.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <deque>
+#include <filesystem>
+#include <memory>
 #include <numbers>
 #include <utility>
-#include <vector>
 
-#include "client/haptics/kit.h"
-#include "client/haptics/simulated_handle.h"
-#include "tests/study/studies/local_model_of.h"
+#include "client/haptics/program/session.h"
+#include "server/engine/scene/scene.h"
+#include "server/engine/tick/simulation.h"
+#include "tests/integration/process.h"
+#include "tests/study/studies/haptic_hand.h"
+#include "tests/support/temporary_folder.h"
 
 namespace acus {
 
 namespace {
 
-constexpr double kTick = 1e-3;  // s
-constexpr double kGap = 2e-3;   // m, of the tip from the surface at the start
-constexpr double kStep = haptics::SimulatedHandle::kStep;
+constexpr double kTick = 1e-3;       // s
+constexpr double kGap = 2e-3;        // m, of the tip from the surface at the start
+constexpr double kLongest = 8;       // s, of a run
+constexpr double kPuncture = 50e-3;  // s, around a puncture
 
-// Forces of opening and cutting are those of a soft phantom, less for a tissue that would not bear them within a few
-// millimetres; they do not grow with stiffness, nor does friction.
-double puncture_force(double young_modulus) { return std::min(1.0, young_modulus / 2e4); }
-
-// What the hand does in one run: it presses a tissue that never opens twice, or inserts the needle and pulls it back.
-enum class Task { palpate, insert };
-
-// 343 nodes and a steel needle of 1 mm, held at the bottom.
-Scene studied_scene(double young_modulus, Task task) {
-  Scene scene = parse_scene(R"(acus_scene: 1
+// 343 nodes and a steel needle of 1 mm, held at the bottom; nothing is told of how the base follows its commands.
+std::string studied_scene(double young_modulus, HapticTask task) {
+  const double punctures = task == HapticTask::palpate ? kInfinity : puncture_force(young_modulus);
+  const auto number = [](double value) { return std::isinf(value) ? std::string(".inf") : std::to_string(value); };
+  return R"(acus_scene: 1
+name: haptics
 rate: 1000
 tissue:
   mesh:
     box: {size: [0.1, 0.1, 0.1], cells: [6, 6, 6]}
   regions:
-    - material: {poisson_ratio: 0.45, density: 1000, rayleigh_stiffness: 0.01}
-      interaction: {pressure: 5000, friction_static: 0.69, friction_dynamic: 0.6}
+    - material: {young_modulus: )" +
+         number(young_modulus) + R"(, poisson_ratio: 0.45, density: 1000, rayleigh_stiffness: 0.01}
+      interaction: {pressure: 5000, friction_static: 0.69, friction_dynamic: 0.6, puncture_force: )" +
+         number(punctures) + ", cutting_force: " + number(puncture_force(young_modulus) / 2) + R"(}
   fixed:
     - box: {max: [.inf, .inf, -0.04]}
 needles:
   - length: 0.15
     beams: 15
     base: {position: [0.003, 0.002, 0.202], orientation: [0.7071067811865476, 0, 0.7071067811865476, 0]}
-)",
-                            "haptics");
-  Region& region = scene.tissue.regions[0];
-  region.material.young_modulus = young_modulus;
-  region.interaction.puncture_force = task == Task::palpate ? kInfinity : puncture_force(young_modulus);
-  region.interaction.cutting_force = puncture_force(young_modulus) / 2;
-  return scene;
+)";
 }
-
-// Where the hand means to be: phases, each of which ends when its condition holds.
-class Plan {
- public:
-  enum Phase {
-    approach,
-    press,
-    hold_pressed,
-    press_on,
-    hold_pressed_on,
-    insert,
-    hold_inserted,
-    pull,
-    hold_pulled,
-    done
-  };
-
-  Plan(Task task, double puncture_force) : task_(task), puncture_force_(puncture_force) {}
-
-  // One step later, with the force against the hand and the place of the handle (N, m).
-  void step(double h, double force, double place) {
-    since_ += h;
-    meant_ += h * speed();
-    if (ended(force, place)) {
-      phase_ = next();
-      since_ = 0;
-      began_at_ = meant_;
-    }
-  }
-
-  Phase phase() const { return phase_; }
-  double since() const { return since_; }
-  double meant() const { return meant_; }  // m
-  double speed() const {                   // m/s
-    switch (phase_) {
-      case approach:
-      case insert:
-        return 0.05;
-      case press:
-      case press_on:
-        return 0.02;
-      case pull:
-        return -0.05;
-      default:
-        return 0;
-    }
-  }
-  bool holds() const { return speed() == 0 && phase_ != done; }
-
-  static constexpr double kHold = 0.6;  // s
-
- private:
-  Phase next() const {
-    if (phase_ == approach && task_ == Task::insert) return insert;
-    if (phase_ == hold_pressed_on) return done;
-    return static_cast<Phase>(phase_ + 1);
-  }
-  bool ended(double force, double place) const {
-    switch (phase_) {
-      case approach:
-        return meant_ > kGap - 0.5e-3;
-      case press:
-        return force > 0.2 * puncture_force_ || meant_ > kGap + 0.03;
-      case press_on:
-        return meant_ > began_at_ + 2e-3 && (force > 0.6 * puncture_force_ || meant_ > kGap + 0.06);
-      case insert:
-        return place > kGap + 0.02 || meant_ > kGap + 0.06;
-      case pull:
-        return meant_ < began_at_ - 8e-3;
-      default:
-        return since_ > kHold;
-    }
-  }
-
-  Task task_;
-  double puncture_force_;
-  Phase phase_ = approach;
-  double since_ = 0, meant_ = 0, began_at_ = 0;
-};
 
 // What swings in the second half of a hold: the way of the force from one turn to the next (N), as large as it comes
 // three times at least. A needle that slips once, or creeps, does not swing.
 class SwingMeter {
  public:
   void add(double since, double force) {
-    if (since < Plan::kHold / 2) return;
+    if (since < HandPlan::kHold / 2) return;
     if (count_++ == 0) turn_ = extreme_ = force;
     if ((force - extreme_) * (extreme_ - turn_) >= 0) {
       extreme_ = force;
@@ -171,7 +91,7 @@ struct Mean {
   int count = 0;
 
   void add(double since, double x, double f) {
-    if (since > Plan::kHold / 2) place += x, force += f, ++count;
+    if (since > HandPlan::kHold / 2) place += x, force += f, ++count;
   }
 };
 
@@ -199,148 +119,151 @@ class ChatterMeter {
   int count_ = 0;
 };
 
-haptics::Vector3 plain(const Vector3& v) { return {{v.x(), v.y(), v.z()}}; }
-
-haptics::Pose plain(const Pose& pose) {
-  const Quaternion& q = pose.orientation;
-  return {plain(pose.position), {q.w(), q.x(), q.y(), q.z()}};
-}
-
-Pose of_server(const haptics::Pose& pose) {
-  const auto& [p, q] = pose;
-  return {Vector3(p[0], p[1], p[2]), Quaternion(q.w, q.x, q.y, q.z)};
-}
-
-struct CommandSent {
-  haptics::Pose base;
-  std::uint64_t seq = 0;
-};
-
-// What comes from the server: the local model, the force with the needle's inertia, and whether the needle is inside.
-struct ModelSent {
-  haptics::LocalModel model;
-  haptics::Wrench force;
-  bool inserted = false;
-};
-
-// The server's side of the loop: takes commands, makes ticks, sends what they tell.
-class ServerSide {
+// The acus-server that lies beside this program, in lockstep.
+class LockstepServer {
  public:
-  ServerSide(const HapticSetting& setting, Task task)
-      : simulation_(studied_scene(setting.young_modulus, task)),
-        up_({setting.delay / 2, 0, 1}),
-        down_({setting.delay / 2, 0, 2}),
-        in_use_{start(), 0} {}
+  explicit LockstepServer(const std::string& scene)
+      : process_({std::filesystem::read_symlink("/proc/self/exe").parent_path() / "acus-server",
+                  folder_.write("scene.yaml", scene), "--commands", commands(), "--states", states(), "--lockstep",
+                  "--log-level", "warn"}) {}
 
-  haptics::Pose start() const { return plain(simulation_.scene().needles[0].base); }
-  void send(double now, const CommandSent& command) { up_.send(now, command); }
-  std::optional<ModelSent> receive(double now) { return down_.receive(now); }
-
-  void tick(double now) {
-    while (const auto command = up_.receive(now)) in_use_ = *command;
-    const haptics::LocalModel model = step_with_local_model(simulation_, of_server(in_use_.base), in_use_.seq);
-    const NeedleReport& needle = simulation_.report().needles[0];
-    down_.send(now, {model, {plain(needle.base_force), plain(needle.base_torque)}, needle.phase == Phase::inside});
-  }
+  std::string commands() const { return "ipc://" + (folder_ / "commands"); }
+  std::string states() const { return "ipc://" + (folder_ / "states"); }
 
  private:
-  Simulation simulation_;
-  haptics::DelayLine<CommandSent> up_;
-  haptics::DelayLine<ModelSent> down_;
-  CommandSent in_use_;
+  TemporaryFolder folder_;
+  testing::Process process_;
 };
 
-// The device's side: a sample of it, with the kit or without.
-class DeviceSide {
+// What one task tells, from samples of the session and steps of the device.
+class Meters {
  public:
-  DeviceSide(const HapticSetting& setting, const haptics::Pose& base, HapticOutcome& outcome)
-      : with_kit_(setting.kit),
-        handle_({studied_device(setting.rate).translation, {0, 0, 3}, setting.grip.hand}),
-        kit_(studied_device(setting.rate), options(base)),
-        registration_(options(base).workspace),
-        chatter_(setting.rate),
-        outcome_(outcome) {
-    kit_.begin({}, base);
-    registration_.bring_together({}, base);
-  }
+  Meters(const HapticSetting& setting, HapticOutcome& outcome)
+      : setting_(setting), outcome_(outcome), chatter_(setting.rate) {}
 
-  // The handle's axis is the needle's.
-  static haptics::KitOptions options(const haptics::Pose& base) {
-    haptics::KitOptions options;
-    options.workspace.world_from_device = base.orientation;
-    return options;
-  }
-
-  void sample(double now, const Plan& plan, ServerSide& server) {
-    const double before = force_, before_from_server = from_server();
-    while (const auto sent = server.receive(now)) {
-      kit_.take(sent->model);
-      newest_ = with_kit_ ? sent->model.felt : sent->force;
-      if (sent->inserted && !outcome_.punctured) outcome_.punctured = true, punctured_at_ = now;
+  void step(const PlannedDevice& device) {
+    made_ = device.most_made();
+    const HandPlan& plan = device.plan();
+    if (plan.holds()) {
+      swing_.add(plan.since(), rendered_.force[0]);
+      for (int i = 0; i < 2; ++i) twist_[i].add(plan.since(), rendered_.torque[i]);
+    } else if (held_) {
+      outcome_.swing = std::max(outcome_.swing, swing_.end());
+      for (SwingMeter& each : twist_) outcome_.twist = std::max(outcome_.twist, each.end());
     }
-    const haptics::Pose device{handle_.measured(), {}};
-    const haptics::Kit::Answer answer = kit_.step({device, false});
-    const haptics::Wrench wrench = with_kit_ ? answer.on_hand : registration_.at_device(newest_);
-    handle_.write(wrench.force);
-    force_ = wrench.force[0];
-    server.send(now, {with_kit_ ? answer.base : registration_.base_of(device), answer.seq});
-    const double drop = from_server() - before_from_server;
-    if (outcome_.punctured && now - punctured_at_ < kPuncture && drop > outcome_.server_drop)
-      outcome_.server_drop = drop, outcome_.puncture_drop = force_ - before;
-    measure(now, plan);
+    held_ = plan.holds();
   }
 
-  haptics::SimulatedHandle& handle() { return handle_; }
-  double force() const { return force_; }  // N, along the needle
+  void sample(const haptics::SampleRecord& sample, const PlannedDevice& device) {
+    const double before = -rendered_.force[0], before_at_server = -server_.force[0];
+    rendered_ = sample.rendered;
+    server_ = sample.server;
+    const double force = -rendered_.force[0], at_server = -server_.force[0];
+    outcome_.largest_force = std::max(outcome_.largest_force, std::abs(force));
+    const HandPlan& plan = device.plan();
+    hold(sample, device);
+    const double since = sample.time - punctured_at_;
+    chatter_.add(force, plan.phase() == HandPlan::insert && outcome_.punctured && since > 0.1);
+    if (setting_.turns) return;
+    if (!outcome_.punctured) {
+      newest_.push_back(force);
+      if (static_cast<double>(newest_.size()) > kPuncture * setting_.rate + 1) newest_.pop_front();
+    } else if (since < kPuncture) {
+      outcome_.puncture_rise = std::max(outcome_.puncture_rise, force - outcome_.puncture_felt);
+      if (before_at_server - at_server > outcome_.server_drop)
+        outcome_.server_drop = before_at_server - at_server, outcome_.puncture_drop = before - force;
+    }
+  }
 
-  void finish() {
-    if (pressed_on_.count > 0) outcome_.felt = secant(pressed_, pressed_on_);
+  void event(double now, const protocol::Event& event) {
+    if (event.kind != protocol::EventKind::puncture || outcome_.punctured) return;
+    outcome_.punctured = true;
+    punctured_at_ = now;
+    if (!newest_.empty()) outcome_.puncture_felt = *std::max_element(newest_.begin(), newest_.end());
+  }
+
+  void finish(double withheld) {
+    if (setting_.turns) {
+      outcome_.felt = secant(straight_, tilted_);
+      outcome_.tissue = secant(straight_at_server_, tilted_at_server_);
+      hold_of(tilted_, tilted_wanted_, tilted_at_server_);
+    } else if (pressed_on_.count > 0) {
+      outcome_.felt = secant(pressed_, pressed_on_);
+      hold_of(pressed_on_, pressed_wanted_, pressed_at_server_);
+    }
     outcome_.chatter = std::max(outcome_.chatter, chatter_.level());
-    outcome_.made = std::max(outcome_.made, handle_.most_made());
-    if (with_kit_) outcome_.withheld += kit_.passivity().withheld();
+    outcome_.made = std::max(outcome_.made, made_);
+    outcome_.withheld += withheld;
   }
 
  private:
-  double from_server() const { return registration_.at_device(newest_).force[0]; }
-
-  void measure(double now, const Plan& plan) {
-    outcome_.largest_force = std::max(outcome_.largest_force, std::abs(force_));
-    if (plan.phase() == Plan::hold_pressed) pressed_.add(plan.since(), handle_.position()[0], -force_);
-    if (plan.phase() == Plan::hold_pressed_on) pressed_on_.add(plan.since(), handle_.position()[0], -force_);
-    chatter_.add(force_, plan.phase() == Plan::insert && outcome_.punctured && now - punctured_at_ > 0.1);
+  void hold(const haptics::SampleRecord& sample, const PlannedDevice& device) {
+    const HandPlan& plan = device.plan();
+    const double place = device.pose().position[0], force = -rendered_.force[0];
+    const double turned = haptics::rotation_vector(device.pose().orientation)[1], torque = -rendered_.torque[1];
+    if (first_) start_ = sample.base.orientation, first_ = false;
+    const haptics::Vector3 base =
+        start_.conjugate() * haptics::rotation_vector(sample.base.orientation * start_.conjugate());
+    switch (plan.phase()) {
+      case HandPlan::hold_pressed:
+        return pressed_.add(plan.since(), place, force);
+      case HandPlan::hold_pressed_on:
+        pressed_wanted_.add(plan.since(), place, -sample.wanted.force[0]);
+        pressed_at_server_.add(plan.since(), place, -server_.force[0]);
+        return pressed_on_.add(plan.since(), place, force);
+      case HandPlan::hold_inserted:
+        straight_at_server_.add(plan.since(), base[1], -server_.torque[1]);
+        return straight_.add(plan.since(), turned, torque);
+      case HandPlan::hold_tilted:
+        tilted_wanted_.add(plan.since(), turned, -sample.wanted.torque[1]);
+        tilted_at_server_.add(plan.since(), base[1], -server_.torque[1]);
+        return tilted_.add(plan.since(), turned, torque);
+      default:
+        return;
+    }
   }
 
-  static constexpr double kPuncture = 0.02;  // s, in which the force of a puncture falls
+  void hold_of(const Mean& rendered, const Mean& wanted, const Mean& at_server) {
+    outcome_.held = rendered.force / std::max(rendered.count, 1);
+    outcome_.wanted = wanted.force / std::max(wanted.count, 1);
+    outcome_.at_server = at_server.force / std::max(at_server.count, 1);
+  }
 
-  bool with_kit_;
-  haptics::SimulatedHandle handle_;
-  haptics::Kit kit_;
-  haptics::Registration registration_;
-  haptics::Wrench newest_;  // of the server, as this loop uses it
-  double force_ = 0, punctured_at_ = 0;
-  Mean pressed_, pressed_on_;
-  ChatterMeter chatter_;
+  const HapticSetting& setting_;
   HapticOutcome& outcome_;
+  haptics::Wrench rendered_, server_;
+  haptics::Quaternion start_;
+  bool first_ = true, held_ = false;
+  double punctured_at_ = 0, made_ = 0;
+  std::deque<double> newest_;  // N, rendered
+  Mean pressed_, pressed_on_, pressed_wanted_, pressed_at_server_;
+  Mean straight_, tilted_, tilted_wanted_, straight_at_server_, tilted_at_server_;
+  SwingMeter swing_, twist_[2];
+  ChatterMeter chatter_;
 };
-
-constexpr double kLongest = 8;  // s, of a run
 
 }  // namespace
 
-haptics::DeviceProperties studied_device(double rate) {
+// Forces of opening and cutting are those of a soft phantom, less for a tissue that would not bear them within a few
+// millimetres; they do not grow with stiffness, nor does friction.
+double puncture_force(double young_modulus) { return std::min(1.0, young_modulus / 2e4); }
+
+haptics::DeviceProperties studied_device(const HapticSetting& setting) {
   haptics::DeviceProperties properties;
-  properties.rate = rate;
+  properties.rate = setting.rate;
+  properties.translation.mass = setting.mass;
+  if (setting.turns) properties.rotation.largest_force = 0.3;
   return properties;
 }
 
 double felt_bound(const HapticSetting& setting, double tissue_stiffness) {
-  const double damping = studied_device(setting.rate).translation.damping;
-  return std::min(haptics::passive_stiffness(damping, 1 / setting.rate, setting.delay), tissue_stiffness);
+  const haptics::Coupling coupling = haptics::coupling_of(studied_device(setting));
+  const double allowed = setting.turns ? coupling.rotation : coupling.translation;
+  return std::min(allowed / haptics::kShare, tissue_stiffness);
 }
 
 double pressed_stiffness(double young_modulus) {
-  Scene scene = studied_scene(young_modulus, Task::palpate);
-  scene.needles[0].smoothing = 0;
+  Scene scene = parse_scene(studied_scene(young_modulus, HapticTask::palpate), "haptics");
   Simulation simulation(scene);
   Pose base = scene.needles[0].base;
   const double start = base.position.z(), force = puncture_force(young_modulus);
@@ -353,7 +276,7 @@ double pressed_stiffness(double young_modulus) {
   for (Mean& hold : holds) {
     const double enough = (&hold == holds ? 0.2 : 0.6) * force;
     double since = 0;
-    for (int i = 0; i < 8000 && since < Plan::kHold; ++i) {
+    for (int i = 0; i < 8000 && since < HandPlan::kHold; ++i) {
       base.position.z() = start - way;
       simulation.command(0, {++seq, base, std::nullopt});
       simulation.step();
@@ -371,33 +294,44 @@ double pressed_stiffness(double young_modulus) {
 namespace {
 
 // One task, with what it tells added to the outcome.
-void run_task(const HapticSetting& setting, Task task, HapticOutcome& outcome) {
-  ServerSide server(setting, task);
-  DeviceSide device(setting, server.start(), outcome);
-  Plan plan(task, puncture_force(setting.young_modulus));
-  SwingMeter swing;
-  const long steps_per_tick = std::lround(kTick / kStep);
-  const long steps_per_sample = std::lround(1 / (setting.rate * kStep));
-  for (long i = 0; static_cast<double>(i) * kStep < kLongest && plan.phase() != Plan::done; ++i) {
-    const double now = static_cast<double>(i) * kStep;
-    if (i % steps_per_tick == 0) server.tick(now);
-    if (i % steps_per_sample == 0) device.sample(now, plan, server);
-    device.handle().mean({{plan.meant(), 0, 0}}, {{plan.speed(), 0, 0}});
-    device.handle().advance(kStep);
-    const bool held = plan.holds();
-    if (held) swing.add(plan.since(), device.handle().acting()[0]);
-    plan.step(kStep, -device.force(), device.handle().position()[0]);
-    if (held && !plan.holds()) outcome.swing = std::max(outcome.swing, swing.end());
-  }
-  device.finish();
+void run_task(const HapticSetting& setting, HapticTask task, HapticOutcome& outcome) {
+  const LockstepServer server(studied_scene(setting.young_modulus, task));
+  std::atomic<bool> done = false;
+  haptics::SessionOptions options;
+  options.commands = server.commands();
+  options.states = server.states();
+  options.with_kit = setting.kit;
+  options.network = setting.network;
+  options.duration = kLongest;
+  options.interrupt = &done;
+  haptics::Session session(options);
+  Meters meters(setting, outcome);
+  PlannedDevice* device = nullptr;
+  session.on_sample = [&](const haptics::SampleRecord& sample) {
+    meters.sample(sample, *device);
+    done = device->plan().phase() == HandPlan::done;
+  };
+  session.on_event = [&](double now, const protocol::Event& event) { meters.event(now, event); };
+  session.run([&](const std::function<double()>& clock) {
+    auto planned = std::make_unique<PlannedDevice>(studied_device(setting), setting.grip.hand,
+                                                   HandPlan(task, kGap, puncture_force(setting.young_modulus)), clock);
+    device = planned.get();
+    device->on_step = [&] { meters.step(*device); };
+    return planned;
+  });
+  meters.finish(session.results().withheld);
 }
 
 }  // namespace
 
 HapticOutcome run_haptic(const HapticSetting& setting) {
   HapticOutcome outcome;
-  run_task(setting, Task::palpate, outcome);
-  run_task(setting, Task::insert, outcome);
+  if (setting.turns) {
+    run_task(setting, HapticTask::turn, outcome);
+  } else {
+    run_task(setting, HapticTask::palpate, outcome);
+    run_task(setting, HapticTask::insert, outcome);
+  }
   return outcome;
 }
 
