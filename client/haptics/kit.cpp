@@ -32,13 +32,6 @@ DeviceProperties checked(const DeviceProperties& properties) {
   return properties;
 }
 
-int delay_in_samples(const DeviceProperties& properties) {
-  const double samples = std::ceil(properties.delay * properties.rate - 1e-9);
-  if (samples < Passivity::kMostDelay) return static_cast<int>(samples);
-  throw std::invalid_argument("delay: expected less than " + std::to_string(Passivity::kMostDelay) +
-                              " samples, found " + std::to_string(samples));
-}
-
 // P K P with P = 1 - e e', e the direction of a way along `axis`: neither does such a way change any force, nor does
 // any other way change the force along it.
 Matrix6 without_axis(const Matrix6& stiffness, const Vector3& axis) {
@@ -74,7 +67,7 @@ Kit::Kit(const DeviceProperties& properties, const KitOptions& options)
       options_(options),
       coupling_(coupling_of(properties)),
       registration_(options.workspace),
-      passivity_(coupling_, delay_in_samples(properties)),
+      passivity_(coupling_, samples_of_delay(properties)),
       ramp_(options.ramp),
       transient_(options.transient) {
   validate(options);
@@ -244,6 +237,7 @@ Kit::Answer Kit::step(const Sample& sample) {
   const double power_scale = registration_.workspace().force_scale / registration_.workspace().scale;
   const Wrench felt{factor * answer.felt.force, factor * answer.felt.torque};
   const double stored = power_scale * response_.stored(felt, moving_.softest()) + kept_for_transient(ramped);
+  result.stored = stored;
   result.on_hand = before_ = passivity_.control(within_limits(ramped), stored);
   return result;
 }

@@ -80,6 +80,7 @@ class Kit {
     Pose base;          // where the needle's base is to go, world
     std::uint64_t seq;  // number of this command, counted from 1: models tell which one they know of
     Wrench wanted;      // what would be rendered without limits and controller, device frame
+    double stored = 0;  // J, that springs of tissue and coupling hold of it, at the device
   };
   Answer step(const Sample& sample);
 

@@ -20,7 +20,7 @@ void MovingStiffness::add(const LocalModel& model, double stiffness, double ahea
   if (free) free_ = stiffness;
   if (free && (value_ == 0 || free_ticks_ > kTicks)) value_ = stiffness;
   const bool touches = model.backward_limit == Limit::contact;
-  if (free_ticks_ > kTicks) softest_ = 0;
+  if (free) softest_ = 0;
   const Vector3 axis = model.base.orientation * Vector3{{1, 0, 0}};
   double told = 0;  // N, by the stiffness of the ticks on the way
   for (int i = 1; i < count_ && !free; ++i) {

@@ -3,8 +3,18 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace acus::haptics {
+
+int samples_of_delay(const DeviceProperties& properties) {
+  const double samples = std::ceil(properties.delay * properties.rate - 1e-9);
+  if (samples < Passivity::kMostDelay) return static_cast<int>(samples);
+  throw std::invalid_argument("delay: expected less than " + std::to_string(Passivity::kMostDelay) +
+                              " samples, found " + std::to_string(samples));
+}
 
 Passivity::Passivity(const Coupling& coupling, int delay) : delay_(delay) {
   assert(delay >= 0 && delay < kMostDelay);

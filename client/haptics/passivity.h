@@ -47,9 +47,8 @@ class Passivity {
   Wrench control(const Wrench& wanted, double stored);
 
   double account() const { return account_; }    // J
-  double withheld() const {
-    return withheld_;
-  }  // J, >= 0, kept from the hand: what wanted forces would have brought more
+  // J, >= 0, kept from the hand: what wanted forces would have brought more.
+  double withheld() const { return withheld_; }
   double given() const { return given_; }        // J, net, that the rendered forces brought to the device
 
   // For what jitters while nothing moves: an account that is this much above what is stored.
@@ -68,5 +67,8 @@ class Passivity {
   double withheld_ = 0;
   double given_ = 0;
 };
+
+// The delay of a device in samples. Throws std::invalid_argument if there are too many.
+int samples_of_delay(const DeviceProperties& properties);
 
 }  // namespace acus::haptics

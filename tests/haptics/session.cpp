@@ -148,6 +148,64 @@ TEST_CASE("bone is felt at the stiffness of the rule, over a late and lossy netw
   CHECK(plain["largest_force_N"] == doctest::Approx(10));
 }
 
+// A needle that two programs share in lockstep, the second one for so long. What both have recorded.
+struct SharedRun {
+  std::string teacher, pupil;
+};
+SharedRun share_needle(const std::string& pupil_duration, const std::vector<std::string>& network) {
+  ServerProcess server({"--lockstep"}, scene());
+  const std::string program = acus::program_path("acus-haptic"), endpoint = "ipc://" + (server.folder() / "share");
+  const std::string first = server.folder() / "teacher.csv", second = server.folder() / "pupil.csv";
+  std::vector<std::string> pupil_command{program,        "--join",     endpoint,      "--hand-speed", "0.05",
+                                         "--hand-depth", "0.02",       "--grip",      "fingertips",   "--record",
+                                         second,         "--duration", pupil_duration};
+  pupil_command.insert(pupil_command.end(), network.begin(), network.end());
+  Process pupil(pupil_command);
+  Process teacher({program, "--commands", server.commands(), "--states", server.states(), "--share", endpoint,
+                   "--hand-speed", "0.05", "--duration", "2", "--record", first, "--timeout", "60"});
+  CHECK(pupil.wait(kPatience) == 0);
+  CHECK(teacher.wait(kPatience) == 0);
+  return {contents(first), contents(second)};
+}
+
+// J, that the force of a recording has done on the handle along x.
+double work(const std::string& csv) {
+  const std::vector<double> force = column(csv, "force_x_N"), place = column(csv, "device_x_m");
+  double sum = 0;
+  for (std::size_t i = 1; i < place.size(); ++i) sum += force[i - 1] * (place[i] - place[i - 1]);
+  return sum;
+}
+
+TEST_CASE("a teacher and a pupil in two programs share a needle and its force, and neither gets energy") {
+  for (const std::vector<std::string>& network :
+       {std::vector<std::string>{}, {"--delay", "0.02", "--jitter", "0.01", "--loss", "0.05"}}) {
+    const SharedRun run = share_needle("0", network);
+    REQUIRE(std::ranges::count(run.pupil, '\n') > 1900);
+    CHECK(run.teacher == share_needle("0", network).teacher);
+    CHECK(column(run.pupil, "share").back() == doctest::Approx(0.5));
+    CHECK(work(run.teacher) < 1e-6);
+    CHECK(work(run.pupil) < 1e-6);
+    const auto most = [](const std::string& csv) { return -std::ranges::min(column(csv, "force_x_N")); };
+    CHECK(most(run.teacher) > 0.1);
+    CHECK(most(run.pupil) > 0.05);
+  }
+}
+
+TEST_CASE("a pupil that leaves gives its share back without a jump of the needle") {
+  const std::vector<double> base = column(share_needle("1.1", {}).teacher, "base_z_m");
+  double fastest = 0;
+  for (std::size_t i = 1; i < base.size(); ++i) fastest = std::max(fastest, std::abs(base[i] - base[i - 1]));
+  CHECK(fastest < 0.15e-3);  // the hand's 0.05 m/s, and what the share brings
+}
+
+TEST_CASE("a pupil without a teacher ends with 3, and a needle is shared on this machine alone") {
+  const std::string program = acus::program_path("acus-haptic");
+  Process alone({program, "--join", "ipc:///nowhere", "--timeout", "0.3"});
+  CHECK(alone.wait(kPatience) == 3);
+  Process open({program, "--join", "tcp://0.0.0.0:5799", "--timeout", "0.3"});
+  CHECK(open.wait(kPatience) == 1);
+}
+
 // Until the file has a row of samples.
 void wait_for_samples(const std::string& csv) {
   for (int i = 0; i < 2000 && std::ranges::count(contents(csv), '\n') < 50; ++i) std::this_thread::sleep_for(10ms);
@@ -176,6 +234,10 @@ TEST_CASE("no server, no such needle, no such device: each its own exit status")
   CHECK(nobody.wait(kPatience) == 3);
   Process twice({program, "ipc:///nowhere", "--commands", "ipc:///nowhere/commands"});
   CHECK(twice.wait(kPatience) == 1);
+  for (const char* axes : {"x,-y,z", "x,y", "w,y,z"}) {
+    Process mirrored({program, "--verify", "--axes", axes});
+    CHECK(mirrored.wait(kPatience) == 1);
+  }
   Process unknown({program, "--device", "broom"});
   CHECK(unknown.wait(kPatience) == 1);
   for (const char* server :

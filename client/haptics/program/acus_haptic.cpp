@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // acus-haptic: a haptic device, or a simulated one, on a needle of an acus-server.
 #include <CLI/CLI.hpp>
+#include <atomic>
 #include <charconv>
 #include <chrono>
 #include <csignal>
@@ -16,7 +17,10 @@
 #include "client/haptics/program/haptic_summary.h"
 #include "client/haptics/program/obedient_device.h"
 #include "client/haptics/program/opened.h"
+#include "client/haptics/program/pupil.h"
+#include "client/haptics/program/sample_rows.h"
 #include "client/haptics/program/session.h"
+#include "client/haptics/program/share_input.h"
 #include "client/haptics/program/verification.h"
 #include "client/link/command_line.h"
 #include "client/replay/log_file.h"
@@ -44,6 +48,8 @@ struct Arguments {
   SessionOptions session;
   std::string server, grip = "relaxed", axes = "x,y,z", summary, record;
   bool verify = false;
+  std::string join;
+  std::atomic<double> share{0.5};
   client::KeyFiles keys;
   double timeout_s = 10;
 };
@@ -130,6 +136,24 @@ void declare_network(CLI::App& app, Arguments& arguments) {
                "render the server's newest force as it is, for comparison; unstable in stiff tissue");
 }
 
+void declare_sharing(CLI::App& app, Arguments& arguments) {
+  SharingOptions& sharing = arguments.session.sharing;
+  const auto share = app.add_option("--share", sharing.endpoint,
+                                    "share the needle with a second hand that joins here: ipc://FILE or "
+                                    "tcp://127.0.0.1:PORT");
+  app.add_option_function<double>(
+         "--share-of", [&](double value) { arguments.share = value; },
+         "of this hand, 0 to 1; while it runs, each number on standard input is another one")
+      ->check(client::within(0.0, 1.0))
+      ->needs(share)
+      ->default_str("0.5");
+  app.add_option("--join", arguments.join, "join the needle that another acus-haptic shares there, without a server")
+      ->excludes(share);
+  app.add_option("--spring", sharing.hand.stiffness, "N/m, between two hands on a needle")
+      ->check(client::within(0.0, 1e5))
+      ->capture_default_str();
+}
+
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
@@ -151,6 +175,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--needle", session.needle, "by its name; default: the scene's first");
   declare_device(app, arguments);
   declare_network(app, arguments);
+  declare_sharing(app, arguments);
   app.add_option("--duration", session.duration, "s; 0: until Ctrl+C")
       ->check(client::within(0, 1e9))
       ->capture_default_str();
@@ -194,26 +219,6 @@ void take_server(Arguments& arguments) {
       throw std::runtime_error(problem);
 }
 
-constexpr const char* kHeader =
-    "t_s,device_x_m,device_y_m,device_z_m,base_x_m,base_y_m,base_z_m,wanted_x_N,wanted_y_N,wanted_z_N,force_x_N,force_"
-    "y_N,force_z_N,server_x_N,server_y_N,server_z_N,account_J,withheld_J\n";
-
-void write(std::ostream& out, const SampleRecord& sample) {
-  char number[32];
-  std::snprintf(number, sizeof number, "%.6f", sample.time);
-  out << number;
-  const auto add = [&](double value) {
-    std::snprintf(number, sizeof number, ",%.9g", value);
-    out << number;
-  };
-  for (const Vector3& each :
-       {sample.device.position, sample.base.position, sample.wanted.force, sample.rendered.force, sample.server.force})
-    for (const double coordinate : each.at) add(coordinate);
-  add(sample.account);
-  add(sample.withheld);
-  out << '\n';
-}
-
 // Checks the device in real time, without a server.
 int verify(const Arguments& arguments) {
   using Clock = std::chrono::steady_clock;
@@ -247,6 +252,7 @@ int verify(const Arguments& arguments) {
 }
 
 // Runs and translates how it ended into an exit code; what went wrong goes to stderr.
+template <class Session>
 int run(Session& session) {
   const auto ended = [](ExitCode code, const std::exception& error) {
     std::fprintf(stderr, "acus-haptic: %s\n", error.what());
@@ -266,6 +272,34 @@ int run(Session& session) {
   }
 }
 
+// Joins the needle that another acus-haptic shares.
+int join(const Arguments& arguments) {
+  const SessionOptions& session = arguments.session;
+  PupilOptions options;
+  options.endpoint = arguments.join;
+  options.device = session.device;
+  options.turned = session.kit.workspace.world_from_device;
+  options.hand = session.sharing.hand;
+  options.network = session.network;
+  options.duration = session.duration;
+  options.timeout = session.timeout;
+  options.interrupt = session.interrupt;
+  std::optional<client::LogFile> record;
+  if (!arguments.record.empty()) record.emplace(arguments.record, kPupilHeader);
+  Pupil pupil(options);
+  if (record) pupil.on_sample = [&](const PupilSample& sample) { write(record->out(), sample); };
+  const int code = run(pupil);
+  if (record) record->close();
+  if (pupil.samples() > 0)
+    std::printf(
+        "joined      %llu samples in %.2f s\n"
+        "force       %.3f N at most\n"
+        "energy      %.6f J kept from the hand by the controller; the force did %.6f J of work on the handle, net\n",
+        static_cast<unsigned long long>(pupil.samples()), pupil.duration(), pupil.largest_force(), pupil.withheld(),
+        pupil.given());
+  return code;
+}
+
 int drive(Arguments& arguments) {
   take_server(arguments);
   SessionOptions& options = arguments.session;
@@ -275,10 +309,18 @@ int drive(Arguments& arguments) {
   options.kit.workspace.world_from_device = rotation_of_axes(arguments.axes);
   options.interrupt = &client::catch_signals();  // a signal ends the session, not the program
   if (arguments.verify) return verify(arguments);
+  if (!arguments.join.empty()) return join(arguments);
+  if (!options.sharing.endpoint.empty() && !options.with_kit)
+    throw std::runtime_error("--share: a needle is shared with the kit; leave out --no-kit");
+  std::optional<ShareInput> input;
+  if (!options.sharing.endpoint.empty()) {
+    options.sharing.share = &arguments.share;
+    input.emplace(arguments.share);
+  }
   options.keys = client::read_keys(arguments.keys);
   std::optional<client::LogFile> summary, record;
   if (!arguments.summary.empty()) summary.emplace(arguments.summary);
-  if (!arguments.record.empty()) record.emplace(arguments.record, kHeader);
+  if (!arguments.record.empty()) record.emplace(arguments.record, kSampleHeader);
 
   Session session(options);
   if (record) session.on_sample = [&](const SampleRecord& sample) { write(record->out(), sample); };

@@ -171,27 +171,40 @@ void Session::sample(Device& device, Kit& kit, double now) {
   take(kit, now);
   const Device::Reading reading = checked(device.read());
   handle_ = reading.pose;
-  const Kit::Answer answer = plain_ ? plain_->step(reading.pose) : kit.step({reading.pose, reading.clutch});
+  const Kit::Answer answer = this->answer(kit, reading, now);
   device.write(answer.on_hand);
   there_.send(now, message_of(results_.needle, answer, now));
   deliver_poses(now);
   ++results_.samples;
   if (kit.stale()) ++results_.stale;
   results_.largest_force = std::max(results_.largest_force, norm(answer.on_hand.force));
-  results_.withheld = kit.passivity().withheld();
-  results_.given = plain_ ? plain_->given() : kit.passivity().given();
+  const Passivity& passivity = teacher_ ? teacher_->hand().passivity() : kit.passivity();
+  results_.withheld = passivity.withheld();
+  results_.given = plain_ ? plain_->given() : passivity.given();
   learn_felt(reading.pose.position, answer.on_hand.force);
   if (!kit.stale())
-    results_.rest.add(now, reading.pose.position, norm(answer.on_hand.force),
+    results_.rest.add(now, reading.pose.position, norm((teacher_ ? teacher_->felt() : answer.on_hand).force),
                       norm(kit.at_device(server_wrench_).force));
   on_sample({now, reading.pose, answer.base, answer.wanted, answer.on_hand, kit.at_device(server_wrench_),
-             kit.passivity().account(), kit.passivity().withheld()});
+             passivity.account(), passivity.withheld()});
 }
 
 // From now on the handle's place is this place of the base.
 void Session::begin(Kit& kit, const Pose& base) {
   kit.begin(handle_, base);
   if (plain_) plain_->begin(handle_, base);
+  if (teacher_) teacher_->begin(handle_);
+}
+
+void Session::share(const DeviceProperties& properties) {
+  if (options_.sharing.endpoint.empty()) return;
+  teacher_.emplace(options_.sharing, properties, options_.kit.workspace.world_from_device, server_.lockstep);
+  if (server_.lockstep) teacher_->wait_for_pupil(options_.timeout);
+}
+
+Kit::Answer Session::answer(Kit& kit, const Device::Reading& reading, double now) {
+  if (plain_) return plain_->step(reading.pose);
+  return teacher_ ? teacher_->step(kit, reading, now) : kit.step({reading.pose, reading.clutch});
 }
 
 // In real time: whether a server is still there, which publishes `stats` every second, also while it is paused, and
@@ -225,6 +238,7 @@ void Session::loop(Device& device) {
   options.workspace.world_from_device = normalized(base_.orientation * options.workspace.world_from_device);
   Kit kit(properties, options);
   if (!options_.with_kit) plain_.emplace(properties, options.workspace);
+  share(properties);
   results_.coupling = kit.coupling();
   handle_ = checked(device.read()).pose;
   begin(kit, base_);

@@ -19,6 +19,7 @@
 #include "client/haptics/program/force_model.h"
 #include "client/haptics/program/plain_rendering.h"
 #include "client/haptics/program/rest_check.h"
+#include "client/haptics/program/teacher.h"
 #include "client/link/client.h"
 
 namespace acus::haptics {
@@ -31,6 +32,7 @@ struct SessionOptions {
   DeviceChoice device;
   KitOptions kit;  // its workspace's axes are turned so that the device's x is the needle's
   bool with_kit = true;
+  SharingOptions sharing;  // with a pupil; needs the kit
   LinkDelay network;    // simulated, added to the real one: delay and jitter of both ways together, loss of each
   double duration = 0;  // s, 0: until it is interrupted
   client::Timeout timeout{10'000};
@@ -106,6 +108,8 @@ class Session {
   bool pass_on(const protocol::State& state, double now);
   void deliver_poses(double now);
   void learn_felt(const Vector3& place, const Vector3& force);
+  void share(const DeviceProperties& properties);
+  Kit::Answer answer(Kit& kit, const Device::Reading& reading, double now);
   bool continues(double now) const;
 
   SessionOptions options_;
@@ -118,6 +122,7 @@ class Session {
   DelayLine<protocol::Pose> there_{{}};  // the simulated network
   DelayLine<std::variant<Received, protocol::Event>> back_{{}};
   std::optional<PlainRendering> plain_;  // instead of the kit
+  std::optional<Teacher> teacher_;       // of a needle that is shared
   Wrench server_wrench_;                 // newest that came, on the hand at the base (N, N m, world)
   double simulated_ = 0;                 // s, the clock of a run in lockstep
   std::uint64_t ticks_ = 0;              // asked for in lockstep
