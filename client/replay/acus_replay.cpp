@@ -83,9 +83,9 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   app.add_option("--rate", arguments.replay.rate, "poses per second (Hz); default: the server's ticks per second")
-      ->check(CLI::Range(1.0, 100'000.0));
+      ->check(within(1.0, 100'000.0));
   app.add_option("--timeout", arguments.timeout_s, "to wait for the server to appear, to answer or to publish (s)")
-      ->check(CLI::Range(0.001, 86'400.0))
+      ->check(within(0.001, 86'400.0))
       ->capture_default_str();
   app.add_option("--summary", arguments.summary, "file to write with what is printed at the end, as JSON");
   CLI::App& limits =

@@ -33,7 +33,11 @@ struct TimingLimit {
 inline CLI::Option_group& declare(CLI::App& app, TimingLimits& limits, const std::string& times) {
   CLI::Option_group& group = *app.add_option_group("Limits", "The exit status tells whether they were held");
   const auto add = [&group](const char* name, std::optional<double>& value, const std::string& meaning) {
-    group.add_option(name, value, meaning)->check(CLI::NonNegativeNumber);
+    group.add_option(name, value, meaning)->check([](const std::string& text) {
+      double number = 0;
+      const bool good = CLI::detail::lexical_cast(text, number) && number >= 0;  // NaN is not
+      return good ? std::string() : "expected a number of at least 0, found '" + text + "'";
+    });
   };
   add("--max-late-per-1000", limits.late_per_1000, "Most late ticks in a thousand");
   add("--max-p50-ms", limits.p50_ms, "Longest that " + times + " may take at the median");

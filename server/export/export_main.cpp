@@ -49,6 +49,13 @@ struct Arguments {
   bool quiet = false;
 };
 
+// For CLI::Option::check().
+std::string check_rate(const std::string& text) {
+  double rate = 0;
+  const bool good = CLI::detail::lexical_cast(text, rate) && rate >= 0.001 && rate <= 1e6;  // NaN is not
+  return good ? "" : "expected a number from 0.001 to 1e6, found '" + text + "'";
+}
+
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
@@ -67,7 +74,7 @@ void declare(CLI::App& app, Arguments& arguments) {
                  "the first scene, where a client loaded another one")
       ->type_name("FILE");
   app.add_option("--rate", arguments.rate, "Frames per second of simulation time (Hz), for --vtk and --messages")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(check_rate)
       ->default_str("30 for --vtk, 60 for --messages");
   app.callback([&arguments] {
     if (arguments.rate && arguments.vtk.empty() && arguments.messages.empty())
