@@ -148,6 +148,18 @@ TEST_CASE("bone is felt at the stiffness of the rule, over a late and lossy netw
   CHECK(plain["largest_force_N"] == doctest::Approx(10));
 }
 
+TEST_CASE("a hand that lets itself be pushed back by the tissue is paid from what it has put in") {
+  ServerProcess server({"--lockstep"}, contents(acus::source_path("scenes/insertion_pullback.yaml")));
+  const std::string summary = server.folder() / "run.json";
+  Process haptic({acus::program_path("acus-haptic"), "--commands", server.commands(), "--states", server.states(),
+                  "--duration", "3.8", "--summary", summary, "--timeout", "60"});
+  REQUIRE(haptic.wait(kPatience) == 0);
+  const auto run = nlohmann::json::parse(contents(summary));
+  CHECK(run["largest_force_N"] == doctest::Approx(1).epsilon(0.02));  // the puncture
+  CHECK(run["withheld_J"] < 1e-5);
+  CHECK(run["rest_felt_N"].get<double>() == doctest::Approx(run["rest_server_N"].get<double>()).epsilon(0.01));
+}
+
 // A needle that two programs share in lockstep, the second one for so long. What both have recorded.
 struct SharedRun {
   std::string teacher, pupil;
@@ -204,6 +216,16 @@ TEST_CASE("a pupil without a teacher ends with 3, and a needle is shared on this
   CHECK(alone.wait(kPatience) == 3);
   Process open({program, "--join", "tcp://0.0.0.0:5799", "--timeout", "0.3"});
   CHECK(open.wait(kPatience) == 1);
+  acus::TemporaryFolder folder;
+  const std::string file = folder.write("notes", "to be kept");
+  Process destructive({program, "--join", "ipc://" + file, "--timeout", "0.3"});
+  CHECK(destructive.wait(kPatience) == 3);
+  ServerProcess server({"--lockstep"}, scene());
+  Process teacher({program, "--commands", server.commands(), "--states", server.states(), "--share", "ipc://" + file});
+  CHECK(teacher.wait(kPatience) == 1);
+  CHECK(contents(file) == "to be kept");
+  Process mixed({program, "--verify", "--share", "ipc:///nowhere/x"});
+  CHECK(mixed.wait(kPatience) == 1);
 }
 
 // Until the file has a row of samples.

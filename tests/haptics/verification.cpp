@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <atomic>
 #include <cmath>
 #include <sstream>
 #include <string>
@@ -45,7 +46,7 @@ struct Bench {
     Verification verification(device, properties, rotation_of_axes(axes),
                               {[this] { return now; }, [this](double until) { now = until; }}, out);
     verification.on_request = [this](const Vector3& way) { device.request(way); };
-    const bool good = verification.run();
+    const bool good = verification.run().value();
     said = out.str();
     return good;
   }
@@ -138,7 +139,29 @@ TEST_CASE("a force of the wrong sign, along another axis, or none at all is foun
   Bench none;
   none.device.push = [](const Vector3&) { return Vector3{}; };
   CHECK_FALSE(none.verify());
-  CHECK_MESSAGE(contains(none.said, "has not moved"), none.said);
+  CHECK_MESSAGE(contains(none.said, "less than 4 mm"), none.said);
+}
+
+TEST_CASE("a check that is interrupted says nothing of the device, and leaves no force") {
+  for (const double at : {0.3, 5.0, 13.5}) {
+    CAPTURE(at);
+    Bench bench;
+    std::atomic<bool> interrupt = false;
+    std::ostringstream out;
+    const DeviceProperties properties = bench.device.open();
+    Verification verification(bench.device, properties, {},
+                              {[&] { return bench.now; },
+                               [&](double until) {
+                                 bench.now = until;
+                                 interrupt = until >= at;
+                               }},
+                              out, &interrupt);
+    verification.on_request = [&](const Vector3& way) { bench.device.request(way); };
+    CHECK_FALSE(verification.run());
+    CHECK_MESSAGE(!contains(out.str(), "WRONG"), out.str());
+    CHECK(contains(out.str(), "Interrupted"));
+    CHECK(bench.device.last == 0);
+  }
 }
 
 TEST_CASE("axes are a rotation, or refused by a sentence") {
@@ -153,7 +176,7 @@ TEST_CASE("axes are a rotation, or refused by a sentence") {
     CAPTURE(axes);
     CHECK(norm(rotation_of_axes(axes) * place - turned) < 1e-12);
   }
-  for (const char* axes : {"", "x,y", "x,x,z", "x,-y,z", "x,y,w", "x,y,z,x"}) {
+  for (const char* axes : {"", "x,y", "x,x,z", "x,-y,z", "x,y,w", "x,y,z,x", "x,y,z,"}) {
     CAPTURE(axes);
     CHECK_THROWS_AS(rotation_of_axes(axes), std::invalid_argument);
   }

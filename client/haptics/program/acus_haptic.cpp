@@ -30,7 +30,7 @@ namespace {
 using namespace acus::haptics;
 namespace client = acus::client;
 
-enum ExitCode { kDone = 0, kBadInput = 1, kRefused = 2, kVanished = 3, kDevice = 4, kMismatch = 5 };
+enum ExitCode { kDone = 0, kBadInput = 1, kRefused = 2, kVanished = 3, kDevice = 4, kMismatch = 5, kInterrupted = 6 };
 
 constexpr const char* kFooter =
     "Examples:\n"
@@ -40,9 +40,11 @@ constexpr const char* kFooter =
     "  acus-haptic --device gamepad ipc:///run/acus/liver\n"
     "  acus-haptic --grip firm --rate 4000 --record run.csv --summary run.json --duration 20\n"
     "\n"
-    "Ctrl+C ends a session well. Exit status: 0 done, 1 bad arguments or files, 2 the server refused, 3 the server was "
-    "not\n"
-    "there or vanished, 4 the device is not there or failed, 5 the server speaks another protocol.";
+    "Ctrl+C ends a session well. Exit status: 0 done, 1 bad arguments or files, 2 the server refused, 3 the server, "
+    "the\n"
+    "teacher or the pupil was not there or vanished, 4 the device is not there, failed, or is not as it should be, 5 "
+    "the\n"
+    "server speaks another protocol, 6 a check was interrupted.";
 
 struct Arguments {
   SessionOptions session;
@@ -244,7 +246,9 @@ int verify(const Arguments& arguments) {
          [begin](double until) { std::this_thread::sleep_until(begin + std::chrono::duration<double>(until)); }},
         std::cout, arguments.session.interrupt);
     if (obedient) verification.on_request = [obedient](const Vector3& way) { obedient->request(way); };
-    return verification.run() ? kDone : kDevice;
+    const std::optional<bool> good = verification.run();
+    if (!good) return kInterrupted;
+    return *good ? kDone : kDevice;
   } catch (const DeviceError& error) {
     std::fprintf(stderr, "acus-haptic: %s\n", error.what());
     return kDevice;
@@ -300,7 +304,24 @@ int join(const Arguments& arguments) {
   return code;
 }
 
+// Options that would be without effect. Throws std::runtime_error.
+void refuse_mixtures(const Arguments& arguments) {
+  const SessionOptions& session = arguments.session;
+  const auto refuse = [](bool given, const char* what) {
+    if (given) throw std::runtime_error(what);
+  };
+  const bool shares = !session.sharing.endpoint.empty(), joins = !arguments.join.empty();
+  refuse(arguments.verify && (shares || joins), "--verify: checks a device alone; leave out --share and --join");
+  refuse((arguments.verify || joins) && !arguments.server.empty(),
+         "--verify, --join: need no server; leave out the server");
+  refuse((arguments.verify || joins) && !arguments.summary.empty(), "--verify, --join: make no --summary");
+  refuse(arguments.verify && !arguments.record.empty(), "--verify: makes no --record");
+  refuse((arguments.verify || joins || shares) && !session.with_kit,
+         "--verify, --share, --join: work with the kit; leave out --no-kit");
+}
+
 int drive(Arguments& arguments) {
+  refuse_mixtures(arguments);
   take_server(arguments);
   SessionOptions& options = arguments.session;
   options.timeout = std::chrono::round<client::Timeout>(std::chrono::duration<double>(arguments.timeout_s));
@@ -310,8 +331,6 @@ int drive(Arguments& arguments) {
   options.interrupt = &client::catch_signals();  // a signal ends the session, not the program
   if (arguments.verify) return verify(arguments);
   if (!arguments.join.empty()) return join(arguments);
-  if (!options.sharing.endpoint.empty() && !options.with_kit)
-    throw std::runtime_error("--share: a needle is shared with the kit; leave out --no-kit");
   std::optional<ShareInput> input;
   if (!options.sharing.endpoint.empty()) {
     options.sharing.share = &arguments.share;
@@ -324,6 +343,10 @@ int drive(Arguments& arguments) {
 
   Session session(options);
   if (record) session.on_sample = [&](const SampleRecord& sample) { write(record->out(), sample); };
+  session.on_pupil = [](bool there) {
+    std::fputs(there ? "acus-haptic: a pupil has joined\n" : "acus-haptic: the pupil is gone; its share comes back\n",
+               stderr);
+  };
   const int code = run(session);
   if (session.results().samples > 0) {
     std::fputs(readable(session.results(), options.device.name).c_str(), stdout);

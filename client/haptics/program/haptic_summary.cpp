@@ -28,9 +28,10 @@ std::string readable(const SessionResults& results, const std::string& device) {
   if (!results.felt.empty())
     std::snprintf(felt, sizeof felt, "median %.0f N/m, a tenth of it above %.0f N/m", felt_share(results, 0.5),
                   felt_share(results, 0.9));
-  char rest[64] = "no rest with a force";
+  char rest[80] = "no rest with a force";
   if (const auto& worst = results.rest.worst())
-    std::snprintf(rest, sizeof rest, "%.3f N felt, %.3f N of the server", worst->felt, worst->server);
+    std::snprintf(rest, sizeof rest, "%.3f N felt%s, %.3f N of the server", worst->felt,
+                  results.shared ? " by both hands" : "", worst->server);
   char text[1500];
   std::snprintf(
       text, sizeof text,
@@ -58,6 +59,7 @@ std::string as_json(const SessionResults& results, const std::string& device) {
       {"needle", results.needle},
       {"topic", results.topic},
       {"kit", results.with_kit},
+      {"shared", results.shared},
       {"lockstep", results.lockstep},
       {"duration_s", results.duration},
       {"samples", results.samples},

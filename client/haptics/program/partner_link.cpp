@@ -3,6 +3,10 @@
 
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <system_error>
+
+#include "protocol/endpoint_address.h"
 
 namespace acus::haptics {
 
@@ -16,8 +20,13 @@ bool within(const Vector6& v, double most) {
   return true;
 }
 
+// The file of an ipc endpoint; empty for another one.
+std::string file_of(const std::string& endpoint) { return endpoint.rfind("ipc://", 0) == 0 ? endpoint.substr(6) : ""; }
+
 void require_local(const std::string& endpoint) {
-  if (endpoint.rfind("ipc://", 0) == 0 || endpoint.rfind("tcp://127.0.0.1:", 0) == 0) return;
+  const std::string problem = protocol::problem_with_endpoint(endpoint, protocol::EndpointUse::connect);
+  if (!problem.empty()) throw client::ClientError("endpoint '" + endpoint + "': " + problem);
+  if (!file_of(endpoint).empty() || endpoint.rfind("tcp://127.0.0.1:", 0) == 0) return;
   throw client::ClientError("endpoint '" + endpoint +
                             "': a needle is shared on one machine; expected ipc://FILE or tcp://127.0.0.1:PORT");
 }
@@ -33,6 +42,12 @@ bool plausible(const PupilNews& news) { return within(news.way, kFarthest); }
 
 PartnerLink::PartnerLink(const std::string& endpoint, Side side) : socket_(context_, zmq::socket_type::pair) {
   require_local(endpoint);
+  if (side == Side::teacher) file_ = file_of(endpoint);
+  std::error_code none;
+  const auto there = std::filesystem::status(file_, none);
+  // ZeroMQ would put its socket in the place of any file.
+  if (std::filesystem::exists(there) && !std::filesystem::is_socket(there))
+    throw client::ClientError("endpoint '" + endpoint + "': there is a file that is no socket; choose another place");
   try {
     socket_.set(zmq::sockopt::linger, 200);
     socket_.set(zmq::sockopt::maxmsgsize, std::int64_t{1024});
@@ -45,6 +60,11 @@ PartnerLink::PartnerLink(const std::string& endpoint, Side side) : socket_(conte
   } catch (const zmq::error_t& error) {
     throw client::ClientError("endpoint '" + endpoint + "': " + error.what());
   }
+}
+
+PartnerLink::~PartnerLink() {
+  std::error_code none;
+  if (!file_.empty()) std::filesystem::remove(file_, none);
 }
 
 bool PartnerLink::wait_until(std::chrono::steady_clock::time_point end) {

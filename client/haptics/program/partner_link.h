@@ -21,6 +21,7 @@ struct TeacherNews {
   std::uint64_t origin = 0;  // counts from 1; another one: ways begin anew
   std::uint64_t sample = 0;
   double time = 0;    // s, of the teacher's session
+  double rate = 1;    // Hz, of its samples
   double share = 1;   // of the teacher, 0 to 1
   double stored = 0;  // J
   Wrench felt;        // N, N m, of one hand alone
@@ -49,6 +50,9 @@ class PartnerLink {
   // The teacher's side binds, the pupil's connects. Throws client::ClientError, also for an endpoint that others than
   // this machine could reach.
   PartnerLink(const std::string& endpoint, Side side);
+  ~PartnerLink();
+  PartnerLink(const PartnerLink&) = delete;
+  PartnerLink& operator=(const PartnerLink&) = delete;
 
   // Without waiting; what nobody takes is lost.
   template <class News>
@@ -76,6 +80,7 @@ class PartnerLink {
   // False if it is that time.
   bool wait_until(std::chrono::steady_clock::time_point end);
 
+  std::string file_;  // of an ipc socket that is bound
   zmq::context_t context_;
   zmq::socket_t socket_;
 };

@@ -132,6 +132,7 @@ void Pupil::run() {
   if (lockstep) client::lower_priority();
   const auto begun = Clock::now();
   DeviceChoice choice = options_.device;
+  if (lockstep) choice.rate = news.rate;  // it is asked for a sample at each of the teacher's
   choice.clock = [this, lockstep, begun] {
     return lockstep ? now_ : std::chrono::duration<double>(Clock::now() - begun).count();
   };

@@ -176,6 +176,7 @@ void Session::sample(Device& device, Kit& kit, double now) {
   there_.send(now, message_of(results_.needle, answer, now));
   deliver_poses(now);
   ++results_.samples;
+  if (now > 0) results_.rate = static_cast<double>(results_.samples) / now;
   if (kit.stale()) ++results_.stale;
   results_.largest_force = std::max(results_.largest_force, norm(answer.on_hand.force));
   const Passivity& passivity = teacher_ ? teacher_->hand().passivity() : kit.passivity();
@@ -199,6 +200,8 @@ void Session::begin(Kit& kit, const Pose& base) {
 void Session::share(const DeviceProperties& properties) {
   if (options_.sharing.endpoint.empty()) return;
   teacher_.emplace(options_.sharing, properties, options_.kit.workspace.world_from_device, server_.lockstep);
+  teacher_->on_pupil = on_pupil;
+  results_.shared = true;
   if (server_.lockstep) teacher_->wait_for_pupil(options_.timeout);
 }
 
@@ -262,7 +265,6 @@ void Session::loop(Device& device) {
     }
     sample(device, kit, results_.duration);
   }
-  if (results_.duration > 0) results_.rate = static_cast<double>(results_.samples) / results_.duration;
 }
 
 void Session::run() {

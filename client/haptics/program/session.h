@@ -54,6 +54,7 @@ struct SampleRecord {
 struct SessionResults {
   std::string scene, needle, topic;
   bool lockstep = false, with_kit = true;
+  bool shared = false;  // with another hand: force and energy are of this one, the force at rest is of both
   double duration = 0;  // s
   std::uint64_t samples = 0;
   std::uint64_t late = 0;          // samples that came more than half a period after they were due
@@ -85,6 +86,8 @@ class Session {
   std::function<void(const SampleRecord&)> on_sample = [](const SampleRecord&) {};
   // An event of the needle that the network has delivered by `now` (s).
   std::function<void(double now, const protocol::Event&)> on_event = [](double, const protocol::Event&) {};
+  // A pupil has come, or is there no longer.
+  std::function<void(bool there)> on_pupil = [](bool) {};
 
  private:
   const protocol::NeedleInfo& choose_needle(const protocol::HelloReply& hello) const;

@@ -14,6 +14,7 @@ Teacher::Teacher(const SharingOptions& options, const DeviceProperties& properti
       link_(options.endpoint, PartnerLink::Side::teacher),
       hand_(properties, options.hand) {
   news_.lockstep = lockstep ? 1 : 0;
+  news_.rate = properties.rate;
 }
 
 Teacher::~Teacher() {
@@ -63,6 +64,8 @@ void Teacher::lose_pupil() {
 Kit::Answer Teacher::step(Kit& kit, const Device::Reading& reading, double now) {
   hear(now);
   const bool joint = has_pupil(now);
+  if (joint != joint_) on_pupil(joint);
+  joint_ = joint;
   const double wish = joint ? (options_.share ? options_.share->load() : 0.5) : 1;
   const double change = kShareChange * sample_time_;
   share_ += std::clamp(wish - share_, -change, change);

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "client/haptics/device.h"
@@ -39,6 +40,9 @@ class Teacher {
   const SharedHand& hand() const { return hand_; }
   const Wrench& felt() const { return news_.felt; }  // N, N m, of one hand alone on the joint way
 
+  // A pupil has come, or is there no longer.
+  std::function<void(bool there)> on_pupil = [](bool) {};
+
   static constexpr double kStale = 0.1;        // s without news, after which the pupil is not there
   static constexpr double kShareChange = 2.0;  // 1/s, at most
 
@@ -60,6 +64,7 @@ class Teacher {
   std::optional<PupilNews> pupil_;  // of this origin
   double heard_ = 0;                // s, when
   double share_ = 1;                // in use
+  bool joint_ = false;              // there was a pupil at the last sample
 };
 
 }  // namespace acus::haptics

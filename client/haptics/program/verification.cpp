@@ -63,7 +63,7 @@ std::vector<std::string> split(const std::string& axes) {
 
 Quaternion rotation_of_axes(const std::string& axes) {
   const std::vector<std::string> names = split(axes);
-  if (names.size() != 3)
+  if (names.size() != 3 || axes.back() == ',')
     throw std::invalid_argument("axes: expected three of x, y, z, -x, -y, -z, as in y,-x,z; found '" + axes + "'");
   const Vector3 ahead = unit_of(names[0]), left = unit_of(names[1]), up = unit_of(names[2]);
   if (dot(cross(ahead, left), up) < 0.5)
@@ -135,6 +135,7 @@ bool Verification::check_rest() {
   const Vector3 begin = read();
   double most = 0;
   for (const double end = due_ + 1; due_ < end && !stopped();) most = std::max(most, norm(read() - begin));
+  if (stopped()) return false;
   const bool good = most < 10 * kStill;
   return tell(good, "rest", text("within %.3f mm", 1e3 * most) + (good ? "" : "; " + std::string(kUnit)));
 }
@@ -215,11 +216,13 @@ bool Verification::push(int axis) {
     read();
   }
   device_.write({});
+  if (stopped()) return false;
   const Vector3 way = place_ - from;
   const std::string name = std::string("force along ") + "xyz"[axis];
   if (norm(way) < kPushed)
     return tell(false, name,
-                text("the handle has not moved under %.1f N; hold it loosely, or the device renders none", force));
+                text("the handle moved by less than 4 mm under %.1f N; ", force) +
+                    "hold it more loosely, or the device renders no force");
   const bool good = dot(way, direction) >= kAligned * norm(way);
   return tell(good, name,
               text("%.2f N pushed the handle along ", force) + (axis_of(way).empty() ? "no axis" : axis_of(way)));
@@ -241,14 +244,18 @@ bool Verification::check_forces() {
   return good;
 }
 
-bool Verification::run() {
+std::optional<bool> Verification::run() {
   // A device whose places are wrong is not to push.
   bool good = check_rest() && check_motions();
-  if (stopped() || changes_.empty()) return false;
-  good = check_rate() && good;
-  good = check_resolution() && good;
-  if (good && !stopped()) good = check_forces();
-  if (stopped()) return false;
+  if (!stopped() && !changes_.empty()) {
+    good = check_rate() && good;
+    good = check_resolution() && good;
+    if (good) good = check_forces();
+  }
+  if (stopped()) {
+    out_ << "Interrupted: the check is not complete.\n";
+    return std::nullopt;
+  }
   out_ << (good ? "The device is as it should be.\n"
                 : "The device is not to be used as it is; see what is WRONG above.\n");
   return good;

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <functional>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,8 +35,9 @@ class Verification {
   Verification(Device& device, const DeviceProperties& properties, const Quaternion& turned, Clock clock,
                std::ostream& out, const std::atomic<bool>* interrupt = nullptr);
 
-  // Whether the device may be used as it is. Leaves it without force. Throws DeviceError.
-  bool run();
+  // Whether the device may be used as it is; nothing if it was interrupted before that is known. Leaves it without
+  // force. Throws DeviceError.
+  std::optional<bool> run();
 
   // Told what is asked for: a way of the handle in the frame above (m), zero for rest. For a simulated hand.
   std::function<void(const Vector3& way)> on_request = [](const Vector3&) {};
