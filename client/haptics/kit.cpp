@@ -186,11 +186,11 @@ bool Kit::parted(const Sample& sample) {
   return clutched_;
 }
 
-void Kit::observe(const Pose& device) {
+void Kit::observe(const Pose& device, double elapsed) {
   const Vector6 moved = displacement(device_before_, device);
-  passivity_.observe(moved);
-  const double sample_time = 1 / properties_.rate, share = 1 - std::exp(-sample_time / kSpeedTime);
-  speed_ += share * (norm(wrench_of(moved).force) / sample_time - speed_);
+  passivity_.observe(moved, elapsed * properties_.rate);
+  const double share = 1 - std::exp(-elapsed / kSpeedTime);
+  speed_ += share * (norm(wrench_of(moved).force) / elapsed - speed_);
   device_before_ = device;
 }
 
@@ -219,8 +219,8 @@ double Kit::kept_for_transient(const Wrench& rendered) const {
 }
 
 Kit::Answer Kit::step(const Sample& sample) {
-  const double sample_time = 1 / properties_.rate;
-  observe(sample.device);
+  const double sample_time = std::max(sample.elapsed, 1 / properties_.rate);
+  observe(sample.device, sample_time);
   const bool apart = parted(sample);
   age_ += sample_time;
   const double factor = ramp_.step(!apart && !stale() && !model_stale_, sample_time);

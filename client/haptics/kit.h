@@ -74,6 +74,7 @@ class Kit {
   struct Sample {
     Pose device;          // device frame
     bool clutch = false;  // pressed: the needle rests, the device moves freely
+    double elapsed = 0;   // s since the last sample; 0: the device's sample time. A late one is to be told
   };
   struct Answer {
     Wrench on_hand;     // N, N m, device frame, to render until the next sample
@@ -90,7 +91,7 @@ class Kit {
   bool stale() const { return age_ > options_.stale_after; }
 
  private:
-  void observe(const Pose& device);
+  void observe(const Pose& device, double elapsed);
   Wrench within_limits(Wrench wanted);
   Vector3 transient(double sample_time);
   double kept_for_transient(const Wrench& rendered) const;

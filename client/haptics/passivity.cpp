@@ -29,14 +29,14 @@ double Passivity::cost(const Vector6& wrench) const {
   return sum;
 }
 
-void Passivity::observe(const Vector6& displacement) {
+void Passivity::observe(const Vector6& displacement, double periods) {
   const auto acted = static_cast<std::size_t>((newest_ - delay_ + kMostDelay) % kMostDelay);
   const double brought = dot(rendered_[acted], displacement);
   double eaten = 0;
   for (int i = 0; i < 6; ++i) eaten += (0.5 + delay_) * stiffness_[i] * displacement[i] * displacement[i];
   given_ += brought;
   withheld_ += std::max(0.0, dot(wanted_[acted], displacement) - brought);
-  account_ += eaten - brought;
+  account_ += eaten / std::max(periods, 1.0) - brought;
 }
 
 Wrench Passivity::control(const Wrench& wanted, double stored) {
@@ -47,7 +47,7 @@ Wrench Passivity::control(const Wrench& wanted, double stored) {
   wanted_[static_cast<std::size_t>(newest_)] = wrench;
   const double needed = cost(wrench);
   double share = 1;
-  if (needed > account_) share = std::sqrt(std::max(account_, 0.0) / needed);
+  if (needed > 0 && needed > account_) share = std::sqrt(std::max(account_, 0.0) / needed);
   rendered_[static_cast<std::size_t>(newest_)] = share * wrench;
   const double reserve =
       kReserveShare * stored + (stiffness_[0] > 0 ? kReserveForce * kReserveForce / stiffness_[0] / 2 : 0);

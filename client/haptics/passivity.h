@@ -12,15 +12,16 @@
 //   S <- S - F'D + (1/2 + n) D'K D,       then F is scaled down until  1/2 F'K^-1 F <= S.
 //
 // n samples of delay in the device's loop; F is the wrench that acted, n samples old. The last term is what the
-// device's own damping eats: by Cauchy and Schwarz it eats at least D'b D/T in a sample, and K <= b/(T/2 + n T).
+// device's own damping eats: by Cauchy and Schwarz it eats at least D'b D/T in a sample, and K <= b/(T/2 + n T). In a
+// sample that comes late, after l T, it eats no more than 1/l of that for the same way: the term is divided by l.
 //
 // For n = 0, S stays >= 0 whatever force the rest of the loop asks for: with 1/2 F'K^-1 F <= S before the sample,
 //
 //   S_after >= 1/2 F'K^-1 F - F'D + 1/2 D'K D = 1/2 |K^(-1/2) F - K^(1/2) D|^2 >= 0.
 //
 // So device and kit together never give more than they took: they are passive, for any tissue, delay and loss of
-// messages. The bound on K is Colgate's. For n > 0, forces on their way to the device can take S below zero; nothing is
-// rendered then until the hand has paid it back, which bounds what can be made in all.
+// messages. The bound on K is Colgate's. For n > 0, forces on their way to the device can take S below zero, and so can
+// a late sample; nothing is rendered then until the hand has paid it back, which bounds what can be made in all.
 //
 // A spring of stiffness K is rendered unchanged, and so is every softer one: the work of the hand covers it.
 #pragma once
@@ -39,8 +40,8 @@ class Passivity {
   // `delay` in samples, 0 to kMostDelay - 1.
   Passivity(const Coupling& coupling, int delay);
 
-  // Observes a sample: the device has moved by `displacement` (m, rad) since the last one.
-  void observe(const Vector6& displacement);
+  // Observes a sample: the device has moved by `displacement` (m, rad) since the last one, in `periods` sample times.
+  void observe(const Vector6& displacement, double periods = 1);
 
   // The wrench to render now, of the one that is wanted. `stored` (J) is what the model's springs hold at it: more than
   // that, and a reserve, the account does not keep.

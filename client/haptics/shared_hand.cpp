@@ -39,9 +39,9 @@ Vector6 SharedHand::spring(const Vector6& ahead) const {
   return wrench;
 }
 
-Wrench SharedHand::step(const Vector6& moved, const Wrench& felt, double stored, double share,
+Wrench SharedHand::step(double elapsed, const Vector6& moved, const Wrench& felt, double stored, double share,
                         const std::optional<Vector6>& ahead) {
-  passivity_.observe(moved);
+  passivity_.observe(moved, elapsed * properties_.rate);
   if (ahead) ahead_ = *ahead;
   const double factor = ramp_.step(ahead.has_value(), 1 / properties_.rate);
   const Vector6 between = factor * spring(ahead_);

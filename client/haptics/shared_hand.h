@@ -38,9 +38,10 @@ class SharedHand {
   // Throws std::invalid_argument.
   explicit SharedHand(const DeviceProperties& properties, const SharedHandOptions& options = {});
 
-  // A sample. `moved`: way of the own handle since the last one; `felt`: F, with what springs of tissue and coupling
-  // store of it (J); `ahead`: way of the other handle less that of the own one, nothing without another hand.
-  Wrench step(const Vector6& moved, const Wrench& felt, double stored, double share,
+  // A sample, `elapsed` s after the last one. `moved`: way of the own handle since then; `felt`: F, with what springs
+  // of tissue and coupling store of it (J); `ahead`: way of the other handle less that of the own one, nothing without
+  // another hand.
+  Wrench step(double elapsed, const Vector6& moved, const Wrench& felt, double stored, double share,
               const std::optional<Vector6>& ahead);
 
   const Passivity& passivity() const { return passivity_; }

@@ -58,7 +58,7 @@ struct Loop {
 
   // One sample, and as many ticks of 1 ms of the tissue as fall into it.
   void step(double place, double speed) {
-    const double h = 1 / device.rate;
+    const double h = periods / device.rate;
     for (; next_tick <= now + 1e-9; next_tick += 1e-3) {
       while (const auto command = up.receive(next_tick)) in_use = *command;
       tissue.step(in_use.place);
@@ -70,7 +70,8 @@ struct Loop {
       kit.take(*model);
       newest = *model;
     }
-    answer = kit.step({{handle.measured(), {}}, clutch});
+    answer = kit.step({{handle.measured(), {}}, clutch, told ? elapsed : 0});
+    elapsed = h;
     handle.write(answer.on_hand.force);
     up.send(now, {answer.base.position[0], answer.seq});
     handle.mean({{place, 0, 0}}, {{speed, 0, 0}});
@@ -109,6 +110,9 @@ struct Loop {
   LocalModel newest;
   Kit::Answer answer;
   bool clutch = false;
+  int periods = 1;        // sample times until the next sample,
+  bool told = true;       // and whether the kit is told of them
+  double elapsed = 1e-3;  // s, since the last sample
   double now = 0, next_tick = 0, meant = 0;
   double least = std::numeric_limits<double>::infinity(), most = -least;
 };
@@ -197,6 +201,21 @@ TEST_CASE("a hand that runs into bone feels no more than fast_force until it is 
     CHECK(slow > 5);  // then it is bone
     CHECK(loop.handle.most_made() < 1e-9);
   }
+}
+
+TEST_CASE("samples that come late are no source of energy once the kit is told of them") {
+  const auto made = [](bool told) {
+    Loop loop(1000, 0, {1e6, 1e9, 0.5, 0.3, 0.002}, kGrips[0]);
+    loop.told = told;
+    std::uint64_t random = 5;
+    for (int i = 0; i < 4000; ++i) {
+      loop.periods = next_random(random) < 0.3 ? 1 + static_cast<int>(19 * next_random(random)) : 1;
+      loop.step(0.01 * (1 - std::cos(6 * loop.now)), 0.06 * std::sin(6 * loop.now));
+    }
+    return loop.handle.most_made();
+  };
+  CHECK(made(false) > 1e-3);
+  CHECK(made(true) < 1e-4);
 }
 
 TEST_CASE("a transient never gives what the hand has not paid") {

@@ -25,13 +25,16 @@ void render(haptics::Device& device, client::CommandLink& commands, client::Stat
   haptics::Kit kit(properties, options);
   kit.begin(device.read().pose, base);
   const auto begin = Clock::now();
+  auto last = begin;
   for (int sample = 0; sample < seconds * properties.rate; ++sample) {
     const std::chrono::duration<double> now(sample / properties.rate);
     std::this_thread::sleep_until(begin + now);
     while (const auto state = states.receive(client::Timeout(0)))
       if (const auto* message = std::get_if<protocol::Haptics>(&*state)) kit.take(haptics::model_of(*message));
     const haptics::Device::Reading reading = device.read();
-    const haptics::Kit::Answer answer = kit.step({reading.pose, reading.clutch});
+    const std::chrono::duration<double> elapsed(Clock::now() - last);  // a late sample is to be told
+    last = Clock::now();
+    const haptics::Kit::Answer answer = kit.step({reading.pose, reading.clutch, elapsed.count()});
     device.write(answer.on_hand);
     if (!commands.send(haptics::message_of(needle.name, answer, now.count())))
       continue;  // what is felt fades by itself

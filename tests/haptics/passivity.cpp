@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "client/haptics/delay_line.h"
 
 using namespace acus::haptics;
@@ -41,6 +43,26 @@ TEST_CASE("a spring stiffer than the bound is rendered with the bound's stiffnes
     const double force = passivity.control(pull(-1e6 * x), 1e6 * x * x / 2).force[0];
     CHECK(force == doctest::Approx(-1000 * x).epsilon(1e-6).scale(1e-3));
   }
+}
+
+TEST_CASE("of a late sample the device's damping has eaten less") {
+  Passivity prompt(kCouplings, 0), late(kCouplings, 0);
+  prompt.observe(along_x(1e-3));
+  late.observe(along_x(1e-3), 10);
+  CHECK(prompt.account() == doctest::Approx(1000 * 1e-6 / 2));
+  CHECK(late.account() == doctest::Approx(prompt.account() / 10));
+}
+
+TEST_CASE("an account below zero renders nothing, and nothing is a number") {
+  Passivity passivity(kCouplings, 0);
+  passivity.observe(along_x(1e-3));
+  CHECK(passivity.control(pull(0.5), 1).force[0] > 0.4);
+  passivity.observe(along_x(2e-3), 100);  // goes with the force, and late
+  CHECK(passivity.account() < 0);
+  CHECK(passivity.control(pull(0), 0).force[0] == 0);
+  passivity.observe(along_x(0));
+  CHECK(passivity.control(pull(0.5), 1).force[0] == 0);
+  CHECK(std::isfinite(passivity.given()));
 }
 
 TEST_CASE("whatever is asked for, the account never falls below zero and no energy is made") {

@@ -40,12 +40,13 @@ struct Pair {
     const Vector6 own = way_of(first);
     const Kit::Answer answer = kit.step({displaced({}, share * own + (1 - share) * second_way), false});
     base = answer.base.position[0], seq = answer.seq, felt = answer.on_hand;
-    first_force = first_hand.step(own - first_before, felt, answer.stored, share, second_way - own);
+    first_force = first_hand.step(1e-3, own - first_before, felt, answer.stored, share, second_way - own);
     first_before = own;
     there.send(now, {felt, answer.stored, share, own});
     while (const auto news = there.receive(now)) told = *news;
     const Vector6 other = way_of(second);
-    second_force = second_hand.step(other - second_before, told.felt, told.stored, 1 - told.share, told.way - other);
+    second_force =
+        second_hand.step(1e-3, other - second_before, told.felt, told.stored, 1 - told.share, told.way - other);
     second_before = other;
     back.send(now, other);
     first.write(first_force.force);
@@ -130,13 +131,13 @@ TEST_CASE("another hand comes and goes without a jump") {
   double before = 0, largest = 0;
   Vector6 moved;
   moved[0] = -1e-3;
-  hand.step(moved, {}, 0, 1, std::nullopt);
+  hand.step(1e-3, moved, {}, 0, 1, std::nullopt);
   for (int i = 0; i < 600; ++i) {
     std::optional<Vector6> ahead;
     if (i >= 100 && i < 300) ahead.emplace()[0] = 5e-3;
     Vector6 pushed;  // by the other one, and held
     pushed[0] = -2e-6;
-    const double force = hand.step(pushed, {}, 0, 1, ahead).force[0];
+    const double force = hand.step(1e-3, pushed, {}, 0, 1, ahead).force[0];
     largest = std::max(largest, std::abs(force - before));
     before = force;
     if (i == 299) CHECK(force > 0.3);

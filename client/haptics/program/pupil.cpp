@@ -56,6 +56,8 @@ void Pupil::sample(Device& device, SharedHand& hand) {
     offset_ = teacher_->way;
     first_ = false;
   }
+  const double elapsed = samples_ > 0 ? now_ - sampled_ : 0;
+  sampled_ = now_;
   PupilSample record{now_, handle, {}, 0, {}, 0};
   PupilNews news;
   std::optional<Vector6> ahead;
@@ -72,7 +74,7 @@ void Pupil::sample(Device& device, SharedHand& hand) {
     }
   }
   const Wrench rendered =
-      hand.step(turned(options_.turned, displacement(before_, handle)), felt, stored, record.share, ahead);
+      hand.step(elapsed, turned(options_.turned, displacement(before_, handle)), felt, stored, record.share, ahead);
   before_ = handle;
   record.rendered = wrench_of(turned(options_.turned.conjugate(), joined(rendered)));
   device.write(record.rendered);

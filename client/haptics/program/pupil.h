@@ -66,7 +66,7 @@ class Pupil {
   Pose start_, before_;
   Vector6 offset_;  // of this way, to begin where the teacher is
   bool first_ = true;
-  double now_ = 0, heard_ = 0;  // s
+  double now_ = 0, heard_ = 0, sampled_ = 0;  // s
   std::uint64_t samples_ = 0;
   double largest_force_ = 0, withheld_ = 0, given_ = 0;
 };

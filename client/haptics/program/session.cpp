@@ -171,7 +171,8 @@ void Session::sample(Device& device, Kit& kit, double now) {
   take(kit, now);
   const Device::Reading reading = checked(device.read());
   handle_ = reading.pose;
-  const Kit::Answer answer = this->answer(kit, reading, now);
+  const Kit::Answer answer = this->answer(kit, reading, now, now - sampled_);
+  sampled_ = now;
   device.write(answer.on_hand);
   there_.send(now, message_of(results_.needle, answer, now));
   deliver_poses(now);
@@ -205,9 +206,9 @@ void Session::share(const DeviceProperties& properties) {
   if (server_.lockstep) teacher_->wait_for_pupil(options_.timeout);
 }
 
-Kit::Answer Session::answer(Kit& kit, const Device::Reading& reading, double now) {
+Kit::Answer Session::answer(Kit& kit, const Device::Reading& reading, double now, double elapsed) {
   if (plain_) return plain_->step(reading.pose);
-  return teacher_ ? teacher_->step(kit, reading, now) : kit.step({reading.pose, reading.clutch});
+  return teacher_ ? teacher_->step(kit, reading, now, elapsed) : kit.step({reading.pose, reading.clutch, elapsed});
 }
 
 // In real time: whether a server is still there, which publishes `stats` every second, also while it is paused, and

@@ -112,7 +112,7 @@ class Session {
   void deliver_poses(double now);
   void learn_felt(const Vector3& place, const Vector3& force);
   void share(const DeviceProperties& properties);
-  Kit::Answer answer(Kit& kit, const Device::Reading& reading, double now);
+  Kit::Answer answer(Kit& kit, const Device::Reading& reading, double now, double elapsed);
   bool continues(double now) const;
 
   SessionOptions options_;
@@ -131,6 +131,7 @@ class Session {
   std::uint64_t ticks_ = 0;              // asked for in lockstep
   std::uint64_t newest_seq_ = 0;         // that a model used
   std::uint64_t epoch_ = 0;              // of the newest model
+  double sampled_ = 0;                   // s, when the last sample was
   double heard_at_ = 0;                  // s, of the newest message
   Pose handle_;                          // at the last sample
   struct Felt {

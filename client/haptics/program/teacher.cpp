@@ -61,7 +61,7 @@ void Teacher::lose_pupil() {
   lockstep_ = false;  // nobody answers any more
 }
 
-Kit::Answer Teacher::step(Kit& kit, const Device::Reading& reading, double now) {
+Kit::Answer Teacher::step(Kit& kit, const Device::Reading& reading, double now, double elapsed) {
   hear(now);
   const bool joint = has_pupil(now);
   if (joint != joint_) on_pupil(joint);
@@ -77,11 +77,12 @@ Kit::Answer Teacher::step(Kit& kit, const Device::Reading& reading, double now) 
   const Vector6 other = pupil_ ? pupil_->way : own;
   Device::Reading both = reading;
   both.pose = displaced(start_, turned_back(share_ * own + (1 - share_) * other));
-  Kit::Answer answer = kit.step({both.pose, both.clutch});
+  Kit::Answer answer = kit.step({both.pose, both.clutch, elapsed});
   const Wrench felt = wrench_of(in_frame(joined(answer.on_hand)));
   std::optional<Vector6> ahead;
   if (joint) ahead = other - own;
-  const Wrench rendered = hand_.step(in_frame(displacement(before_, reading.pose)), felt, answer.stored, share_, ahead);
+  const Wrench rendered =
+      hand_.step(elapsed, in_frame(displacement(before_, reading.pose)), felt, answer.stored, share_, ahead);
   before_ = reading.pose;
   answer.on_hand = wrench_of(turned_back(joined(rendered)));
   ++news_.sample;

@@ -34,8 +34,8 @@ class Teacher {
   // From now on both ways are nothing.
   void begin(const Pose& handle);
 
-  // A sample: the kit's answer on the joint way, with what this hand is to feel.
-  Kit::Answer step(Kit& kit, const Device::Reading& reading, double now);
+  // A sample at `now`, `elapsed` after the last (s): the kit's answer on the joint way, with what this hand is to feel.
+  Kit::Answer step(Kit& kit, const Device::Reading& reading, double now, double elapsed);
 
   const SharedHand& hand() const { return hand_; }
   const Wrench& felt() const { return news_.felt; }  // N, N m, of one hand alone on the joint way
