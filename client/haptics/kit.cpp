@@ -219,7 +219,7 @@ double Kit::kept_for_transient(const Wrench& rendered) const {
 }
 
 Kit::Answer Kit::step(const Sample& sample) {
-  const double sample_time = std::max(sample.elapsed, 1 / properties_.rate);
+  const double sample_time = std::max(1 / properties_.rate, sample.elapsed);  // in this order NaN is none
   observe(sample.device, sample_time);
   const bool apart = parted(sample);
   age_ += sample_time;

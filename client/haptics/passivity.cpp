@@ -36,7 +36,7 @@ void Passivity::observe(const Vector6& displacement, double periods) {
   for (int i = 0; i < 6; ++i) eaten += (0.5 + delay_) * stiffness_[i] * displacement[i] * displacement[i];
   given_ += brought;
   withheld_ += std::max(0.0, dot(wanted_[acted], displacement) - brought);
-  account_ += eaten / std::max(periods, 1.0) - brought;
+  account_ += eaten / std::max(1.0, periods) - brought;
 }
 
 Wrench Passivity::control(const Wrench& wanted, double stored) {

@@ -33,6 +33,7 @@ class Transient {
     if (!acts()) return 0;
     const double at = time_ + sample_time / 2;
     time_ += sample_time;
+    if (at >= shape_.length) return 0;  // a late sample
     return shape_.height * std::sin(2 * std::numbers::pi * at / shape_.length);
   }
   double height() const { return shape_.height; }

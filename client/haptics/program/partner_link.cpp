@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "client/haptics/program/partner_link.h"
 
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -12,11 +13,11 @@ namespace acus::haptics {
 
 namespace {
 
-constexpr double kFarthest = 2, kStrongest = 1e3;  // m or rad, N or N m
+constexpr double kFarthest = 2, kTurned = 10, kStrongest = 1e3;  // m, rad, N or N m
 
-bool within(const Vector6& v, double most) {
-  for (const double each : v.at)
-    if (!(std::abs(each) <= most)) return false;
+bool within(const Vector6& v, double upper, double lower) {
+  for (int i = 0; i < 6; ++i)
+    if (!(std::abs(v[i]) <= (i < 3 ? upper : lower))) return false;
   return true;
 }
 
@@ -35,10 +36,11 @@ void require_local(const std::string& endpoint) {
 
 bool plausible(const TeacherNews& news) {
   return news.share >= 0 && news.share <= 1 && news.stored >= 0 && news.stored <= kStrongest &&
-         std::isfinite(news.time) && within(joined(news.felt), kStrongest) && within(news.way, kFarthest);
+         std::isfinite(news.time) && within(joined(news.felt), kStrongest, kStrongest) &&
+         within(news.way, kFarthest, kTurned);
 }
 
-bool plausible(const PupilNews& news) { return within(news.way, kFarthest); }
+bool plausible(const PupilNews& news) { return within(news.way, kFarthest, kTurned); }
 
 PartnerLink::PartnerLink(const std::string& endpoint, Side side) : socket_(context_, zmq::socket_type::pair) {
   require_local(endpoint);
@@ -71,7 +73,9 @@ bool PartnerLink::wait_until(std::chrono::steady_clock::time_point end) {
   const auto left = std::chrono::ceil<client::Timeout>(end - std::chrono::steady_clock::now());
   if (left.count() <= 0) return false;
   zmq::pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
-  return zmq::poll(&item, 1, left) > 0;
+  if (zmq_poll(&item, 1, left.count()) >= 0) return item.revents != 0;
+  if (zmq_errno() == EINTR) return false;  // a signal, for which whoever waits looks
+  throw client::ClientError(std::string("a shared needle: ") + zmq_strerror(zmq_errno()));
 }
 
 }  // namespace acus::haptics

@@ -57,7 +57,7 @@ class PartnerLink {
   // Without waiting; what nobody takes is lost.
   template <class News>
   void send(const News& news) {
-    [[maybe_unused]] const auto sent = socket_.send(zmq::buffer(&news, sizeof news), zmq::send_flags::dontwait);
+    [[maybe_unused]] const int sent = zmq_send(socket_.handle(), &news, sizeof news, ZMQ_DONTWAIT);
   }
 
   // The next plausible message, if one comes in time.
@@ -77,7 +77,7 @@ class PartnerLink {
   }
 
  private:
-  // False if it is that time.
+  // False if it is that time, or a signal came.
   bool wait_until(std::chrono::steady_clock::time_point end);
 
   std::string file_;  // of an ipc socket that is bound

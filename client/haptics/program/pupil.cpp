@@ -30,11 +30,12 @@ bool Pupil::continues() const {
 }
 
 // Says that it is there until the teacher answers.
-TeacherNews Pupil::wait_for_teacher() {
+std::optional<TeacherNews> Pupil::wait_for_teacher() {
   const auto end = Clock::now() + options_.timeout;
-  while (Clock::now() < end && !(options_.interrupt && *options_.interrupt)) {
+  while (Clock::now() < end) {
+    if (!continues()) return std::nullopt;
     link_.send(PupilNews{});
-    if (const auto news = link_.receive<TeacherNews>(client::Timeout(200))) return *news;
+    if (const auto news = link_.receive<TeacherNews>(client::Timeout(200))) return news;
   }
   throw client::Vanished("no acus-haptic --share was at " + options_.endpoint + " in time");
 }
@@ -100,6 +101,7 @@ void Pupil::loop_in_lockstep(Device& device, SharedHand& hand, TeacherNews news)
     answer.sample = news.sample;
     link_.send(answer);
     const auto next = link_.receive<TeacherNews>(options_.timeout);
+    if (!continues()) break;
     if (!next) throw client::Vanished("the teacher at " + options_.endpoint + " has gone silent");
     news = *next;
   }
@@ -129,12 +131,13 @@ void Pupil::loop_in_real_time(Device& device, SharedHand& hand, double rate) {
 
 void Pupil::run() {
   client::raise_priority();
-  const TeacherNews news = wait_for_teacher();
-  const bool lockstep = news.lockstep != 0;
+  const std::optional<TeacherNews> news = wait_for_teacher();
+  if (!news) return;  // interrupted
+  const bool lockstep = news->lockstep != 0;
   if (lockstep) client::lower_priority();
   const auto begun = Clock::now();
   DeviceChoice choice = options_.device;
-  if (lockstep) choice.rate = news.rate;  // it is asked for a sample at each of the teacher's
+  if (lockstep) choice.rate = news->rate;  // it is asked for a sample at each of the teacher's
   choice.clock = [this, lockstep, begun] {
     return lockstep ? now_ : std::chrono::duration<double>(Clock::now() - begun).count();
   };
@@ -149,7 +152,7 @@ void Pupil::run() {
   back_ = DelayLine<PupilNews>(way);
   SharedHand hand(properties, options_.hand);
   if (lockstep)
-    loop_in_lockstep(*device, hand, news);
+    loop_in_lockstep(*device, hand, *news);
   else
     loop_in_real_time(*device, hand, properties.rate);
   PupilNews farewell;

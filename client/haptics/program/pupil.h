@@ -50,7 +50,7 @@ class Pupil {
   double duration() const { return now_; }                 // s
 
  private:
-  TeacherNews wait_for_teacher();
+  std::optional<TeacherNews> wait_for_teacher();
   void loop_in_lockstep(Device& device, SharedHand& hand, TeacherNews news);
   void loop_in_real_time(Device& device, SharedHand& hand, double rate);
   void hear(const TeacherNews& news);

@@ -203,7 +203,7 @@ void Session::share(const DeviceProperties& properties) {
   teacher_.emplace(options_.sharing, properties, options_.kit.workspace.world_from_device, server_.lockstep);
   teacher_->on_pupil = on_pupil;
   results_.shared = true;
-  if (server_.lockstep) teacher_->wait_for_pupil(options_.timeout);
+  if (server_.lockstep) teacher_->wait_for_pupil(options_.timeout, options_.interrupt);
 }
 
 Kit::Answer Session::answer(Kit& kit, const Device::Reading& reading, double now, double elapsed) {

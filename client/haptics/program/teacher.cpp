@@ -22,11 +22,13 @@ Teacher::~Teacher() {
   link_.send(news_);
 }
 
-void Teacher::wait_for_pupil(client::Timeout timeout) {
+void Teacher::wait_for_pupil(client::Timeout timeout, const std::atomic<bool>* interrupt) {
   patience_ = timeout;
   const auto end = std::chrono::steady_clock::now() + timeout;
-  while (std::chrono::steady_clock::now() < end)
+  while (std::chrono::steady_clock::now() < end) {
+    if (interrupt && *interrupt) return;
     if (link_.receive<PupilNews>(client::Timeout(100))) return;
+  }
   throw client::Vanished("nobody has joined at " + options_.endpoint + " in time; start acus-haptic --join there");
 }
 

@@ -28,8 +28,9 @@ class Teacher {
   Teacher(const Teacher&) = delete;
   Teacher& operator=(const Teacher&) = delete;
 
-  // In lockstep: until a pupil is there; later it is lost if it takes longer for an answer. Throws client::Vanished.
-  void wait_for_pupil(client::Timeout timeout);
+  // In lockstep: until a pupil is there, or a signal came; later it is lost if it takes longer for an answer. Throws
+  // client::Vanished.
+  void wait_for_pupil(client::Timeout timeout, const std::atomic<bool>* interrupt);
 
   // From now on both ways are nothing.
   void begin(const Pose& handle);

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cmath>
 #include <deque>
-#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -13,9 +12,8 @@
 #include "client/haptics/program/session.h"
 #include "server/engine/scene/scene.h"
 #include "server/engine/tick/simulation.h"
-#include "tests/integration/process.h"
 #include "tests/study/studies/haptic_hand.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/study/studies/lockstep_server.h"
 
 namespace acus {
 
@@ -119,22 +117,6 @@ class ChatterMeter {
   int count_ = 0;
 };
 
-// The acus-server that lies beside this program, in lockstep.
-class LockstepServer {
- public:
-  explicit LockstepServer(const std::string& scene)
-      : process_({std::filesystem::read_symlink("/proc/self/exe").parent_path() / "acus-server",
-                  folder_.write("scene.yaml", scene), "--commands", commands(), "--states", states(), "--lockstep",
-                  "--log-level", "warn"}) {}
-
-  std::string commands() const { return "ipc://" + (folder_ / "commands"); }
-  std::string states() const { return "ipc://" + (folder_ / "states"); }
-
- private:
-  TemporaryFolder folder_;
-  testing::Process process_;
-};
-
 // What one task tells, from samples of the session and steps of the device.
 class Meters {
  public:
@@ -148,8 +130,7 @@ class Meters {
       swing_.add(plan.since(), rendered_.force[0]);
       for (int i = 0; i < 2; ++i) twist_[i].add(plan.since(), rendered_.torque[i]);
     } else if (held_) {
-      outcome_.swing = std::max(outcome_.swing, swing_.end());
-      for (SwingMeter& each : twist_) outcome_.twist = std::max(outcome_.twist, each.end());
+      end_hold();
     }
     held_ = plan.holds();
   }
@@ -183,6 +164,7 @@ class Meters {
   }
 
   void finish(double withheld) {
+    if (held_) end_hold();
     if (setting_.turns) {
       outcome_.felt = secant(straight_, tilted_);
       outcome_.tissue = secant(straight_at_server_, tilted_at_server_);
@@ -197,6 +179,11 @@ class Meters {
   }
 
  private:
+  void end_hold() {
+    outcome_.swing = std::max(outcome_.swing, swing_.end());
+    for (SwingMeter& each : twist_) outcome_.twist = std::max(outcome_.twist, each.end());
+  }
+
   void hold(const haptics::SampleRecord& sample, const PlannedDevice& device) {
     const HandPlan& plan = device.plan();
     const double place = device.pose().position[0], force = -rendered_.force[0];
