@@ -17,6 +17,18 @@ struct LinkDelay {
   double loss = 0;         // 0 to 1, share of items that never come
 };
 
+// Of a network that is told by the delays of both ways together, the same each way.
+inline LinkDelay way_there(LinkDelay both) {
+  both.delay /= 2;
+  both.jitter /= 2;
+  return both;
+}
+inline LinkDelay way_back(const LinkDelay& both) {
+  LinkDelay way = way_there(both);
+  ++way.seed;
+  return way;
+}
+
 // Marsaglia's xorshift: 0 to 1.
 inline double next_random(std::uint64_t& state) {
   state ^= state << 13;

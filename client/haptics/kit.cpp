@@ -194,16 +194,6 @@ void Kit::observe(const Pose& device, double elapsed) {
   device_before_ = device;
 }
 
-Wrench Kit::within_limits(Wrench wanted) {
-  const double growth = options_.force_growth / properties_.rate;
-  const double strongest = properties_.translation.largest_force, twist = properties_.rotation.largest_force;
-  const double most = speed_ > options_.fast ? std::min(options_.fast_force, strongest) : strongest;
-  wanted.force = limited_growth(before_.force, limited(wanted.force, most), growth);
-  wanted.torque =
-      limited_growth(before_.torque, limited(wanted.torque, twist), strongest > 0 ? growth * twist / strongest : twist);
-  return wanted;
-}
-
 // N, device frame.
 Vector3 Kit::transient(double sample_time) {
   const Quaternion& world_from_device = registration_.workspace().world_from_device;
@@ -236,9 +226,10 @@ Kit::Answer Kit::step(const Sample& sample) {
   const Wrench ramped{factor * result.wanted.force, factor * result.wanted.torque};
   const double power_scale = registration_.workspace().force_scale / registration_.workspace().scale;
   const Wrench felt{factor * answer.felt.force, factor * answer.felt.torque};
-  const double stored = power_scale * response_.stored(felt, moving_.softest()) + kept_for_transient(ramped);
-  result.stored = stored;
-  result.on_hand = before_ = passivity_.control(within_limits(ramped), stored);
+  result.stored = power_scale * response_.stored(felt, moving_.softest()) + kept_for_transient(ramped);
+  const double most = speed_ > options_.fast ? options_.fast_force : properties_.translation.largest_force;
+  const Wrench limited = within_limits(before_, ramped, properties_, options_.force_growth / properties_.rate, most);
+  result.on_hand = before_ = passivity_.control(limited, result.stored);
   return result;
 }
 

@@ -92,7 +92,6 @@ class Kit {
 
  private:
   void observe(const Pose& device, double elapsed);
-  Wrench within_limits(Wrench wanted);
   Vector3 transient(double sample_time);
   double kept_for_transient(const Wrench& rendered) const;
   bool parted(const Sample& sample);

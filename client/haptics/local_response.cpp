@@ -39,11 +39,6 @@ Matrix6 composed(const Spectrum& spectrum, const Vector6& root) {
   return a;
 }
 
-Vector6 turned(const Quaternion& q, const Vector6& v) {
-  const Wrench halves = wrench_of(v);
-  return joined(q * halves.force, q * halves.torque);
-}
-
 bool yields(Limit limit) { return limit == Limit::puncture || limit == Limit::cutting || limit == Limit::slip; }
 
 }  // namespace

@@ -45,12 +45,8 @@ Wrench SharedHand::step(double elapsed, const Vector6& moved, const Wrench& felt
   if (ahead) ahead_ = *ahead;
   const double factor = ramp_.step(ahead.has_value(), std::max(1 / properties_.rate, elapsed));
   const Vector6 between = factor * spring(ahead_);
-  Wrench wanted = wrench_of(share * joined(felt) + between);
-  const double growth = options_.force_growth / properties_.rate;
-  const double strongest = properties_.translation.largest_force, twist = properties_.rotation.largest_force;
-  wanted.force = limited_growth(before_.force, limited(wanted.force, strongest), growth);
-  wanted.torque =
-      limited_growth(before_.torque, limited(wanted.torque, twist), strongest > 0 ? growth * twist / strongest : twist);
+  const Wrench wanted = within_limits(before_, wrench_of(share * joined(felt) + between), properties_,
+                                      options_.force_growth / properties_.rate, properties_.translation.largest_force);
   return before_ = passivity_.control(wanted, share * stored + dot(between, ahead_) / 2);
 }
 

@@ -70,6 +70,11 @@ Wrench wrench_of(const Vector6& joined) {
   return {{{joined[0], joined[1], joined[2]}}, {{joined[3], joined[4], joined[5]}}};
 }
 
+Vector6 turned(const Quaternion& q, const Vector6& v) {
+  const Wrench halves = wrench_of(v);
+  return joined(q * halves.force, q * halves.torque);
+}
+
 Spectrum spectrum(Matrix6 a) {
   Spectrum result;
   for (int i = 0; i < 6; ++i) result.vectors(i, i) = 1;

@@ -108,6 +108,8 @@ struct Wrench {
 Vector6 joined(const Vector3& upper, const Vector3& lower);
 inline Vector6 joined(const Wrench& wrench) { return joined(wrench.force, wrench.torque); }
 Wrench wrench_of(const Vector6& joined);
+// Both halves turned.
+Vector6 turned(const Quaternion& q, const Vector6& v);
 
 // A X = B for symmetric positive definite A, by Cholesky. False, and x untouched, if A is not.
 template <int n>

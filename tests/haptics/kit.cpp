@@ -242,6 +242,17 @@ TEST_CASE("a needle stuck in friction does not swing, with or without delay") {
     }
 }
 
+// What a tick of h (s) tells of a base at x (m) that a force (N) resists; stiffness and limits are not known yet.
+LocalModel model_of_tick(std::uint64_t tick, double h, std::uint64_t seq, double x, double force) {
+  LocalModel model;
+  model.tick = tick;
+  model.time = h * static_cast<double>(tick);
+  model.seq = seq;
+  model.base.position[0] = x;
+  model.felt.force[0] = -force;
+  return model;
+}
+
 // A needle in a tissue so stiff that it sticks within a micrometre and slides beyond: a tick at the border tells no
 // stiffness but the needle's inertia.
 struct StiffFriction {
@@ -254,12 +265,7 @@ struct StiffFriction {
     if (inside) anchor = std::clamp(anchor, x - ahead / stiffness, x + back / stiffness);
     const double force = inside ? stiffness * (x - anchor) : 0;
     const bool at_limit = anchor != before || force > ahead - 1e-6 || force < -back + 1e-6;
-    LocalModel model;
-    model.tick = ++tick;
-    model.time = h * static_cast<double>(tick);
-    model.seq = seq;
-    model.base.position[0] = x;
-    model.felt.force[0] = -force;
+    LocalModel model = model_of_tick(++tick, h, seq, x, force);
     model.stiffness(0, 0) = -inertia - (inside && !at_limit ? stiffness : 0);
     model.put_limits(inside ? ahead : 0, inside ? back : 0, true);
     return model;
@@ -319,12 +325,7 @@ struct ViscousSurface {
     const double left = moved * depth / (stiffness + moved);  // m, where the surface comes to by itself
     const double force = std::max((stiffness + moved) * (x - left), 0.0);
     depth = force > 0 ? x : left;
-    LocalModel model;
-    model.tick = ++tick;
-    model.time = h * static_cast<double>(tick);
-    model.seq = seq;
-    model.base.position[0] = x;
-    model.felt.force[0] = -force;
+    LocalModel model = model_of_tick(++tick, h, seq, x, force);
     model.stiffness(0, 0) = -mass / (h * h) - (force > 0 ? stiffness + moved : 0);
     model.put_limits(force > 0 ? 1e6 : 0, 0, false);
     return model;

@@ -17,11 +17,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-Vector6 turned(const Quaternion& q, const Vector6& v) {
-  const Wrench halves = wrench_of(v);
-  return joined(q * halves.force, q * halves.torque);
-}
-
 }  // namespace
 
 bool Pupil::continues() const {
@@ -41,11 +36,9 @@ std::optional<TeacherNews> Pupil::wait_for_teacher() {
 }
 
 void Pupil::hear(const TeacherNews& news) {
-  const bool anew = !teacher_ || news.origin != teacher_->origin;
+  if (!teacher_ || news.origin != teacher_->origin) first_ = true;  // ways begin where the teacher is
   teacher_ = news;
   heard_ = now_;
-  if (!anew) return;
-  first_ = true;  // ways begin where the teacher is
 }
 
 void Pupil::sample(Device& device, SharedHand& hand) {
@@ -144,12 +137,8 @@ void Pupil::run() {
   const std::unique_ptr<Device> device = make_device(choice);
   const Opened opened(*device);
   const DeviceProperties properties = device->open();
-  LinkDelay way = options_.network;
-  way.delay /= 2;
-  way.jitter /= 2;
-  there_ = DelayLine<TeacherNews>(way);
-  ++way.seed;
-  back_ = DelayLine<PupilNews>(way);
+  there_ = DelayLine<TeacherNews>(way_there(options_.network));
+  back_ = DelayLine<PupilNews>(way_back(options_.network));
   SharedHand hand(properties, options_.hand);
   if (lockstep)
     loop_in_lockstep(*device, hand, *news);

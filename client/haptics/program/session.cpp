@@ -225,14 +225,9 @@ void Session::check_server(double now) {
                            std::to_string(static_cast<int>(std::ceil(silence))) + " s");
 }
 
-// Simulated delays are of both ways together, the same each way.
 void Session::connect_network() {
-  LinkDelay way = options_.network;
-  way.delay /= 2;
-  way.jitter /= 2;
-  there_ = DelayLine<protocol::Pose>(way);
-  ++way.seed;
-  back_ = DelayLine<std::variant<Received, protocol::Event>>(way);
+  there_ = DelayLine<protocol::Pose>(way_there(options_.network));
+  back_ = DelayLine<std::variant<Received, protocol::Event>>(way_back(options_.network));
 }
 
 void Session::loop(Device& device) {

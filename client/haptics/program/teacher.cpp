@@ -38,11 +38,6 @@ void Teacher::begin(const Pose& handle) {
   pupil_.reset();
 }
 
-Vector6 Teacher::turned_back(const Vector6& way) const {
-  const Wrench halves = wrench_of(way);
-  return joined(turned_.conjugate() * halves.force, turned_.conjugate() * halves.torque);
-}
-
 // The newest of the pupil; in lockstep its answer to the last sample.
 void Teacher::hear(double now) {
   const bool asked = lockstep_ && news_.sample > 0;
@@ -71,22 +66,18 @@ Kit::Answer Teacher::step(Kit& kit, const Device::Reading& reading, double now, 
   const double wish = joint ? (options_.share ? options_.share->load() : 0.5) : 1;
   const double change = kShareChange * sample_time_;
   share_ += std::clamp(wish - share_, -change, change);
-  const auto in_frame = [this](const Vector6& way) {
-    const Wrench halves = wrench_of(way);
-    return joined(turned_ * halves.force, turned_ * halves.torque);
-  };
-  const Vector6 own = in_frame(displacement(start_, reading.pose));
+  const Quaternion turned_back = turned_.conjugate();
+  const Vector6 own = turned(turned_, displacement(start_, reading.pose));
   const Vector6 other = pupil_ ? pupil_->way : own;
-  Device::Reading both = reading;
-  both.pose = displaced(start_, turned_back(share_ * own + (1 - share_) * other));
-  Kit::Answer answer = kit.step({both.pose, both.clutch, elapsed});
-  const Wrench felt = wrench_of(in_frame(joined(answer.on_hand)));
+  const Pose both = displaced(start_, turned(turned_back, share_ * own + (1 - share_) * other));
+  Kit::Answer answer = kit.step({both, reading.clutch, elapsed});
+  const Wrench felt = wrench_of(turned(turned_, joined(answer.on_hand)));
   std::optional<Vector6> ahead;
   if (joint) ahead = other - own;
   const Wrench rendered =
-      hand_.step(elapsed, in_frame(displacement(before_, reading.pose)), felt, answer.stored, share_, ahead);
+      hand_.step(elapsed, turned(turned_, displacement(before_, reading.pose)), felt, answer.stored, share_, ahead);
   before_ = reading.pose;
-  answer.on_hand = wrench_of(turned_back(joined(rendered)));
+  answer.on_hand = wrench_of(turned(turned_back, joined(rendered)));
   ++news_.sample;
   news_.time = now;
   news_.share = share_;

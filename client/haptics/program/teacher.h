@@ -48,7 +48,6 @@ class Teacher {
   static constexpr double kShareChange = 2.0;  // 1/s, at most
 
  private:
-  Vector6 turned_back(const Vector6& way) const;
   void hear(double now);
   void lose_pupil();
   bool has_pupil(double now) const { return pupil_ && now - heard_ <= kStale; }
