@@ -30,10 +30,15 @@ bool MessageIndex::read_on() {
   if (!file_.is_open()) file_.open(path_, std::ios::binary);
   if (!file_.is_open()) return false;
   const std::size_t before = unread_.size();
-  unread_.resize(before + kAtATime);
+  const std::uint64_t from = offset_ + before;
   file_.clear();
-  file_.seekg(static_cast<std::streamoff>(offset_ + before));
-  file_.read(unread_.data() + before, kAtATime);
+  file_.seekg(0, std::ios::end);
+  const auto size_now = static_cast<std::uint64_t>(file_.tellg());
+  if (size_now <= from) return false;  // room for what has come, and no more: a growing file is asked often
+  const std::size_t count = std::min<std::uint64_t>(size_now - from, kAtATime);
+  unread_.resize(before + count);
+  file_.seekg(static_cast<std::streamoff>(from));
+  file_.read(unread_.data() + before, static_cast<std::streamsize>(count));
   unread_.resize(before + static_cast<std::size_t>(file_.gcount()));
   if (unread_.size() == before) return false;
   std::string_view rest = unread_;
