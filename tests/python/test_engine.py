@@ -3,6 +3,7 @@
 """acus.engine: the simulation in this process does what a server does, bit by bit."""
 
 import signal
+import subprocess
 import threading
 import unittest
 
@@ -149,6 +150,86 @@ class Values(Engine):
         state, reports = pushed(self.model, 1200)
         (path,) = state.paths
         self.assertLess(np.linalg.norm(path[-1] - reports[-1]["needle"].tip_position), 3e-3)
+
+
+class Placement(Engine):
+    def test_a_needle_elsewhere_is_as_if_the_scene_had_it_there(self):
+        scene, needle = acus.Scene.read(self.path), self.model.needles[0]
+        scene["needles[0].base.position"] = needle.base_position + [0.01, 0.005, 0.02]
+        there = engine.load(scene)
+        other, placed = there.start(), self.model.start({"needle": (there.needles[0].base_position, needle.base_orientation)})
+        for tick in range(100):
+            engine.step(there, other, push(there, 60 * tick))
+            engine.step(self.model, placed, push(there, 60 * tick))
+        self.assertEqual(placed.hash, other.hash)
+
+    def test_guides_can_be_elsewhere(self):
+        scene = acus.Scene.read(acus.find_scene("steering"))
+        model = engine.load(scene)
+        guide = model.guides[0]
+        position = guide.position + [0, 0, 1e-3]
+        scene[f"guides[{guide.name}].pose.position"] = position
+        moved, placed = engine.load(scene), model.start({guide.name: (position, guide.orientation)})
+        state = moved.start()
+        engine.step(moved, state, ticks=20)
+        engine.step(model, placed, ticks=20)
+        self.assertEqual(placed.hash, state.hash)
+
+    def test_a_place_that_cannot_be_is_refused(self):
+        needle = self.model.needles[0]
+        for body, what in ((("needle", needle.base_position - [0, 0, 0.05]), "tip outside the tissue"),
+                           (("other", needle.base_position), "no needle or guide 'other'"),
+                           (("needle", [np.nan, 0, 0]), "not finite")):
+            self.assertRaisesRegex((ValueError, KeyError), what, self.model.start, {body[0]: (body[1], needle.base_orientation)})
+        self.assertRaisesRegex(ValueError, "expected \\(position, orientation\\)", self.model.start,
+                               {"needle": (needle.base_position, needle.base_orientation, 1.0)})
+
+
+class Recordings(InTemporaryFolder, Engine):
+    def export(self, path):
+        done = subprocess.run([acus.programs.find_program("acus-export"), path, "--csv", self.path_of_csv], text=True,
+                              capture_output=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def setUp(self):
+        super().setUp()
+        self.path_of_csv = self.folder + "/run.csv"
+
+    def test_a_recording_is_one_of_a_server(self):
+        needle, recording = self.model.needles[0], self.folder + "/run.acus"
+        away = needle.base_position + [0.01, 0, 0]
+        state = self.model.start({"needle": (away, needle.base_orientation)})
+        state.record(recording)
+        reports = []
+        for tick in range(1, 700):
+            command = {"needle": (away + 8e-5 * tick * needle.axis, needle.base_orientation, 0.01 * tick)} if tick % 3 else {}
+            reports.append(engine.step(self.model, state, command))
+        copy = state.copy()
+        engine.step(self.model, copy, ticks=50)  # is not recorded
+        self.assertRaisesRegex(OSError, "recorded already", state.record, self.folder + "/other.acus")
+        state.end_recording()
+        state.end_recording()
+        engine.step(self.model, state, ticks=50)
+        self.assertIn("699 ticks", found := self.export(recording))
+        self.assertIn("the same to the last bit", found)
+        with acus.Run(self.path_of_csv) as run:
+            np.testing.assert_allclose(run["needle"].base_force, [report["needle"].base_force for report in reports], atol=1e-12)
+            self.assertIn("puncture", [event.kind for event in run.events])
+
+    def test_it_ends_with_the_state(self):
+        state = engine.load(acus.find_scene("brachytherapy")).start()  # whose mesh is in the recording
+        recording = self.folder + "/run.acus"
+        state.record(recording)
+        state.step({}, 5)
+        del state
+        self.assertIn("5 ticks", self.export(recording))
+
+    def test_where_it_cannot_be_written(self):
+        state = self.model.start()
+        self.assertRaisesRegex(OSError, "No such file", state.record, "/nowhere/run.acus")
+        state.record(self.folder + "/run.acus")
+        self.assertRaisesRegex(OSError, "a file of this name already", self.model.start().record, self.folder + "/run.acus")
 
 
 class Errors(InTemporaryFolder, Engine):

@@ -88,9 +88,10 @@ class Model:
         self.tetrahedron_regions = loaded.tetrahedron_regions  # number of the region of each
         self.rest_positions = loaded.rest_positions  # m, nodes x 3
 
-    def start(self):
-        """The state after loading."""
-        return self._loaded.start()
+    def start(self, bodies=None):
+        """The state after loading. `bodies`, {name: (position, orientation)}, puts needles and guides elsewhere, as if
+        the scene had them there. Raises ValueError or KeyError, also for a tip inside the tissue."""
+        return self._loaded.start(bodies or {})
 
     def state(self, snapshot):
         """Of the bytes of a state, or of a snapshot of a server with the same scene. Raises ValueError."""

@@ -34,6 +34,12 @@ std::string names(const Scene& scene) {
 
 }  // namespace
 
+EngineModel::EngineModel(const Scene& scene) : EngineModel(scene, read_mesh(scene)) {}
+
+EngineModel::EngineModel(const Scene& scene, TetrahedralMesh own_mesh)
+    : model_(scene, {}, own_mesh),
+      world_(std::make_shared<recorded::World>(record_of(scene, own_mesh, model_.fingerprint))) {}
+
 int EngineModel::needle(const std::string& name) const {
   const int needle = find(scene().needles, name);
   if (needle < 0) throw std::out_of_range("the scene has no needle '" + name + "'; it has " + names(scene()));
@@ -82,11 +88,16 @@ void EngineState::step(const std::map<int, Command>& commands, int ticks, std::v
   std::unique_ptr<Workspace> workspace = model->lend(number_);
   report.events.reserve(workspace->scratch.events.capacity());
   std::ranges::fill(workspace->commands, std::nullopt);
-  for (const auto& [body, command] : commands) merge(workspace->commands[static_cast<std::size_t>(body)], command);
+  for (const auto& [body, command] : commands) {
+    merge(workspace->commands[static_cast<std::size_t>(body)], command);
+    if (recorder_) recorder_->command(body, command);
+  }
   auto asked = std::chrono::steady_clock::now();
   for (int tick = 0; tick < ticks; ++tick) {
+    const bool economizing = state.economizing;
     acus::step(model->model(), workspace->commands, state, workspace->scratch, report);
     std::ranges::fill(workspace->commands, std::nullopt);
+    record_tick(economizing);
     if (after) after->push_back(report);
     if (const auto now = std::chrono::steady_clock::now(); now - asked > kBetweenQuestions) {
       asked = now;
@@ -94,6 +105,25 @@ void EngineState::step(const std::map<int, Command>& commands, int ticks, std::v
     }
   }
   model->give_back(std::move(workspace));
+}
+
+void EngineState::record(const std::string& path, const std::string& version) {
+  if (recorder_) throw RecordingError("the state is being recorded already; end_recording() first");
+  recorder_ = std::make_unique<StateRecorder>(path, version, model->world(), state);
+}
+
+void EngineState::end_recording() {
+  if (const std::unique_ptr<StateRecorder> recorder = std::move(recorder_)) recorder->end();
+}
+
+void EngineState::record_tick(bool economizing) {
+  if (!recorder_) return;
+  try {
+    recorder_->tick(economizing, report, state);
+  } catch (...) {
+    recorder_.reset();
+    throw;
+  }
 }
 
 }  // namespace acus::python

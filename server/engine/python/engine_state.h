@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "server/engine/recording/state_recorder.h"
 #include "server/engine/state/model.h"
 #include "server/engine/state/report.h"
 #include "server/engine/tick/scratch.h"
@@ -30,9 +31,11 @@ struct Workspace {
 class EngineModel {
  public:
   // Throws SceneError.
-  explicit EngineModel(const Scene& scene) : model_(scene) {}
+  explicit EngineModel(const Scene& scene);
 
   const Model& model() const { return model_; }
+  // For recordings, which hold the scene and its mesh.
+  const std::shared_ptr<const recorded::World>& world() const { return world_; }
   const Scene& scene() const { return model_.scene; }
   // Number of the needle, or of the guide after the needles; throws std::out_of_range that says which there are.
   int body(const std::string& name) const;
@@ -43,7 +46,10 @@ class EngineModel {
   void give_back(std::unique_ptr<Workspace> workspace);
 
  private:
+  EngineModel(const Scene& scene, TetrahedralMesh own_mesh);
+
   const Model model_;
+  const std::shared_ptr<const recorded::World> world_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Workspace>> idle_;
 };
@@ -52,12 +58,18 @@ class EngineState {
  public:
   explicit EngineState(std::shared_ptr<EngineModel> of);  // after loading
   EngineState(std::shared_ptr<EngineModel> of, State from);
+  // Without the recording.
   EngineState(const EngineState& other) : EngineState(other.model, other.state) { report = other.report; }
 
   // So many ticks with these commands, by body, which the first of them takes in. Each report goes into `after`, if
-  // given. Ends early, between two ticks, where `stop`, asked now and then, says so.
+  // given. Ends early, between two ticks, where `stop`, asked now and then, says so. Throws RecordingError if the
+  // recording cannot be written on: the state is that of the last tick, and is recorded no more.
   void step(const std::map<int, Command>& commands, int ticks, std::vector<TickReport>* after,
             const std::function<bool()>& stop);
+
+  // From now on, until end_recording(), which does nothing where none is made. Throw RecordingError.
+  void record(const std::string& path, const std::string& version);
+  void end_recording();
 
   const std::shared_ptr<EngineModel> model;
   State state;
@@ -65,6 +77,9 @@ class EngineState {
   bool busy = false;  // a thread steps it
 
  private:
+  void record_tick(bool economizing);
+
+  std::unique_ptr<StateRecorder> recorder_;
   const std::uint64_t number_;  // tells it from other states
 };
 

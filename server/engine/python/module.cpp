@@ -4,6 +4,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <span>
 
@@ -13,6 +14,7 @@
 #include "server/engine/python/engine_state.h"
 #include "server/engine/scene/mesh_process.h"
 #include "server/engine/scene/scene_error.h"
+#include "server/engine/state/placement.h"
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
 #include "server/engine/tick/base_motion.h"
@@ -228,6 +230,26 @@ std::vector<Array> paths_of(const EngineState& state) {
   return paths;
 }
 
+// ---- The state after loading ----
+
+// With bodies, {name: (position, orientation)}, elsewhere than in the scene.
+EngineState start(const std::shared_ptr<EngineModel>& of, const py::dict& bodies) {
+  State state = make_state(of->model());
+  for (const auto& [key, value] : bodies) {
+    const std::string name = py::str(key);
+    const int body = of->body(name);
+    const Command command = command_from(value, name, body >= of->model().needle_count());
+    if (!command.pose || command.spin)
+      throw py::value_error("the place of '" + name + "': expected (position, orientation)");
+    try {
+      place_body(of->model(), state, body, *command.pose);
+    } catch (const PlacementError& error) {
+      throw py::value_error("the place of '" + name + "': " + error.what());
+    }
+  }
+  return {of, std::move(state)};
+}
+
 // ---- The scene ----
 
 py::list needles_of(const EngineModel& of) {
@@ -283,9 +305,8 @@ void declare_model(py::module_& module) {
             return std::make_shared<EngineModel>(parse_scene(text, "scene", folder));
           },
           py::arg("text"), py::arg("folder") = "", "Of YAML; meshes are looked up in the folder.")
-      .def(
-          "start", [](const std::shared_ptr<EngineModel>& model) { return EngineState(model); },
-          "The State after loading.")
+      .def("start", start, py::arg("bodies") = py::dict(),
+           "The State after loading; {name: (position, orientation)} puts needles and guides elsewhere.")
       .def("state", from_bytes, py::arg("bytes"),
            "The State of a snapshot: of State.bytes(), or of a server with the same scene.")
       .def_property_readonly("name", [](const EngineModel& of) { return of.scene().name; })
@@ -328,6 +349,19 @@ void declare_state(py::module_& module) {
       .def("step", step, py::arg("commands") = py::dict(), py::arg("ticks") = 1,
            "So many ticks; {name: (position, orientation[, spin])} is taken in by the first. The Report of the last.")
       .def("trace", trace, py::arg("commands") = py::dict(), py::arg("ticks") = 1, "Likewise; the Report of each.")
+      .def(
+          "record",
+          [](EngineState& state, const std::filesystem::path& path) {
+            resting(state);
+            state.record(path, ACUS_VERSION);
+          },
+          py::arg("path"),
+          "Into a new file, until end_recording() or the end of the state: a recording, as servers make them.")
+      .def("end_recording",
+           [](EngineState& state) {
+             resting(state);
+             state.end_recording();
+           })
       .def("bytes", bytes_of, "A snapshot; a server with the same scene goes on from it by `restore`.")
       .def_property_readonly(
           "hash", [](const EngineState& state) { return comparable_hash(resting(state).state); },
@@ -448,6 +482,8 @@ PYBIND11_MODULE(acus_engine, module) {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const std::out_of_range& error) {
       PyErr_SetString(PyExc_KeyError, error.what());
+    } catch (const acus::RecordingError& error) {
+      PyErr_SetString(PyExc_OSError, error.what());
     }
   });
   module.def("use_mesh_program", acus::use_mesh_program, py::arg("path"));

@@ -8,6 +8,7 @@
 #include "server/engine/scene/fingerprint.h"
 #include "server/engine/scene/scene_error.h"
 #include "server/engine/state/capacities.h"
+#include "server/engine/state/placement.h"
 
 namespace acus {
 
@@ -109,12 +110,9 @@ auto announced(const Progress& progress, const char* what, Make make) {
 
 // A tip in the middle of the tissue has no path that it came by.
 void refuse_tip_inside(const Model& model, int needle) {
-  const Vector3 tip = make_needle_state(model.needles[needle], model.scene.needles[needle].base).x.rightCols<1>();
-  for (int t = 0; t < model.mesh.tetrahedron_count(); ++t) {
-    if (barycentric(model.mesh, model.mesh.nodes, t, tip).minCoeff() < 0) continue;
-    throw scene_error(model.scene, child_path("needles", static_cast<std::size_t>(needle)) + ".base",
-                      "expected the needle's tip outside the tissue, found it inside; move the base back");
-  }
+  if (!tip_is_inside(model, needle, model.scene.needles[needle].base)) return;
+  throw scene_error(model.scene, child_path("needles", static_cast<std::size_t>(needle)) + ".base",
+                    "expected the needle's tip outside the tissue, found it inside; move the base back");
 }
 
 }  // namespace

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/state/placement.h"
+
+#include <cassert>
+
+#include "server/engine/models/surface.h"
+
+namespace acus {
+
+bool tip_is_inside(const Model& model, int needle, const Pose& base) {
+  const Vector3 tip = make_needle_state(model.needles[needle], base).x.rightCols<1>();
+  for (int t = 0; t < model.mesh.tetrahedron_count(); ++t) {
+    if (barycentric(model.mesh, model.mesh.nodes, t, tip).minCoeff() >= 0) return true;
+  }
+  return false;
+}
+
+void place_body(const Model& model, State& state, int body, const Pose& pose) {
+  assert(state.tick == 0);
+  if (const int guide = body - model.needle_count(); guide >= 0) {
+    state.guides[guide].motion = base_at(pose);
+    return;
+  }
+  if (tip_is_inside(model, body, pose))
+    throw PlacementError("expected the needle's tip outside the tissue, found it inside; move the base back");
+  state.needles[body] = make_needle_state(model.needles[body], pose);
+  state.bases[body] = base_at(pose);
+}
+
+}  // namespace acus
