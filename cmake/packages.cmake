@@ -86,7 +86,7 @@ set(CPACK_DEBIAN_CLIENT_PACKAGE_SUGGESTS "chromium, ffmpeg") # acus-view --expor
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-msgpack, python3-numpy, python3-zmq")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "acus-server, python3-matplotlib")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "acus-server, python3-acus-engine, python3-cloudpickle, python3-matplotlib, python3-pandas, python3-scipy")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libzmq3-dev, pkg-config")
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_ENGINE_PACKAGE_DEPENDS

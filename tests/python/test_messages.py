@@ -13,7 +13,7 @@ import numpy as np
 from small_scene import ROOT
 
 import acus  # noqa: E402
-from acus import env, errors, messages, rotation  # noqa: E402
+from acus import env, errors, messages, rotation, study  # noqa: E402
 
 # What a class is called there, where it is not called the same.
 NAMES = {"Needle": "NeedleInfo", "Guide": "GuideInfo", "TissueSize": "TissueInfo", "Topic": "TopicInfo",
@@ -102,9 +102,12 @@ def public_names(of):
 
 class Page(unittest.TestCase):
     def test_docs_name_everything_that_is_public(self):
-        with open(os.path.join(ROOT, "docs", "python.md"), encoding="utf-8") as file:
-            words = set(re.findall(r"\w+", file.read()))
-        for of in (acus, acus.Client, acus.Server, acus.Run, acus.Track, acus.Scene, rotation, env, env.NeedleEnv):
+        words = set()
+        for page in ("python.md", "studies.md"):
+            with open(os.path.join(ROOT, "docs", page), encoding="utf-8") as file:
+                words.update(re.findall(r"\w+", file.read()))
+        for of in (acus, acus.Client, acus.Server, acus.Run, acus.Track, acus.Scene, rotation, env, env.NeedleEnv, study, acus.Study,
+                   study.World, study.Result):
             names = set(public_names(of)) - {"np", "close"}
             self.assertEqual(names - words, set(), of.__name__)
 

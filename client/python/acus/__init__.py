@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Needles in soft tissue, simulated by acus-server or in this process: docs/python.md says how this package is used."""
 
-from . import engine
+from . import engine, study
 from .client import Client
 from .errors import (AcusError, ClientError, KeyFileError, KeysRefused, ProgramNotFound, ProtocolMismatch, Refused,
-                     RunError, SceneError, ServerFailed, Vanished)
+                     RunError, SceneError, ServerFailed, StudyError, Vanished)
 from .keys import Keys
 from .messages import (DescribeReply, Done, Event, Force, Guide, Haptics, HashReply, HelloReply, Needle,
                        NeedleShape, SnapshotReply, States, Stats, TissueShape, flag_names)
@@ -13,3 +13,4 @@ from .run import Run, Track
 from .scene import Scene
 from .server import Server
 from .shapes import Shapes
+from .study import Insertion, Study

@@ -11,7 +11,9 @@ It is the module acus_engine, compiled from the server's code (GPL-3.0-or-later)
 installed, and the Debian package python3-acus-engine has it. `available()` tells whether it is there.
 """
 
+import functools
 import glob
+import hashlib
 import importlib.util
 import operator
 import os
@@ -50,6 +52,19 @@ def _processor_can():
 def available():
     """Whether the compiled module is there, and this processor can run it."""
     return (MODULE in sys.modules or _find() is not None) and _processor_can()
+
+
+def version():
+    """Of the compiled engine. Raises ProgramNotFound."""
+    return _module().version
+
+
+@functools.cache
+def build():
+    """A hash (hex) of the compiled engine: with the same one, the same scene and commands give the same bits on the same
+    kind of processor. Raises ProgramNotFound."""
+    with open(_module().__file__, "rb") as file:
+        return hashlib.sha256(file.read()).hexdigest()[:16]
 
 
 def _module():

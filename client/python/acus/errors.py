@@ -59,3 +59,7 @@ class SceneError(AcusError):
 
 class RunError(AcusError):
     """A recorded run that cannot be read; names the file."""
+
+
+class StudyError(AcusError):
+    """A study that cannot be made, run or continued; names the parameter, output or file."""

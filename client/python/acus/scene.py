@@ -8,6 +8,7 @@ needles[left].length.
 """
 
 import copy
+import difflib
 import functools
 import json
 import math
@@ -73,6 +74,18 @@ class Scene:
             inside[last] = plain(value)
         else:
             inside[index_of(inside, last, steps)] = plain(value)
+
+    def schema_at(self, place):
+        """The schema of a field, whose entries of lists the scene has. Raises SceneError, with fields of the same name
+        where there is none."""
+        schema, value = self.schema(), self.fields
+        for depth, step in enumerate(steps := steps_of(place)):
+            try:
+                schema = schema_within(schema, step, steps, depth)
+            except SceneError as error:
+                raise SceneError(f"{error}{did_you_mean(place, self.schema())}") from None
+            value = value_within(value, step, steps, depth)
+        return schema
 
     def __contains__(self, place):
         """Whether the scene itself gives a value there."""
@@ -177,6 +190,26 @@ def schema_within(schema, step, steps, depth):
     if inside is None:
         raise SceneError(f"{shown(steps[:depth + 1])}: scenes have no such field")
     return inside
+
+
+def did_you_mean(place, schema, most=3):
+    """The places whose last field has this name, or one like it."""
+    name = place.rpartition(".")[2]
+    names = {each.rpartition(".")[2] for each in places_in(schema)}
+    like = difflib.get_close_matches(name, names, 1, 0.8)
+    found = [each for each in places_in(schema) if like and each.rpartition(".")[2] == like[0]]
+    found.sort(key=len)
+    return "; did you mean " + " or ".join(found[:most]) + "?" if found else ""
+
+
+def places_in(schema, before=""):
+    """Of all fields, with the first entry of each list."""
+    for name, inside in schema.get("properties", {}).items():
+        place = f"{before}.{name}".removeprefix(".")
+        yield place
+        yield from places_in(inside, place)
+        if "properties" in inside.get("items", {}):
+            yield from places_in(inside["items"], place + "[0]")
 
 
 # ---- YAML 1.2 ----

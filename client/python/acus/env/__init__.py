@@ -2,7 +2,7 @@
 """Environments for learning to steer needles: docs/python.md says what each task asks for."""
 
 from .needle_env import POLICIES, TASKS, NeedleEnv
-from .randomisation import LogUniform, Uniform
+from ..distributions import LogUniform, Uniform
 from .task import Outcome, Task
 from .vector_env import VectorEnv
 from .world import World

@@ -3,9 +3,9 @@
 
 import numpy as np
 
+from ..distributions import draw
 from . import force_limit, needle_order, reach
 from .interface import Box, Discrete, Env
-from .randomisation import draw
 from .world import make_world
 
 TASKS = {"reach": reach.Reach, "force_limit": force_limit.ForceLimit, "needle_order": needle_order.NeedleOrder}

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: MIT
+"""The cases of a study: what each is, and how one runs. Nothing here depends on which worker runs it, or when."""
+
+import contextlib
+import functools
+import platform
+import signal
+import time
+import traceback
+
+import numpy as np
+
+from .. import engine
+from ..errors import SceneError, StudyError
+from ..scene import Scene
+from .motions import check_motion_name, motion_names, with_values
+from .outputs import Result, flattened
+from .values import digest
+from .world import World
+
+MODELS = 2  # that a worker keeps, newest first
+RESULT = ("ticks", "flags", "hash", "seed", "error")  # of each case, beside parameters and outputs
+MEASURED = ("version", "build", "processor", "calibration", "load_time", "wall_time", "tick_p50", "tick_p99")  # not reproducible
+RESERVED = {"case", "traceback", *RESULT, *MEASURED}
+MOTION = "motion."
+
+
+class Definition:
+    """Constant; goes to every worker. `outputs` are {name: function}, `prepare(scene, values)` changes a case's scene after
+    its parameters, and takes those that are no fields of it."""
+
+    def __init__(self, scene, motion, design, outputs, seed=0, prepare=None):
+        self.scene, self.motion, self.design = scene, motion, design
+        self.outputs, self.seed, self.prepare = outputs, seed, prepare
+        self.kinds = {name: kind_of(name, scene, motion, prepare) for name in design.names}
+
+    def __len__(self):
+        return len(self.design)
+
+    @functools.cached_property
+    def constant_digest(self):
+        return digest(self.scene.text(), self.motion, self.outputs, self.prepare, engine.build())
+
+    @functools.cached_property
+    def repetitions(self):
+        """Of each case, how often the same values have come before."""
+        seen, numbers = {}, []
+        for case in range(len(self)):
+            values = repr(sorted(self.design[case].items()))
+            numbers.append(seen.get(values, 0))
+            seen[values] = numbers[-1] + 1
+        return numbers
+
+    def seed_of(self, case):
+        """By the case's values, so that it stays where others come before it."""
+        return int(digest(self.seed, self.design[case], self.repetitions[case])[:13], 16)
+
+    def key_of(self, case):
+        """Changes with all that the results depend on."""
+        return digest(self.constant_digest, self.design[case], self.seed_of(case))[:32]
+
+    def part_of(self, case, kind):
+        """Parameters of the motion (without `motion.`), or of the scene."""
+        return {name.removeprefix(MOTION): value for name, value in self.design[case].items() if self.kinds[name] == kind}
+
+    def flat_values(self, case):
+        """Parameters as cells of a table."""
+        return {name: value if isinstance(value, (bool, int, float, str)) or value is None else repr(value)
+                for name, value in self.design[case].items()}
+
+    def scene_of(self, case):
+        scene = self.scene.copy()
+        for place, value in self.part_of(case, "scene").items():
+            scene[place] = value
+        if self.prepare:
+            changed = self.prepare(scene, self.design[case])
+            scene = scene if changed is None else changed
+        return scene
+
+    def motion_of(self, case):
+        return with_values(self.motion, self.part_of(case, "motion"))
+
+
+def kind_of(name, scene, motion, prepare):
+    """Of a parameter: "motion", "scene", or "free", for `prepare` and a policy that is a function. Raises StudyError."""
+    if not isinstance(name, str) or name in RESERVED:
+        raise StudyError(f"parameters: expected the name of a field, found {name!r}")
+    if name.startswith(MOTION):
+        check_motion_name(motion, name.removeprefix(MOTION))
+        return "motion"
+    free = prepare or not motion_names(motion)
+    if free and "." not in name and "[" not in name and name not in Scene.schema()["properties"]:
+        return "free"
+    try:
+        scene.schema_at(name)
+    except SceneError as error:
+        raise StudyError(f"parameters: {error}") from None
+    return "scene"
+
+
+class Models:
+    """Loaded scenes by their text: a case with the same scene as one before finds its mesh and factor ready."""
+
+    def __init__(self, most=MODELS):
+        self._most, self._loaded = most, {}
+
+    def load(self, scene):
+        text = scene.text()
+        model = self._loaded.pop(text, None) or engine.load(text)
+        self._loaded[text] = model
+        while len(self._loaded) > self._most:
+            del self._loaded[next(iter(self._loaded))]
+        return model
+
+
+def simulate(definition, case, models, recording=None):
+    """The Result of a case. `recording`: the path of a new file."""
+    scene, motion = definition.scene_of(case), definition.motion_of(case)
+    model = models.load(scene)
+    bodies = motion.bodies(model) if hasattr(motion, "bodies") else None
+    world = World(model, definition.design[case], definition.seed_of(case), bodies)
+    if recording:
+        world.state.record(recording)
+    try:
+        motion(world)
+    finally:
+        world.state.end_recording()
+    return Result(world, getattr(motion, "needle", None))
+
+
+def evaluate(definition, case, models, recording=None, timeout=None):
+    """The row of a case, {column: value}; of one that fails, or takes longer than `timeout` (s), with `error` and
+    `traceback`. A timeout is for the main thread of a process."""
+    begin = time.perf_counter()
+    row = {"case": case, **definition.flat_values(case)}
+    times = {}
+    try:
+        with limited(timeout):
+            run(definition, case, models, recording, row, times)
+        row["error"] = ""
+    except Exception as error:  # pylint: disable=broad-except  # a case that fails is a result, too
+        row["error"] = f"{type(error).__name__}: {error}".strip().replace("\n", " ")
+        row["traceback"] = traceback.format_exc()
+    row["seed"] = definition.seed_of(case)
+    row.update({"version": engine.version(), "build": engine.build(), "processor": processor(),
+                "calibration": calibration()}, **times)
+    row["wall_time"] = time.perf_counter() - begin
+    return row
+
+
+def run(definition, case, models, recording, row, times):
+    """Adds to row and times."""
+    begin = time.perf_counter()
+    models.load(definition.scene_of(case))
+    times["load_time"] = time.perf_counter() - begin
+    result = simulate(definition, case, models, recording)
+    for name, output in definition.outputs.items():
+        row.update(flattened(name, output(result)))
+    row["ticks"], row["flags"] = result.state.tick, " ".join(result.flags)
+    row["hash"] = f"{result.state.hash:016x}"
+    times.update(tick_times(result.world.tick_times))
+
+
+@contextlib.contextmanager
+def limited(timeout):
+    """Raises TimeoutError inside it after so many seconds."""
+    def over(*_):
+        raise TimeoutError(f"the case took longer than {timeout:g} s")
+
+    if timeout is None:
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, over)
+    signal.setitimer(signal.ITIMER_REAL, timeout)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def tick_times(times):
+    """s"""
+    if not times:
+        return {}
+    return dict(zip(("tick_p50", "tick_p99"), map(float, np.percentile(times, [50, 99]))))
+
+
+# ---- The machine ----
+
+
+@functools.cache
+def processor():
+    try:
+        with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
+            name = next((line.partition(":")[2].strip() for line in file if line.startswith("model name")), "")
+    except OSError:
+        name = ""
+    return name or platform.processor() or platform.machine()
+
+
+@functools.cache
+def calibration_work():
+    return np.random.default_rng(0).uniform(size=(1000, 1000)), np.ones(1000)
+
+
+def calibration():
+    """s, of a product of a 1000 x 1000 matrix and a vector, the fastest of five: how fast this processor was just now."""
+    matrix, vector = calibration_work()
+    times = []
+    for _ in range(5):
+        begin = time.perf_counter()
+        matrix @ vector  # pylint: disable=pointless-statement
+        times.append(time.perf_counter() - begin)
+    return min(times)

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""The folder of a study. rows.jsonl has a line per case that has run, written in one piece as it comes; of two lines of a
+case the later one counts. What was interrupted in the middle of a line is left out and comes again."""
+
+import fcntl
+import json
+import os
+import time
+
+from ..errors import StudyError
+
+SYNCHRONISE = 1.0  # s: rows of this long may be lost if the whole machine fails; if a program does, none
+
+
+class Store:
+    def __init__(self, folder):
+        self.folder = os.path.abspath(folder)
+        self.path = os.path.join(self.folder, "rows.jsonl")
+        self.failed = os.path.join(self.folder, "failed")
+        self._file, self._synchronised = None, 0.0
+
+    def read(self):
+        """{key: row}, of all that has run here."""
+        rows = {}
+        try:
+            with open(self.path, "rb") as file:
+                for line in file:
+                    if row := row_of(line):
+                        rows[row["key"]] = row["row"]
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            raise StudyError(f"{self.path}: {error.strerror}") from None
+        return rows
+
+    def __enter__(self):
+        """To write; only one process may. Raises StudyError."""
+        try:
+            os.makedirs(self.folder, exist_ok=True)
+            self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            size = os.fstat(self._file).st_size
+            if size and os.pread(self._file, 1, size - 1) != b"\n":
+                os.write(self._file, b"\n")
+        except BlockingIOError:
+            self.__exit__()
+            raise StudyError(f"{self.folder}: another program runs a study in this folder") from None
+        except OSError as error:
+            self.__exit__()
+            raise StudyError(f"{self.folder}: {error.strerror}") from None
+        return self
+
+    def __exit__(self, *_):
+        if self._file is not None:
+            os.close(self._file)
+        self._file = None
+
+    def write(self, key, row):
+        line = json.dumps({"key": key, "row": row}).encode() + b"\n"
+        try:
+            if os.write(self._file, line) != len(line):
+                raise OSError(0, "the disk is full")
+            if time.monotonic() > self._synchronised + SYNCHRONISE:
+                os.fsync(self._file)
+                self._synchronised = time.monotonic()
+        except OSError as error:
+            raise StudyError(f"{self.path}: {error.strerror}; the rows before are whole, run it again to go on") from None
+
+    def recording(self, case):
+        """Where a case that fails leaves its recording, and the text of its error beside it."""
+        return os.path.join(self.failed, f"case-{case:06d}.acus")
+
+    def note_failure(self, row):
+        path = self.recording(row["case"]).removesuffix(".acus") + ".txt"
+        os.makedirs(self.failed, exist_ok=True)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(row.get("traceback") or row["error"])
+
+    def forget_failure(self, case):
+        for path in (self.recording(case), self.recording(case).removesuffix(".acus") + ".txt"):
+            remove(path)
+
+
+def row_of(line):
+    """None of what is no whole line."""
+    try:
+        row = json.loads(line)
+        return row if isinstance(row, dict) and isinstance(row.get("row"), dict) and "key" in row else None
+    except ValueError:
+        return None
+
+
+def remove(path):
+    try:
+        os.remove(path)
+    except FileNotFoundError:
+        pass

@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: MIT
+"""One scene and motion in many cases."""
+
+import csv
+import functools
+import json
+import os
+import re
+
+from ..errors import StudyError
+from ..programs import find_scene
+from ..scene import Scene
+from .case import MEASURED, RESULT, Definition, Models, evaluate, simulate
+from .designs import design_of
+from .motions import policy_of
+from .outputs import outputs_of
+from .progress import Progress
+from .store import Store, remove
+from .values import digest
+from .workers import local_rows, processors
+
+
+class Study:
+    """Runs every case of a design and keeps a row of each.
+
+    `scene`: a Scene, a scene file, or the name of one of the project. `motion`: an Insertion, a Trajectory or its path, or
+    a policy, a function of a World. `parameters`: {name: list of values}, all of whose combinations are cases, or a Design;
+    names are fields of the scene, or of the motion as `motion.NAME`; other ones are for `prepare(scene, values)`, which
+    changes a case's scene, or for a policy. `outputs`: names of study.OUTPUTS, functions of a Result, {name: either}.
+    `folder` keeps the rows, by default studies/SCENE: what is there already does not run again. Raises StudyError,
+    SceneError.
+    """
+
+    def __init__(self, scene, motion, parameters, outputs=("peak_force", "tip"), *, folder=None, seed=0, prepare=None):
+        scene = scene_of(scene)
+        self.definition = Definition(scene, policy_of(motion), design_of(parameters), outputs_of(outputs), seed, prepare)
+        name = re.sub(r"\W+", "_", str(scene.fields.get("name", "scene"))).strip("_") or "scene"
+        self.folder = os.path.abspath(folder or os.path.join("studies", name))
+        self._store = Store(self.folder)
+        self._rows = None
+
+    def __len__(self):
+        """Of cases."""
+        return len(self.definition)
+
+    def __repr__(self):
+        rows = self.rows
+        failed = sum(bool(row["error"]) for row in rows)
+        return f"<study of {len(self)} cases in {self.folder}: {len(rows)} done, {failed} failed>"
+
+    @property
+    def parameters(self):
+        """Names."""
+        return self.definition.design.names
+
+    @functools.cached_property
+    def keys(self):
+        """Of each case, what its row is found by."""
+        return [self.definition.key_of(case) for case in range(len(self))]
+
+    @property
+    def rows(self):
+        """Dictionaries, of the cases that have run, in their order."""
+        if self._rows is None:
+            self._rows = self._store.read()
+        # The numbers of cases may have changed since.
+        return [{**self._rows[key], "case": case} for case, key in enumerate(self.keys) if key in self._rows]
+
+    def run(self, *, workers=None, failed=False, timeout=None, recordings=False, progress=True):
+        """Runs what has no row yet, on so many processes, by default one for each processor, with 0 in the program itself;
+        with `failed` also what has failed. A case that takes longer than `timeout` (s) fails. `recordings` keeps that of every case, not only of those
+        that fail. The study itself. An interrupt keeps all rows that have come."""
+        if workers is not None and not (isinstance(workers, int) and workers >= 0):
+            raise StudyError(f"workers: expected a whole number, found {workers!r}")
+        if timeout is not None and not timeout > 0:
+            raise StudyError(f"timeout: expected seconds above 0, found {timeout!r}")
+        with self._store as store:
+            self._rows = store.read()
+            missing = [case for case, key in enumerate(self.keys)
+                       if key not in self._rows or (failed and self._rows[key]["error"])]
+            self._note_definition()
+            shown = Progress(len(self), len(self) - len(missing), progress)
+            work = CaseWork(self.definition, self.folder, timeout, recordings)
+            for case, row in rows_of(work, self._in_order(missing), processors() if workers is None else workers):
+                self._keep(store, case, row)
+                shown.add(failed=bool(self._rows[self.keys[case]]["error"]))
+            shown.end()
+            self.write(os.path.join(self.folder, "table.csv"))
+        return self
+
+    def case(self, case, recording=None):
+        """Runs one here and now, keeps nothing, and lets its error through. A Result. `recording`: path of a new file,
+        which acus-view shows and acus-export reads."""
+        return simulate(self.definition, self._checked(case), Models(), recording)
+
+    def scene(self, case):
+        """The Scene of a case."""
+        return self.definition.scene_of(self._checked(case))
+
+    def recording(self, case):
+        """The path of the recording that a case left; None if there is none."""
+        path = self._store.recording(self._checked(case))
+        return path if os.path.exists(path) else None
+
+    @property
+    def columns(self):
+        """Of the table: case, parameters, outputs, results, and measurements, which differ from run to run."""
+        rows = self.rows
+        known = ["case", *self.parameters]
+        outputs = [name for row in rows for name in row if name not in {*known, "traceback", *RESULT, *MEASURED}]
+        return [*known, *dict.fromkeys(outputs), *RESULT, *MEASURED]
+
+    @property
+    def table(self):
+        """A pandas DataFrame, a row for each case that has run. Needs pandas."""
+        try:
+            import pandas  # pylint: disable=import-outside-toplevel  # takes a second, for some users only
+        except ImportError:
+            raise StudyError("a DataFrame needs pandas (apt install python3-pandas); rows and table.csv do not") from None
+        return pandas.DataFrame(self.rows, columns=self.columns)
+
+    @property
+    def digest(self):
+        """A hash (hex) of all but the measurements: the same on any number of workers."""
+        known = [name for name in self.columns if name not in MEASURED]
+        return digest([[row.get(name) for name in known] for row in self.rows])
+
+    def write(self, path):
+        """The table as CSV, or, where the name ends so, as Parquet, which needs pandas and pyarrow."""
+        path, part = os.fspath(path), f"{os.fspath(path)}.part"
+        try:
+            if path.endswith(".parquet"):
+                self.table.to_parquet(part)
+            else:
+                write_csv(part, self.columns, self.rows)
+            os.replace(part, path)
+        except ImportError:
+            raise StudyError(f"{path}: Parquet needs pyarrow; a name that ends with .csv needs nothing") from None
+        except OSError as error:
+            remove(part)
+            raise StudyError(f"{path}: {error.strerror}") from None
+
+    # ---- Parts of run() ----
+
+    def _keep(self, store, case, row):
+        if row is None:
+            row = self._row_of_dead_worker(case)
+        self._rows[self.keys[case]] = row
+        if row["error"]:
+            store.note_failure(row)
+        else:
+            store.forget_failure(case)
+        store.write(self.keys[case], row)
+
+    def _row_of_dead_worker(self, case):
+        error = "the process died: of a crash, or the system had no more memory"
+        return {"case": case, **self.definition.flat_values(case), "error": error, "seed": self.definition.seed_of(case)}
+
+    def _in_order(self, cases):
+        """Those with the same scene one after the other: a worker loads it once."""
+        order = {}
+        scenes = {case: order.setdefault(repr(self.definition.part_of(case, "scene")), len(order)) for case in cases}
+        return sorted(cases, key=scenes.get)
+
+    def _note_definition(self):
+        self.definition.scene.save(os.path.join(self.folder, "scene.yaml"))
+        told = {"cases": len(self), "design": self.definition.design.kind, "parameters": self.parameters,
+                "motion": repr(self.definition.motion), "outputs": list(self.definition.outputs),
+                "seed": self.definition.seed}
+        with open(os.path.join(self.folder, "study.json"), "w", encoding="utf-8") as file:
+            json.dump(told, file, indent=2)
+
+    def _checked(self, case):
+        if not 0 <= case < len(self):
+            raise StudyError(f"case: expected 0 to {len(self) - 1}, found {case}")
+        return case
+
+
+class CaseWork:
+    """What a worker does with a case. The recording of one that succeeds is removed unless it is to be kept."""
+
+    def __init__(self, definition, folder, timeout, recordings):
+        self._definition, self._store, self._timeout, self._recordings = definition, Store(folder), timeout, recordings
+        self._models = None  # of each worker
+
+    def __call__(self, case):
+        self._models = self._models or Models()
+        recording = self._store.recording(case)
+        os.makedirs(os.path.dirname(recording), exist_ok=True)
+        remove(recording)
+        row = evaluate(self._definition, case, self._models, recording, self._timeout)
+        if not row["error"] and not self._recordings:
+            remove(recording)
+        return row
+
+
+def rows_of(work, cases, workers):
+    """(case, row) as they come."""
+    return local_rows(work, cases, workers) if workers else ((case, work(case)) for case in cases)
+
+
+def scene_of(given):
+    if isinstance(given, Scene):
+        return given.copy()
+    path = os.fspath(given)
+    return Scene.read(path if os.path.exists(path) or os.sep in path else find_scene(path))
+
+
+def write_csv(path, columns, rows):
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([row.get(name) for name in columns] for row in rows)

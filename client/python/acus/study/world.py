@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""What a policy drives: one run of a scene on the engine."""
+
+import copy
+import math
+import time
+
+import numpy as np
+
+from .. import engine
+from ..errors import StudyError
+from ..rotation import conjugate, multiply, rotate
+
+LONGEST = 10_000_000  # ticks of a case
+
+
+class World:
+    """`needles` and `guides` as in `hello`, where this run begins; `parameters` of the case, {name: value}; `random`, a
+    numpy Generator of the case's seed; `report`, of the newest tick, at first of the start; `model` and `state` of
+    acus.engine."""
+
+    def __init__(self, model, parameters=None, seed=0, bodies=None):
+        """`bodies`: {name: (position, orientation)}, of those that begin elsewhere than in the scene. The guides of a
+        needle go with it, unless they are named, too."""
+        self.model, self.parameters, self.random = model, dict(parameters or {}), np.random.default_rng(seed)
+        self.rate, self.time_step = model.rate, model.time_step
+        bodies = with_guides(model, bodies or {})
+        self.state = model.start(bodies)
+        self.needles = [placed(each, "base_position", "base_orientation", bodies) for each in model.needles]
+        self.guides = [placed(each, "position", "orientation", bodies) for each in model.guides]
+        self._axes = {each.name: each.axis for each in self.needles}
+        self.report = self.state.report
+        self.reports, self.tick_times = [], []  # of each tick; s
+        self._commands = {}
+        self._told = {each.name: (each.base_position, each.base_orientation) for each in self.needles}
+        self._told.update({each.name: (each.position, each.orientation) for each in self.guides})
+
+    @property
+    def time(self):
+        """s, of the newest tick."""
+        return self.state.time
+
+    def needle(self, name=None):
+        """By name, without one the first. Raises StudyError."""
+        found = next((each for each in self.needles if name in (None, each.name)), None)
+        if found is None:
+            raise StudyError(f"the scene has no needle '{name}'; it has {', '.join(each.name for each in self.needles)}")
+        return found
+
+    def pose(self, body, position, orientation=None, spin=None):
+        """Commands the base of a needle, or a guide, from the next tick on; without an orientation (w, x, y, z) the last
+        one stays. `spin` in rad."""
+        name = getattr(body, "name", body)
+        if name not in self._told:
+            raise StudyError(f"the scene has no needle or guide '{name}'; it has {', '.join(self._told)}")
+        orientation = self._told[name][1] if orientation is None else orientation
+        self._told[name] = (position, orientation)
+        self._commands[name] = (position, orientation) if spin is None else (position, orientation, spin)
+
+    def drive(self, needle, advance, spin=None):
+        """Commands a needle along its own axis: `advance` (m) from where it began."""
+        self.pose(needle, needle.base_position + advance * self._axes[needle.name], needle.base_orientation, spin)
+
+    def step(self, ticks=1):
+        """The report of the last of so many ticks."""
+        if len(self.reports) + ticks > LONGEST:
+            raise StudyError(f"a case of more than {LONGEST} ticks")
+        begin = time.perf_counter()
+        commands, self._commands = self._commands, {}
+        self.reports += self.state.trace(commands, ticks)
+        self.tick_times += [(time.perf_counter() - begin) / ticks] * ticks
+        self.report = self.reports[-1]
+        return self.report
+
+    def ticks_of(self, seconds):
+        return max(0, round(seconds * self.rate)) if math.isfinite(seconds) else LONGEST + 1
+
+
+def placed(body, position, orientation, bodies):
+    body = copy.copy(body)
+    if body.name in bodies:
+        setattr(body, position, np.asarray(bodies[body.name][0], dtype=float))
+        setattr(body, orientation, np.asarray(bodies[body.name][1], dtype=float))
+    return body
+
+
+def with_guides(model, bodies):
+    """Guides of needles that begin elsewhere are moved alike, so that the needle is in them as before."""
+    every = dict(bodies)
+    for needle in model.needles:
+        for guide in model.guides:
+            if needle.name in bodies and guide.needle == needle.name:
+                position, orientation = bodies[needle.name]
+                turn = multiply(orientation, conjugate(needle.base_orientation))
+                every.setdefault(guide.name, (position + rotate(turn, guide.position - needle.base_position),
+                                              multiply(turn, guide.orientation)))
+    return every

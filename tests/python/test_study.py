@@ -1,0 +1,543 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""acus.study: the same rows on any number of workers, none lost and none twice, whatever ends them."""
+
+import csv
+import dataclasses
+import io
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+import unittest
+
+import numpy as np
+
+from small_scene import PATIENCE, ROOT, SCENE, InTemporaryFolder
+
+import acus  # noqa: E402
+from acus import engine, rotation, study  # noqa: E402
+from acus.study.progress import Progress  # noqa: E402
+
+STIFFNESS = "tissue.regions[0].material.young_modulus"
+PUNCTURE = "tissue.regions[gel].interaction.puncture_force"
+PUSH = acus.Insertion(depth=0.03, speed=0.2)
+
+
+@unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
+class OfStudies(InTemporaryFolder):
+    @classmethod
+    def setUpClass(cls):
+        cls.scene = acus.Scene(json.loads(json.dumps(acus.Scene.read(cls.file()).fields)))
+
+    @classmethod
+    def file(cls):
+        import tempfile  # pylint: disable=import-outside-toplevel
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml", delete=False) as file:
+            file.write(SCENE.format(name="small"))
+        cls.addClassCleanup(os.remove, file.name)
+        return file.name
+
+    def study(self, parameters=None, motion=PUSH, outputs=("peak_force", "tip"), folder="study", **settings):
+        return acus.Study(self.scene, motion, parameters or {STIFFNESS: [5e3, 10e3], "motion.tilt": [0.0, 0.1]}, outputs,
+                          folder=self.path(folder), **settings)
+
+    def run_study(self, *arguments, run=None, **settings):
+        return self.study(*arguments, **settings).run(progress=False, **{"workers": 0, **(run or {})})
+
+
+# ---- Rows ----
+
+
+class Rows(OfStudies):
+    def test_a_row_for_each_case_and_the_same_on_any_number_of_workers(self):
+        one, two = (self.run_study(folder=str(n), run={"workers": n}) for n in (1, 2))
+        self.assertEqual([row["case"] for row in one.rows], [0, 1, 2, 3])
+        self.assertEqual([(row[STIFFNESS], row["motion.tilt"]) for row in one.rows],
+                         [(5e3, 0.0), (5e3, 0.1), (10e3, 0.0), (10e3, 0.1)])
+        self.assertEqual(one.digest, two.digest)
+        self.assertEqual([row["hash"] for row in one.rows], [row["hash"] for row in two.rows])
+        self.assertEqual(len({row["hash"] for row in one.rows}), 4)
+        for row in one.rows:
+            self.assertEqual((row["error"], row["flags"], row["ticks"]), ("", "", 30))
+            self.assertTrue(0 < row["tick_p50"] <= row["tick_p99"] < row["wall_time"] and 0 < row["calibration"] < 1, row)
+            self.assertTrue(row["processor"] and row["version"] and row["seed"] > 0)
+
+    def test_the_engine_alone_gives_the_same(self):
+        row = self.run_study({STIFFNESS: [8e3]}).rows[0]
+        scene = self.scene.copy()
+        scene[STIFFNESS] = 8e3
+        model = engine.load(scene)
+        state, needle = model.start(), model.needles[0]
+        forces = []
+        for tick in range(1, 31):
+            position = needle.base_position + 0.03 * tick / 30 * needle.axis
+            forces.append(engine.step(model, state, {"left": (position, needle.base_orientation)})["left"].base_force @ -needle.axis)
+        self.assertEqual(row["hash"], f"{state.hash:016x}")
+        self.assertAlmostEqual(row["peak_force"], max(forces), 12)
+
+    def test_a_second_run_does_what_is_missing(self):
+        first = self.run_study({STIFFNESS: [5e3, 10e3]})
+        before = {row[STIFFNESS]: row for row in first.rows}
+        more = self.run_study({STIFFNESS: [2e3, 5e3, 10e3]})
+        self.assertEqual([row[STIFFNESS] for row in more.rows], [2e3, 5e3, 10e3])
+        for row in more.rows[1:]:  # with the times that were measured then
+            self.assertEqual(row, {**before[row[STIFFNESS]], "case": row["case"]})
+        self.assertEqual(len(self.lines()), 3)
+        more.run(progress=False, workers=0)
+        self.assertEqual(len(self.lines()), 3)
+
+    def test_what_changes_a_result_runs_again(self):
+        self.run_study({STIFFNESS: [5e3]})
+        for settings in ({"outputs": ("end_force",)}, {"motion": dataclasses.replace(PUSH, depth=0.02)}, {"seed": 1},
+                         {"outputs": {"x": lambda result: 1}}, {"outputs": {"x": lambda result: 2}}):
+            before = len(self.lines())
+            self.run_study({STIFFNESS: [5e3]}, **settings)
+            self.assertEqual(len(self.lines()), before + 1, settings)
+
+    def test_a_line_cut_in_the_middle_comes_again(self):
+        whole = self.run_study({STIFFNESS: [5e3, 10e3]})
+        path, digest = self.path("study", "rows.jsonl"), whole.digest
+        for damage in (lambda data: data[:-40], lambda data: data[:-1], lambda data: b"\x00{]\n" + data, lambda data: b""):
+            with open(path, "rb") as file:
+                data = file.read()
+            with open(path, "wb") as file:
+                file.write(damage(data))
+            self.assertEqual(self.run_study({STIFFNESS: [5e3, 10e3]}).digest, digest)
+
+    def test_the_table_as_csv_and_as_frame(self):
+        done = self.run_study(outputs=["peak_force", "tip", study.Distance((0, 0, 0.02))])
+        with open(self.path("study", "table.csv"), newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(list(rows[0])[:8], ["case", STIFFNESS, "motion.tilt", "peak_force", "tip.x", "tip.y", "tip.z", "distance"])
+        self.assertEqual([float(row["tip.z"]) for row in rows], [row["tip.z"] for row in done.rows])
+        self.assertIn("4 done, 0 failed", repr(done))
+        try:
+            import pandas  # noqa: F401  pylint: disable=import-outside-toplevel,unused-import
+        except ImportError:
+            self.assertRaisesRegex(acus.StudyError, "pandas", lambda: done.table)
+            return
+        self.assertEqual(list(done.table.columns), done.columns)
+        self.assertEqual(done.table["peak_force"].tolist(), [row["peak_force"] for row in done.rows])
+        try:
+            import pyarrow  # noqa: F401  pylint: disable=import-outside-toplevel,unused-import
+        except ImportError:
+            self.assertRaisesRegex(acus.StudyError, "pyarrow", done.write, self.path("t.parquet"))
+        else:
+            done.write(self.path("t.parquet"))
+            self.assertEqual(len(pandas.read_parquet(self.path("t.parquet"))), 4)
+
+    def lines(self):
+        with open(self.path("study", "rows.jsonl"), encoding="utf-8") as file:
+            return file.readlines()
+
+
+# ---- Failures ----
+
+
+def breaks(result):
+    if result.parameters[STIFFNESS] > 5e3:
+        raise ValueError("too stiff")
+    return 1.0
+
+
+class Failures(OfStudies):
+    def test_a_case_that_fails_keeps_error_and_recording(self):
+        made = self.run_study({STIFFNESS: [5e3, 10e3]}, outputs={"fine": breaks})
+        self.assertEqual([row["error"] for row in made.rows], ["", "ValueError: too stiff"])
+        self.assertEqual(made.rows[0]["fine"], 1.0)
+        with open(self.path("study", "failed", "case-000001.txt"), encoding="utf-8") as file:
+            self.assertIn("in breaks", file.read())
+        self.assertIsNone(made.recording(0))
+        exported = subprocess.run([acus.programs.find_program("acus-export"), made.recording(1)], capture_output=True, text=True,
+                                  check=False)
+        self.assertEqual(exported.returncode, 0, exported.stderr)
+        self.assertIn("30 ticks", exported.stdout)
+        self.assertEqual(os.listdir(self.path("study", "failed")).count("case-000000.acus"), 0)
+
+    def test_it_runs_again_alone_or_when_asked_to(self):
+        made = self.run_study({STIFFNESS: [5e3, 10e3]}, outputs={"fine": breaks})
+        result = made.case(1, recording=self.path("alone.acus"))
+        self.assertEqual(result.state.tick, 30)
+        self.assertRaisesRegex(ValueError, "too stiff", breaks, result)
+        self.assertGreater(os.path.getsize(self.path("alone.acus")), 100)
+        before = made.rows[1]["wall_time"]
+        made.run(progress=False, workers=0)
+        self.assertEqual(made.rows[1]["wall_time"], before)
+        made.run(progress=False, workers=0, failed=True)
+        self.assertNotEqual(made.rows[1]["wall_time"], before)
+
+    def test_scenes_that_cannot_be(self):
+        made = self.run_study({STIFFNESS: [5e3, -1.0], "motion.entry": [(0, 0, 0.05), (0, 0, 0.0)]})
+        self.assertEqual([bool(row["error"]) for row in made.rows], [False, True, True, True])
+        self.assertIn("tip outside the tissue", made.rows[1]["error"])
+        self.assertIn("SceneError", made.rows[2]["error"])
+        self.assertIn("young_modulus", made.rows[2]["error"])
+
+    def test_a_case_that_hangs_is_ended(self):
+        def hangs(world):
+            world.step()
+            while world.parameters["way"] == "hang":
+                time.sleep(0.01)
+
+        made = self.run_study({"way": ["go", "hang", "go"]}, motion=hangs, run={"timeout": 0.5})
+        self.assertEqual([row["error"] for row in made.rows], ["", "TimeoutError: the case took longer than 0.5 s", ""])
+
+    def test_a_worker_that_dies_takes_no_other_case_with_it(self):
+        ways = ["go", "go", "crash", "go", "crash", "go", "go", "go"]
+        cases = study.table([{"motion.way": way, "motion.number": number} for number, way in enumerate(ways)])
+        made = acus.Study(self.scene, Dying(), cases, {"ticks_made": lambda result: result.state.tick}, folder=self.path("study"))
+        made.run(progress=False, workers=2)
+        self.assertEqual([bool(row["error"]) for row in made.rows], [way == "crash" for way in ways])
+        self.assertIn("the process died", made.rows[2]["error"])
+        self.assertEqual(len(self.lines()), len(ways))
+
+    def test_a_program_that_is_killed_loses_no_row_and_leaves_no_process(self):
+        script = self.write("long.py", textwrap.dedent("""
+            import sys
+            sys.path.insert(0, sys.argv[1])
+            import acus
+            acus.Study(sys.argv[2], acus.Insertion(depth=0.03, speed=0.2), {"motion.tilt": [i * 1e-4 for i in range(400)]},
+                       folder="long").run(workers=2, progress=False)
+        """))
+        path = self.write("small.yaml", SCENE.format(name="small"))
+        process = subprocess.Popen([sys.executable, script, os.path.join(ROOT, "client", "python"), path], cwd=self.folder)
+        rows = self.path("long", "rows.jsonl")
+        self.wait_for(lambda: os.path.exists(rows) and len(lines_of(rows)) > 5)
+        workers = children_of(process.pid)
+        self.assertEqual(len(workers), 2)
+        process.kill()
+        process.wait()
+        self.wait_for(lambda: not any(os.path.exists(f"/proc/{worker}") for worker in workers))
+        kept = lines_of(rows)
+        made = acus.Study(path, PUSH, {"motion.tilt": [i * 1e-4 for i in range(10)]}, folder=self.path("long"))
+        self.assertGreater(len(made.rows), 5)
+        made.run(progress=False, workers=0)
+        self.assertEqual(lines_of(rows)[:len(kept)], kept)
+
+    def test_two_programs_do_not_run_in_one_folder(self):
+        made = self.study()
+        with made._store:  # pylint: disable=protected-access
+            self.assertRaisesRegex(acus.StudyError, "another program", self.study().run, progress=False)
+        self.study().run(progress=False, workers=0)
+
+    def test_an_interrupt_ends_it_at_once_and_keeps_rows(self):
+        rows = self.path("study", "rows.jsonl")
+
+        def slow(world):
+            while world.parameters["number"] or not world.state.tick:
+                world.step()
+                if world.parameters["number"] == 1 and os.path.getsize(rows):
+                    os.kill(os.getppid(), signal.SIGINT)
+                    time.sleep(PATIENCE)
+
+        made = self.study({"number": [0, 1, 2, 3]}, motion=slow)
+        with self.assertRaises(KeyboardInterrupt):
+            made.run(progress=False, workers=2)
+        self.assertEqual([row["number"] for row in self.study({"number": [0, 1, 2, 3]}, motion=slow).rows], [0])
+
+    def wait_for(self, condition):
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.02)
+
+    def lines(self):
+        return lines_of(self.path("study", "rows.jsonl"))
+
+
+@dataclasses.dataclass(frozen=True)
+class Dying:
+    """Where it crashes, its worker is killed. `number` makes cases differ."""
+
+    number: int = 0
+    way: str = "go"
+
+    def __call__(self, world):
+        world.step(3)
+        if self.way == "crash":
+            os.kill(os.getpid(), signal.SIGKILL)
+
+
+def lines_of(path):
+    with open(path, encoding="utf-8") as file:
+        return file.readlines()
+
+
+def children_of(pid):
+    with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
+        return [int(each) for each in file.read().split()]
+
+
+# ---- What users give ----
+
+
+class Given(OfStudies):
+    def test_parameters_that_are_none(self):
+        for parameters, what in (({"needles[0].young_modulus": [1]}, "did you mean needles\\[0\\].material.young_modulus"),
+                                 ({"young_modulus": [1]}, "young_modulus: scenes have no such field; did you mean"),
+                                 ({"needles[2].length": [1]}, "needles\\[2\\]: the scene has no such entry"),
+                                 ({"motion.dept": [1]}, "motion.dept: the motion has no such parameter; it has depth, speed"),
+                                 ({"motion.entry[0].x": [1]}, "no such parameter"), ({"seed": [1]}, "expected the name of a field"),
+                                 ({STIFFNESS: []}, "at least one value"), ({}, "at least one parameter"),
+                                 ({STIFFNESS: range(4000), PUNCTURE: range(4000)}, "grid of more"), ([{"a": 1}, {"b": 1}], "other names")):
+            with self.subTest(parameters=str(parameters)[:60]):
+                with self.assertRaisesRegex(acus.AcusError, what):
+                    acus.Study(self.scene, PUSH, parameters, folder=self.path("none"))
+        self.assertFalse(os.path.exists(self.path("none")))
+
+    def test_motions_outputs_and_settings_that_are_none(self):
+        for settings, what in (({"outputs": "peak"}, "no output 'peak'; there are peak_force"), ({"outputs": [5]}, "no output '5'"),
+                               ({"outputs": ["tip", "tip"]}, "'tip' is there twice"), ({"motion": 5}, "expected an Insertion"),
+                               ({"motion": acus.Insertion}, "expected an Insertion"), ({"motion": "nowhere.csv"}, "nowhere.csv: No such")):
+            with self.subTest(what=what):
+                self.assertRaisesRegex(acus.StudyError, what, self.study, **settings)
+        for name, value in (("depth", math.nan), ("speed", 0), ("entry", (0, 1)), ("direction", (0, 0, 0)), ("depth", -1), ("hold", "long")):
+            with self.subTest(name=name):
+                self.assertRaisesRegex(acus.StudyError, f"motion.{name}: expected", acus.Insertion, **{"depth": 0.01, name: value})
+        self.assertRaisesRegex(acus.StudyError, "workers", self.study().run, workers=-1)
+        self.assertRaisesRegex(acus.StudyError, "timeout", self.study().run, timeout=-1)
+        self.assertRaisesRegex(acus.StudyError, "case: expected 0 to 3", self.study().case, 4)
+        self.assertRaises(acus.ProgramNotFound, acus.Study, "no_such_scene", PUSH, {STIFFNESS: [1]})
+
+    def test_an_output_may_be_text_vector_or_map_and_nothing_else(self):
+        made = self.run_study({STIFFNESS: [5e3]}, outputs={"text": lambda r: "a", "two": lambda r: np.arange(2), "map": lambda r: {
+            "in": [1, 2, 3], "none": None}, "flag": lambda r: np.bool_(True), "nan": lambda r: math.nan})
+        row = made.rows[0]
+        self.assertEqual((row["text"], row["two[1]"], row["map.in.z"], row["map.none"], row["flag"]), ("a", 1, 3, None, True))
+        self.assertTrue(math.isnan(row["nan"]))
+        made = self.run_study({STIFFNESS: [5e3]}, outputs={"strange": lambda r: r})
+        self.assertIn("'strange': expected numbers", made.rows[0]["error"])
+
+    def test_prepare_has_parameters_of_its_own(self):
+        def prepare(scene, values):
+            for needle in scene["needles"]:
+                needle["length"] *= values["scale"]
+
+        made = self.run_study({"scale": [1.0, 0.9], STIFFNESS: [5e3]}, prepare=prepare)
+        self.assertEqual([row["error"] for row in made.rows], ["", ""])
+        self.assertEqual([made.scene(case)["needles[1].length"] for case in (0, 1)], [0.1, 0.9 * 0.1])
+        self.assertEqual(self.scene["needles[1].length"], 0.1)
+        self.assertNotEqual(made.rows[0]["hash"], made.rows[1]["hash"])
+
+    def test_policies_draw_with_the_seed_of_the_case(self):
+        def jitter(world):
+            needle = world.needle("right")
+            for tick in range(10):
+                world.drive(needle, 1e-3 * tick + world.random.normal(0, 1e-4))
+                world.step()
+
+        outputs = {"x": lambda result: result.of("right").track.base_position[-1]}
+        cases = [{"repeat": 0}, {"repeat": 0}, {"repeat": 1}]
+        first, second = (self.run_study(cases, motion=jitter, outputs=outputs, folder=name) for name in "ab")
+        self.assertEqual(first.digest, second.digest)
+        self.assertEqual(len({row["hash"] for row in first.rows}), 3)
+        other = self.run_study(cases, motion=jitter, outputs=outputs, folder="c", seed=1)
+        self.assertFalse({row["hash"] for row in other.rows} & {row["hash"] for row in first.rows})
+
+    def test_the_progress_says_how_far_it_is(self):
+        class Terminal(io.StringIO):
+            def isatty(self):
+                return True
+
+        screen, log = Terminal(), io.StringIO()
+        for stream in (screen, log):
+            shown = Progress(4, 1, stream=stream)
+            for failed in (False, True, False):
+                shown.add(failed)
+            shown.end()
+            self.assertIn("1 of 4 cases are there already", stream.getvalue())
+            self.assertRegex(stream.getvalue(), r"4/4 done, 1 failed, .* cases/s, took 0 s")
+        self.assertTrue(screen.getvalue().endswith("\n") and "\r" in screen.getvalue())
+        self.assertNotIn("\r", log.getvalue())
+
+
+# ---- Designs ----
+
+
+class Designs(unittest.TestCase):
+    def test_grid(self):
+        made = study.grid({"a": [1, 2], "b": np.array([0.5, 1.5, 2.5])})
+        self.assertEqual([made[i] for i in (0, 1, 5)], [{"a": 1, "b": 0.5}, {"a": 1, "b": 1.5}, {"a": 2, "b": 2.5}])
+        self.assertEqual(len(made), 6)
+
+    def test_latin_hypercube_has_one_case_in_each_share(self):
+        made = study.latin_hypercube({"a": (0, 1), "b": study.LogUniform(1, 100)}, 50, seed=3)
+        for values in zip(*made.rows):
+            scaled = np.array(values) if max(values) <= 1 else np.log(values) / np.log(100)
+            self.assertEqual(sorted((scaled * 50).astype(int)), list(range(50)))
+        self.assertEqual(made.rows, study.latin_hypercube({"a": (0, 1), "b": study.LogUniform(1, 100)}, 50, seed=3).rows)
+
+    def test_sobol_fills_evenly_and_goes_on(self):
+        try:
+            longer = study.sobol({"a": (0, 1), "b": (-1, 1)}, 64, seed=1)
+        except acus.StudyError as error:
+            self.skipTest(f"SKIPPED: {error}")
+        self.assertEqual(longer.rows[:20], study.sobol({"a": (0, 1), "b": (-1, 1)}, 20, seed=1).rows)
+        a, b = np.transpose(longer.rows)
+        self.assertEqual(np.histogram2d(a, b, 8, [[0, 1], [-1, 1]])[0].tolist(), [[1] * 8] * 8)
+
+    def test_tables(self):
+        with_names = [{"a": 1, "b": "x"}, {"a": 2, "b": "y"}]
+        for given in (with_names, {"a": [1, 2], "b": ["x", "y"]}):
+            self.assertEqual(study.table(given).rows, [[1, "x"], [2, "y"]])
+        for wrong in ([], {"a": [1], "b": [1, 2]}, "nowhere.csv", {"a": 5}):
+            self.assertRaises(acus.StudyError, study.table, wrong)
+
+    def test_distributions(self):
+        u = np.linspace(0, 1, 20001)[:-1]
+        normal = np.array([study.Normal(3, 2).at(each) for each in u])
+        self.assertAlmostEqual(normal.mean(), 3, 2)
+        self.assertAlmostEqual(normal.std(), 2, 2)
+        bounded = [study.Normal(0, 1, low=0.5, high=1).at(each) for each in u]
+        self.assertTrue(min(bounded) >= 0.5 and max(bounded) <= 1)
+        self.assertEqual({study.Choice(1, 2, 3).at(each) for each in u}, {1, 2, 3})
+        for wrong in (lambda: study.Uniform(2, 1), lambda: study.LogUniform(0, 1), lambda: study.Normal(0, 0), study.Choice,
+                      lambda: study.Normal(0, 1, 50, 60), lambda: study.Uniform(math.nan, 1)):
+            self.assertRaises(ValueError, wrong)
+        for wrong in ({"a": (1, 2, 3)}, {"a": 5}, {"a": (0, math.inf)}, {}):
+            self.assertRaises(acus.StudyError, study.latin_hypercube, wrong, 4)
+        self.assertRaisesRegex(acus.StudyError, "count", study.latin_hypercube, {"a": (0, 1)}, 0)
+
+
+# ---- Motions ----
+
+
+class Motions(OfStudies):
+    def world(self, motion, scene=None):
+        model = engine.load(scene or self.scene)
+        return study.World(model, bodies=motion.bodies(model))
+
+    def test_an_insertion_goes_through_its_entry_in_its_direction(self):
+        motion = acus.Insertion(depth=0.02, entry=(0.01, 0.0, 0.05), direction=(0.3, 0.1, -1), tilt=0.2, azimuth=1.0, turn=0.5)
+        world = self.world(motion)
+        needle = world.needle()
+        tip = world.state.needle_positions("left")[-1]
+        np.testing.assert_allclose(tip + 5e-3 * needle.axis, motion.entry, atol=1e-12)
+        angle = math.acos(needle.axis @ rotation.unit(motion.direction))
+        self.assertAlmostEqual(angle, 0.2, 9)
+        motion(world)
+        np.testing.assert_allclose(world.report["left"].base_position, needle.base_position + 0.025 * needle.axis, atol=1e-5)
+
+    def test_without_anything_it_begins_where_the_scene_has_it(self):
+        needle = engine.load(self.scene).needles[0]
+        self.assertEqual(PUSH.bodies(engine.load(self.scene)), {})
+        position, orientation = dataclasses.replace(PUSH, tilt=1e-15).bodies(engine.load(self.scene))["left"]
+        np.testing.assert_allclose(position, needle.base_position, atol=1e-12)
+        np.testing.assert_allclose(orientation, needle.base_orientation, atol=1e-12)
+        tilted = dataclasses.replace(PUSH, tilt=0.3).bodies(engine.load(self.scene))["left"]
+        tip = tilted[0] + needle.length * rotation.axis_of(tilted[1])
+        np.testing.assert_allclose(tip, needle.tip_position, atol=1e-12)  # about the tip
+
+    def test_its_guides_go_with_it(self):
+        world = self.world(acus.Insertion(depth=0.01, entry=(0.02, 0.01, 0.05), tilt=0.1))
+        needle, guide = world.needle(), world.guides[0]
+        across = guide.position - needle.base_position
+        self.assertLess(np.linalg.norm(across - (across @ needle.axis) * needle.axis), 1e-9)
+        np.testing.assert_allclose(rotation.axis_of(guide.orientation), needle.axis, atol=1e-6)
+
+    def test_it_rests_and_comes_back(self):
+        motion = acus.Insertion(depth=0.03, speed=0.1, hold=0.05, pull_back=True, spin_rate=2.0)
+        world = self.world(motion)
+        motion(world)
+        travel = study.Result(world).track.travel
+        self.assertEqual(len(travel), 60 + 10 + 60)
+        self.assertAlmostEqual(max(travel), 0.03, 3)  # from the first tick
+        self.assertAlmostEqual(travel[-1], 0, 3)
+        self.assertAlmostEqual(study.Result(world).track.spin[-1], 2.0 * 0.3, 6)
+
+    def test_a_component_can_be_a_parameter(self):
+        made = self.study({"motion.entry[0]": [0.0, 0.01]}, motion=acus.Insertion(depth=0.01, entry=(0, 0, 0.05)))
+        self.assertEqual(made.definition.motion_of(1).entry, (0.01, 0, 0.05))
+        made = self.study({"motion.entry[0]": [0.0]}).run(progress=False)
+        self.assertIn("no such component", made.rows[0]["error"])
+
+    def test_a_trajectory_is_as_acus_replay_drives_it(self):
+        path = self.write("small.yaml", SCENE.format(name="small"))
+        rows = [f"{t:.3f},{name},{x},{y},{0.16 - 0.1 * t - 0.02 * t * t},0.7071068,0,0.7071068,0,{2 * t}"
+                for t in np.arange(0, 0.35, 0.013) for name, x, y in (("left", 0.003, 0.002), ("right", 0.03, 0.0))]
+        motion = self.write("motion.csv", "# a comment\n" + "t,needle,x,y,z,qw,qx,qy,qz,spin\n" + "\n".join(rows) + "\n")
+        made = acus.Study(path, motion, {STIFFNESS: [1e4]}, {"run": lambda result: None}, folder=self.path("study"))
+        result = made.case(0)
+        with acus.Server(made.scene(0), lockstep=True) as server:
+            done = subprocess.run([acus.programs.find_program("acus-replay"), motion, "--lockstep", "--commands", server.commands,
+                                   "--states", server.states, "--out", self.path("run.csv")],
+                                  capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with acus.Run(self.path("run.csv")) as run:
+            for needle in ("left", "right"):
+                theirs, ours = run[needle], result.run[needle]
+                begin = len(ours) - len(theirs)
+                for name in ("base_position", "base_force", "tip_position", "spin"):
+                    np.testing.assert_allclose(getattr(ours, name)[begin:], getattr(theirs, name), atol=1e-12, err_msg=name)
+
+    def test_a_trajectory_can_be_shifted(self):
+        motion = self.write("motion.csv", "t,needle,x,y,z,qw,qx,qy,qz\n0,left,0.003,0.002,0.16,0.7071068,0,0.7071068,0\n"
+                                          "0.1,left,0.003,0.002,0.14,0.7071068,0,0.7071068,0\n")
+        made = self.run_study({"motion.shift": [(0, 0, 0), (0.01, 0, 0)]}, motion=motion, outputs=["tip"])
+        self.assertAlmostEqual(made.rows[1]["tip.x"] - made.rows[0]["tip.x"], 0.01, 3)
+
+    def test_trajectories_that_are_none(self):
+        for text, what in (("", "no column 't'"), ("t,needle,x,y,z,qw,qx,qy,qz\n", "no rows"),
+                           ("t,needle,x,y,z,qw,qx,qy,qz\n0,a,0,0,0,1,0,0\n", "9 cells"),
+                           ("t,needle,x,y,z,qw,qx,qy,qz\n0,a,0,0,0,2,0,0,0\n", "unit quaternion"),
+                           ("t,needle,x,y,z,qw,qx,qy,qz\n0,a,0,0,0,1,0,0,0\n0,a,0,0,0,1,0,0,0\n", "do not rise"),
+                           ("t,needle,x,y,z,qw,qx,qy,qz\n0,a,0,nan,0,1,0,0,0\n", "not finite"),
+                           ("t,needle,x,y,z,qw,qx,qy,qz\n0,a,0,b,0,1,0,0,0\n", "could not convert")):
+            self.assertRaisesRegex(acus.StudyError, what, study.Trajectory, self.write("wrong.csv", text))
+        other = self.write("other.csv", "t,needle,x,y,z,qw,qx,qy,qz\n0,middle,0,0,0,1,0,0,0\n")
+        self.assertIn("no needle or guide 'middle'", self.run_study({STIFFNESS: [5e3]}, motion=other).rows[0]["error"])
+
+
+# ---- Outputs ----
+
+
+class Outputs(OfStudies):
+    def result(self, motion=PUSH):
+        return self.study({STIFFNESS: [5e3]}, motion=motion).case(0)
+
+    def test_what_they_tell_is_what_the_run_has(self):
+        result = self.result(acus.Insertion(depth=0.04, speed=0.1))
+        track, outputs = result.track, study.OUTPUTS
+        self.assertEqual(outputs["peak_force"](result), track.axial_resistance.max())
+        self.assertEqual(outputs["depth"](result), track.depth[-1])
+        np.testing.assert_array_equal(outputs["tip"](result), track.tip_position[-1])
+        self.assertAlmostEqual(outputs["puncture_force"](result), 0.5, 2)
+        kinds = {event.kind: event.tick for event in result.run.events}
+        self.assertAlmostEqual(outputs["puncture_travel"](result), (kinds["puncture"] - kinds["contact"]) * 5e-4, 9)
+        length = outputs["path_length"](result)
+        self.assertTrue(0 < track.depth[-1] - length < 4e-3, (length, track.depth[-1]))  # 3.3 mm, on this coarse mesh
+        self.assertAlmostEqual(outputs["swept_volume"](result), length * math.pi / 4 * 1e-6, 12)
+        self.assertLess(outputs["deflection"](result), 1e-3)
+        power = np.sum(track.base_force * np.gradient(track.base_position, axis=0), axis=1)
+        self.assertAlmostEqual(outputs["work"](result) / -power.sum(), 1, 1)  # 0.99: the ends count whole there
+        self.assertGreater(outputs["work"](result), 0)
+
+    def test_without_a_puncture(self):
+        result = self.result(acus.Insertion(depth=1e-3))
+        self.assertTrue(math.isnan(study.OUTPUTS["puncture_force"](result)) and math.isnan(study.OUTPUTS["puncture_travel"](result)))
+        self.assertEqual((study.OUTPUTS["depth"](result), study.OUTPUTS["path_length"](result)), (0, 0))
+
+    def test_of_another_needle(self):
+        made = self.run_study({STIFFNESS: [5e3]}, outputs=["tip", "tip[right]", "peak_force[right]"])
+        self.assertAlmostEqual(made.rows[0]["tip[right].x"], 0.03, 6)
+        self.assertAlmostEqual(made.rows[0]["peak_force[right]"], 0, 9)
+        self.assertIn("no needle 'middle'", self.run_study({STIFFNESS: [5e3]}, outputs=["tip[middle]"]).rows[0]["error"])
+
+    def test_a_target_moves_with_the_tissue(self):
+        result = self.result()
+        node = int(np.argmin(np.linalg.norm(result.model.rest_positions - [0.0, 0.0, 0.05], axis=1)))
+        rest, now = result.model.rest_positions[node], result.state.tissue_positions[node]
+        self.assertGreater(np.linalg.norm(now - rest), 1e-4)
+        tip = result.track.tip_position[-1]
+        self.assertAlmostEqual(study.Distance(rest)(result), np.linalg.norm(tip - now), 9)
+        self.assertAlmostEqual(study.Distance(rest, moves=False)(result), np.linalg.norm(tip - rest), 12)
+        self.assertRaisesRegex(acus.StudyError, "not inside the tissue", study.Distance((1, 1, 1)), result)
+
+
+if __name__ == "__main__":
+    unittest.main()
