@@ -43,29 +43,18 @@ class Examples(InTemporaryFolder):
             self.assertGreater(ways[stiffness, 1.0], ways[stiffness, 0.5])
         self.assertGreater(ways[5, 1.0], ways[20, 1.0])
 
+    @unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
+    def test_spread(self):
+        with open(os.path.join(EXAMPLES, "spread.py"), encoding="utf-8") as file:
+            script = self.write("spread.py", file.read().replace("1000)).run()", "8)).run()"))
+        self.run_example(script, stderr=r".* 8/8 done, 0 failed")
+        for picture in ("spread.png", "sensitivity.png"):
+            self.assertGreater(os.path.getsize(self.path(picture)), 5000)
+
     def test_control_loop(self):
         text = self.run_example("control_loop.py", "1")
         self.assertRegex(text, r"\d+ turns for \d+ ticks, \d+ lost")
         self.assertRegex(text, r"force in the last tenth: -?\d\.\d+ N")
-
-    def test_what_the_pages_show(self):
-        self.run_page("python.md", 3)
-        self.assertGreater(os.path.getsize(self.path("force.png")), 5000)
-
-    @unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
-    def test_what_the_page_of_studies_shows(self):
-        self.run_page("studies.md", 2)
-
-    def run_page(self, name, least):
-        with open(os.path.join(ROOT, "docs", name), encoding="utf-8") as file:
-            blocks = re.findall(r"```python\n(.*?)```", file.read(), re.DOTALL)
-        self.assertGreaterEqual(len(blocks), least)
-        for block in blocks:
-            script = self.write("block.py", block)
-            environment = {**os.environ, "PYTHONPATH": os.path.join(ROOT, "client", "python"), "MPLBACKEND": "agg"}
-            done = subprocess.run([sys.executable, script], cwd=self.folder, text=True, env=environment,
-                                  capture_output=True, timeout=4 * PATIENCE, check=False)
-            self.assertEqual(done.returncode, 0, block + done.stdout + done.stderr)
 
     def test_every_example_is_tested(self):
         tested = {name.removeprefix("test_") + ".py" for name in dir(self) if name.startswith("test_")}

@@ -5,7 +5,6 @@
 import csv
 import dataclasses
 import io
-import json
 import math
 import os
 import signal
@@ -17,37 +16,12 @@ import unittest
 
 import numpy as np
 
-from small_scene import PATIENCE, ROOT, SCENE, InTemporaryFolder
+from of_studies import PUNCTURE, PUSH, STIFFNESS, OfStudies
+from small_scene import PATIENCE, ROOT, SCENE
 
 import acus  # noqa: E402
 from acus import engine, rotation, study  # noqa: E402
 from acus.study.progress import Progress  # noqa: E402
-
-STIFFNESS = "tissue.regions[0].material.young_modulus"
-PUNCTURE = "tissue.regions[gel].interaction.puncture_force"
-PUSH = acus.Insertion(depth=0.03, speed=0.2)
-
-
-@unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
-class OfStudies(InTemporaryFolder):
-    @classmethod
-    def setUpClass(cls):
-        cls.scene = acus.Scene(json.loads(json.dumps(acus.Scene.read(cls.file()).fields)))
-
-    @classmethod
-    def file(cls):
-        import tempfile  # pylint: disable=import-outside-toplevel
-        with tempfile.NamedTemporaryFile("w", suffix=".yaml", delete=False) as file:
-            file.write(SCENE.format(name="small"))
-        cls.addClassCleanup(os.remove, file.name)
-        return file.name
-
-    def study(self, parameters=None, motion=PUSH, outputs=("peak_force", "tip"), folder="study", **settings):
-        return acus.Study(self.scene, motion, parameters or {STIFFNESS: [5e3, 10e3], "motion.tilt": [0.0, 0.1]}, outputs,
-                          folder=self.path(folder), **settings)
-
-    def run_study(self, *arguments, run=None, **settings):
-        return self.study(*arguments, **settings).run(progress=False, **{"workers": 0, **(run or {})})
 
 
 # ---- Rows ----
@@ -356,54 +330,6 @@ class Given(OfStudies):
         self.assertNotIn("\r", log.getvalue())
 
 
-# ---- Designs ----
-
-
-class Designs(unittest.TestCase):
-    def test_grid(self):
-        made = study.grid({"a": [1, 2], "b": np.array([0.5, 1.5, 2.5])})
-        self.assertEqual([made[i] for i in (0, 1, 5)], [{"a": 1, "b": 0.5}, {"a": 1, "b": 1.5}, {"a": 2, "b": 2.5}])
-        self.assertEqual(len(made), 6)
-
-    def test_latin_hypercube_has_one_case_in_each_share(self):
-        made = study.latin_hypercube({"a": (0, 1), "b": study.LogUniform(1, 100)}, 50, seed=3)
-        for values in zip(*made.rows):
-            scaled = np.array(values) if max(values) <= 1 else np.log(values) / np.log(100)
-            self.assertEqual(sorted((scaled * 50).astype(int)), list(range(50)))
-        self.assertEqual(made.rows, study.latin_hypercube({"a": (0, 1), "b": study.LogUniform(1, 100)}, 50, seed=3).rows)
-
-    def test_sobol_fills_evenly_and_goes_on(self):
-        try:
-            longer = study.sobol({"a": (0, 1), "b": (-1, 1)}, 64, seed=1)
-        except acus.StudyError as error:
-            self.skipTest(f"SKIPPED: {error}")
-        self.assertEqual(longer.rows[:20], study.sobol({"a": (0, 1), "b": (-1, 1)}, 20, seed=1).rows)
-        a, b = np.transpose(longer.rows)
-        self.assertEqual(np.histogram2d(a, b, 8, [[0, 1], [-1, 1]])[0].tolist(), [[1] * 8] * 8)
-
-    def test_tables(self):
-        with_names = [{"a": 1, "b": "x"}, {"a": 2, "b": "y"}]
-        for given in (with_names, {"a": [1, 2], "b": ["x", "y"]}):
-            self.assertEqual(study.table(given).rows, [[1, "x"], [2, "y"]])
-        for wrong in ([], {"a": [1], "b": [1, 2]}, "nowhere.csv", {"a": 5}):
-            self.assertRaises(acus.StudyError, study.table, wrong)
-
-    def test_distributions(self):
-        u = np.linspace(0, 1, 20001)[:-1]
-        normal = np.array([study.Normal(3, 2).at(each) for each in u])
-        self.assertAlmostEqual(normal.mean(), 3, 2)
-        self.assertAlmostEqual(normal.std(), 2, 2)
-        bounded = [study.Normal(0, 1, low=0.5, high=1).at(each) for each in u]
-        self.assertTrue(min(bounded) >= 0.5 and max(bounded) <= 1)
-        self.assertEqual({study.Choice(1, 2, 3).at(each) for each in u}, {1, 2, 3})
-        for wrong in (lambda: study.Uniform(2, 1), lambda: study.LogUniform(0, 1), lambda: study.Normal(0, 0), study.Choice,
-                      lambda: study.Normal(0, 1, 50, 60), lambda: study.Uniform(math.nan, 1)):
-            self.assertRaises(ValueError, wrong)
-        for wrong in ({"a": (1, 2, 3)}, {"a": 5}, {"a": (0, math.inf)}, {}):
-            self.assertRaises(acus.StudyError, study.latin_hypercube, wrong, 4)
-        self.assertRaisesRegex(acus.StudyError, "count", study.latin_hypercube, {"a": (0, 1)}, 0)
-
-
 # ---- Motions ----
 
 
@@ -453,7 +379,7 @@ class Motions(OfStudies):
     def test_a_component_can_be_a_parameter(self):
         made = self.study({"motion.entry[0]": [0.0, 0.01]}, motion=acus.Insertion(depth=0.01, entry=(0, 0, 0.05)))
         self.assertEqual(made.definition.motion_of(1).entry, (0.01, 0, 0.05))
-        made = self.study({"motion.entry[0]": [0.0]}).run(progress=False)
+        made = self.run_study({"motion.entry[0]": [0.0]})
         self.assertIn("no such component", made.rows[0]["error"])
 
     def test_a_trajectory_is_as_acus_replay_drives_it(self):

@@ -6,6 +6,7 @@ import time
 
 BETWEEN = {True: 0.2, False: 30.0}  # s, on a terminal and elsewhere
 WIDTH = 24
+MOST_ERRORS, MOST_OF_AN_ERROR = 5, 300  # shown; characters
 
 
 class Progress:
@@ -24,11 +25,15 @@ class Progress:
         if self._shown and now - max(self._told, self._began) > BETWEEN[self._terminal]:
             self._tell(now)
 
-    def end(self):
-        if self._shown and self.total > self._before:
+    def end(self, failures=()):
+        """`failures`: {error: how many}, of all cases."""
+        if not self._shown:
+            return
+        if self.total > self._before:
             self._tell(time.monotonic())
-            if self._terminal:
-                self._write("\n")
+            self._write("\n" if self._terminal else "")
+        for error, count in list(dict(failures).items())[:MOST_ERRORS]:
+            self._write(f"  {count} failed: {error[:MOST_OF_AN_ERROR]}\n")
 
     def line(self, now):
         seconds = max(now - self._began, 1e-3)

@@ -6,15 +6,20 @@ import functools
 import json
 import os
 import re
+from collections import Counter
+
+import numpy as np
 
 from ..errors import StudyError
 from ..programs import find_scene
 from ..scene import Scene
+from . import pictures
 from .case import MEASURED, RESULT, Definition, Models, evaluate, simulate
 from .designs import design_of
 from .motions import policy_of
 from .outputs import outputs_of
 from .progress import Progress
+from .sensitivity import Saltelli, sobol_indices
 from .store import Store, remove
 from .values import digest
 from .workers import local_rows, processors
@@ -84,9 +89,19 @@ class Study:
             for case, row in rows_of(work, self._in_order(missing), processors() if workers is None else workers):
                 self._keep(store, case, row)
                 shown.add(failed=bool(self._rows[self.keys[case]]["error"]))
-            shown.end()
+            shown.end(self.failures())
             self.write(os.path.join(self.folder, "table.csv"))
         return self
+
+    def failures(self):
+        """{error: how many cases have it}, the most frequent first; numbers in it count as alike."""
+        errors, first = Counter(), {}
+        for row in self.rows:
+            if row["error"]:
+                kind = re.sub(r"0x[0-9a-f]+|[-+.\d]+(e[-+]?\d+)?", "0", row["error"])
+                errors[kind] += 1
+                first.setdefault(kind, row["error"])
+        return {first[kind]: count for kind, count in errors.most_common()}
 
     def case(self, case, recording=None):
         """Runs one here and now, keeps nothing, and lets its error through. A Result. `recording`: path of a new file,
@@ -103,12 +118,15 @@ class Study:
         return path if os.path.exists(path) else None
 
     @property
+    def _output_columns(self):
+        """Those of outputs, tip.x and such."""
+        known = {"case", "traceback", *self.parameters, *RESULT, *MEASURED}
+        return list(dict.fromkeys(name for row in self.rows for name in row if name not in known))
+
+    @property
     def columns(self):
         """Of the table: case, parameters, outputs, results, and measurements, which differ from run to run."""
-        rows = self.rows
-        known = ["case", *self.parameters]
-        outputs = [name for row in rows for name in row if name not in {*known, "traceback", *RESULT, *MEASURED}]
-        return [*known, *dict.fromkeys(outputs), *RESULT, *MEASURED]
+        return ["case", *self.parameters, *self._output_columns, *RESULT, *MEASURED]
 
     @property
     def table(self):
@@ -118,6 +136,38 @@ class Study:
         except ImportError:
             raise StudyError("a DataFrame needs pandas (apt install python3-pandas); rows and table.csv do not") from None
         return pandas.DataFrame(self.rows, columns=self.columns)
+
+    def values(self, output):
+        """A column of numbers as an array, by case; NaN where a case has not run, failed, or has none."""
+        if output not in self.columns:
+            raise StudyError(f"'{output}': no column of the table; it has {', '.join(self._output_columns) or 'no outputs'}")
+        values = np.full(len(self), np.nan)
+        for row in self.rows:
+            value = row.get(output)
+            if isinstance(value, (int, float)):
+                values[row["case"]] = value
+        return values
+
+    def indices(self, output, confidence=0.95):
+        """Sobol indices of an output, a sensitivity.Index for each parameter; for the design saltelli()."""
+        design = self.definition.design
+        if not isinstance(design, Saltelli):
+            raise StudyError(f"Sobol indices need the cases of study.saltelli(), not of a {design.kind}")
+        return sobol_indices(design.names, self.values(output), confidence)
+
+    def draw(self, path, outputs=None):
+        """A picture (.png, .svg, .pdf) of what outputs depend on, by default all numbers: for each a tornado and the cases
+        over each parameter. Needs matplotlib."""
+        outputs = [outputs] if isinstance(outputs, str) else outputs
+        numbers = [name for name in self._output_columns if np.isfinite(self.values(name)).any()]
+        chosen = numbers[:pictures.MOST_OUTPUTS] if outputs is None else list(outputs)
+        if not chosen:
+            raise StudyError("a picture needs an output that is a number, and cases that have run")
+        pictures.draw_sensitivity(self, os.fspath(path), chosen)
+
+    def draw_spread(self, path, output="tip"):
+        """A picture of where a point of all cases is, from three sides. Needs matplotlib."""
+        pictures.draw_spread(self, os.fspath(path), output)
 
     @property
     def digest(self):
