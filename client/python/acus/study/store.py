@@ -80,6 +80,11 @@ class Store:
         for path in (self.recording(case), self.recording(case).removesuffix(".acus") + ".txt"):
             remove(path)
 
+    def keep_recording(self, case, recording):
+        os.makedirs(self.failed, exist_ok=True)
+        with open(self.recording(case), "wb") as file:
+            file.write(recording)
+
 
 def row_of(line):
     """None of what is no whole line."""

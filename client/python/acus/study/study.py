@@ -15,6 +15,7 @@ from ..programs import find_scene
 from ..scene import Scene
 from . import pictures
 from .case import MEASURED, RESULT, Definition, Models, evaluate, simulate
+from .dask_engine import SCHEME, RemoteWork, dask_rows
 from .designs import design_of
 from .motions import policy_of
 from .outputs import outputs_of
@@ -71,23 +72,35 @@ class Study:
         # The numbers of cases may have changed since.
         return [{**self._rows[key], "case": case} for case, key in enumerate(self.keys) if key in self._rows]
 
-    def run(self, *, workers=None, failed=False, timeout=None, recordings=False, progress=True):
+    def run(self, *, on=None, workers=None, failed=False, timeout=None, recordings=False, progress=True):
         """Runs what has no row yet, on so many processes, by default one for each processor, with 0 in the program itself;
         with `failed` also what has failed. A case that takes longer than `timeout` (s) fails. `recordings` keeps that of every case, not only of those
-        that fail. The study itself. An interrupt keeps all rows that have come."""
+        that fail. `on`: the scheduler of a Dask cluster, dask://HOST:PORT, that runs the cases instead. The study itself. An
+        interrupt keeps all rows that have come."""
         if workers is not None and not (isinstance(workers, int) and workers >= 0):
             raise StudyError(f"workers: expected a whole number, found {workers!r}")
+        if on is not None and not (isinstance(on, str) and on.startswith(SCHEME) and workers is None):
+            raise StudyError(f"on: expected dask://HOST:PORT, and no number of workers with it, found {on!r}")
         if timeout is not None and not timeout > 0:
             raise StudyError(f"timeout: expected seconds above 0, found {timeout!r}")
         with self._store as store:
             self._rows = store.read()
             missing = [case for case, key in enumerate(self.keys)
                        if key not in self._rows or (failed and self._rows[key]["error"])]
+            for case in missing:
+                store.forget_failure(case)
             self._note_definition()
             shown = Progress(len(self), len(self) - len(missing), progress)
-            work = CaseWork(self.definition, self.folder, timeout, recordings)
-            for case, row in rows_of(work, self._in_order(missing), processors() if workers is None else workers):
-                self._keep(store, case, row)
+            cases = self._in_order(missing)
+            if on:
+                answers = dask_rows(RemoteWork(self.definition, timeout, recordings), cases, on)
+            else:
+                work = LocalWork(self.definition, self.folder, timeout, recordings)
+                count = processors() if workers is None else workers
+                answers = local_rows(work, cases, count) if count else ((case, work(case)) for case in cases)
+            for case, answer in answers:
+                row, recording = answer or (self._row_of_dead_worker(case), None)
+                self._keep(store, case, row, recording)
                 shown.add(failed=bool(self._rows[self.keys[case]]["error"]))
             shown.end(self.failures())
             self.write(os.path.join(self.folder, "table.csv"))
@@ -192,14 +205,13 @@ class Study:
 
     # ---- Parts of run() ----
 
-    def _keep(self, store, case, row):
-        if row is None:
-            row = self._row_of_dead_worker(case)
+    def _keep(self, store, case, row, recording):
+        """`recording`: its bytes, of a case that ran elsewhere."""
         self._rows[self.keys[case]] = row
         if row["error"]:
             store.note_failure(row)
-        else:
-            store.forget_failure(case)
+        if recording is not None:
+            store.keep_recording(case, recording)
         store.write(self.keys[case], row)
 
     def _row_of_dead_worker(self, case):
@@ -226,8 +238,9 @@ class Study:
         return case
 
 
-class CaseWork:
-    """What a worker does with a case. The recording of one that succeeds is removed unless it is to be kept."""
+class LocalWork:
+    """(row, None) of a case, whose recording lies in the folder; that of one that succeeds is removed unless it is to be
+    kept."""
 
     def __init__(self, definition, folder, timeout, recordings):
         self._definition, self._store, self._timeout, self._recordings = definition, Store(folder), timeout, recordings
@@ -241,12 +254,7 @@ class CaseWork:
         row = evaluate(self._definition, case, self._models, recording, self._timeout)
         if not row["error"] and not self._recordings:
             remove(recording)
-        return row
-
-
-def rows_of(work, cases, workers):
-    """(case, row) as they come."""
-    return local_rows(work, cases, workers) if workers else ((case, work(case)) for case in cases)
+        return row, None
 
 
 def scene_of(given):
