@@ -55,7 +55,8 @@ that talk to its server: acus-replay drives recorded motions into it and writes
 what comes back, acus-plot and acus-picture draw that,
 acus-top shows how a running server does, acus-view shows it in a browser,
 acus-keygen makes keys for server and clients, and acus-haptic puts a haptic
-device, a gamepad or a simulated hand on a needle.")
+device, a gamepad or a simulated hand on a needle. acus-study runs programs with
+studies on a cluster.")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Python package for Acus servers
 Acus simulates needles in soft tissue in real time. This package has the
 Python module acus: a client of its server, servers of one's own, scenes,
@@ -86,7 +87,7 @@ set(CPACK_DEBIAN_CLIENT_PACKAGE_SUGGESTS "chromium, ffmpeg") # acus-view --expor
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-msgpack, python3-numpy, python3-zmq")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "acus-server, python3-acus-engine, python3-cloudpickle, python3-matplotlib, python3-pandas, python3-scipy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "acus-server, python3-acus-engine, python3-cloudpickle, python3-distributed, python3-matplotlib, python3-pandas, python3-scipy")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libzmq3-dev, pkg-config")
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_ENGINE_PACKAGE_DEPENDS

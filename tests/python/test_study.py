@@ -247,6 +247,32 @@ def children_of(pid):
         return [int(each) for each in file.read().split()]
 
 
+# ---- acus-study ----
+
+
+class Program(OfStudies):
+    def run_program(self, *arguments):
+        return subprocess.run([os.path.join(ROOT, "client", "study"), *arguments], capture_output=True, text=True, check=False,
+                              cwd=self.folder)
+
+    def test_show(self):
+        self.run_study({STIFFNESS: [5e3, 10e3]}, outputs={"fine": breaks})
+        done = self.run_program("show", "study")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout, "study: a grid of 2 cases, 2 have run in this folder, 1 failed\n"
+                                      "  1 failed: ValueError: too stiff\n")
+        self.assertEqual((self.run_program("show", "nowhere").returncode, self.run_program().returncode), (1, 1))
+
+    def test_clusters_that_cannot_be(self):
+        for arguments, status, what in ((("--local", "--workers", "0", "true"), 1, "whole number above 0"),
+                                        (("--local", "--workers", "2"), 1, "expected a program"), (("--workers", "2", "true"), 1, "--slurm"),
+                                        (("--local", "--workers", "2", "--option=x", "true"), 1, "is for --slurm")):
+            done = self.run_program("cluster", *arguments)
+            self.assertEqual(done.returncode, status, done.stderr)
+            self.assertIn(what, done.stderr)
+        self.assertEqual(os.listdir(self.folder), ["small.yaml"])
+
+
 # ---- What users give ----
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of acus-study in and out: lists of dictionaries, numbers where a cell is one."""
+"""Tables of acus-evidence in and out: lists of dictionaries, numbers where a cell is one."""
 
 import csv
 import glob

@@ -16,7 +16,7 @@
 namespace acus {
 
 LockstepServer::LockstepServer(const std::string& scene)
-    : folder_(std::filesystem::temp_directory_path() / "acus-study-XXXXXX") {
+    : folder_(std::filesystem::temp_directory_path() / "acus-evidence-XXXXXX") {
   if (!mkdtemp(folder_.data())) throw std::system_error(errno, std::generic_category(), "cannot create " + folder_);
   const std::string file = folder_ + "/scene.yaml";
   std::ofstream(file, std::ios::binary) << scene;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What Acus finds out about itself: studies that run many simulations in process and write tables. acus-study runs
+// What Acus finds out about itself: studies that run many simulations in process and write tables. acus-evidence runs
 // them, scripts/report draws what they write.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// acus-study: error against run time, dependence on the mesh, stability at the extremes, as tables.
+// acus-evidence: error against run time, dependence on the mesh, stability at the extremes, as tables.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
@@ -20,9 +20,9 @@ constexpr const char* kDescription =
     "draws the tables.";
 constexpr const char* kFooter =
     "Examples:\n"
-    "  acus-study --quick --out /tmp/study errors\n"
-    "  acus-study --out out/report stability refinement\n"
-    "  acus-study --out out/report errors --scene steering\n"
+    "  acus-evidence --quick --out /tmp/study errors\n"
+    "  acus-evidence --out out/report stability refinement\n"
+    "  acus-evidence --out out/report errors --scene steering\n"
     "\nExit status: 0 done; 1 bad command line; 3 anything else; 4 not built for this processor.";
 
 struct StudyCommand {
@@ -57,7 +57,7 @@ class ProgressLine {
 
   void tell(int done, int of, const std::string& next) {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    std::fprintf(stderr, "acus-study %s: %d of %d runs, %.0f s; %s\n", study_.c_str(), done, of, seconds, next.c_str());
+    std::fprintf(stderr, "acus-evidence %s: %d of %d runs, %.0f s; %s\n", study_.c_str(), done, of, seconds, next.c_str());
   }
 
  private:
@@ -71,7 +71,7 @@ int run(const StudyCommand& study, StudyPlan plan) {
   try {
     study.run(plan);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "acus-study %s: %s\n", study.name, error.what());
+    std::fprintf(stderr, "acus-evidence %s: %s\n", study.name, error.what());
     return kFailed;
   }
   return kDone;
@@ -81,7 +81,7 @@ int run(const StudyCommand& study, StudyPlan plan) {
 
 int main(int argc, char** argv) {
   StudyPlan plan;
-  CLI::App app(kDescription, "acus-study");
+  CLI::App app(kDescription, "acus-evidence");
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
   app.require_subcommand(1, 0);

@@ -26,6 +26,7 @@ BATCH = 2.0  # s of work in a batch
 MOST = 200  # cases in a batch
 AHEAD = 3  # batches under way for each thread
 COUNTING = 2.0  # s between two looks at how many threads there are
+LOOK, WAITING = 0.2, 60.0  # s between two looks for workers, and two lines about it
 ROUNDS = 4  # of a case that comes back without a result, as machines are lost
 
 
@@ -78,10 +79,12 @@ def run_case(work, of, case):
 # ---- At the user's ----
 
 
-def dask_rows(work, cases, on):
-    """(case, (row, recording) or None) as they come; None where processes died of the case. `on`: dask://HOST:PORT."""
+def dask_rows(work, cases, on, tell=lambda text: None):
+    """(case, (row, recording) or None) as they come; None where processes died of the case. `on`: dask://HOST:PORT. What
+    it waits for is told."""
     client = connected(on)
     try:
+        wait_for_workers(client, on, tell)
         yield from Batches(client, work, cases, on)
     finally:
         client.close()
@@ -98,6 +101,15 @@ def connected(on):
     except (OSError, ValueError, TimeoutError) as error:
         raise StudyError(f"{on}: no Dask scheduler answers ({error}); start one with dask-scheduler, and workers with "
                          "dask-worker, which can import acus") from None
+
+
+def wait_for_workers(client, on, tell):
+    told = time.monotonic() + COUNTING
+    while not client.nthreads():
+        if time.monotonic() > told:
+            tell(f"{on} has no workers yet; waiting for some")
+            told = time.monotonic() + WAITING
+        time.sleep(LOOK)
 
 
 class Batches:

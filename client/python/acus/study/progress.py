@@ -25,6 +25,10 @@ class Progress:
         if self._shown and now - max(self._told, self._began) > BETWEEN[self._terminal]:
             self._tell(now)
 
+    def note(self, text):
+        if self._shown:
+            self._write(("\r" + " " * self._width + "\r" if self._terminal else "") + text + "\n")
+
     def end(self, failures=()):
         """`failures`: {error: how many}, of all cases."""
         if not self._shown:

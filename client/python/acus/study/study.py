@@ -75,10 +75,12 @@ class Study:
     def run(self, *, on=None, workers=None, failed=False, timeout=None, recordings=False, progress=True):
         """Runs what has no row yet, on so many processes, by default one for each processor, with 0 in the program itself;
         with `failed` also what has failed. A case that takes longer than `timeout` (s) fails. `recordings` keeps that of every case, not only of those
-        that fail. `on`: the scheduler of a Dask cluster, dask://HOST:PORT, that runs the cases instead. The study itself. An
-        interrupt keeps all rows that have come."""
+        that fail. `on`: the scheduler of a Dask cluster, dask://HOST:PORT, that runs the cases instead, by default
+        $ACUS_STUDY_ON. The study itself. An interrupt keeps all rows that have come."""
         if workers is not None and not (isinstance(workers, int) and workers >= 0):
             raise StudyError(f"workers: expected a whole number, found {workers!r}")
+        if on is None and workers is None:
+            on = os.environ.get("ACUS_STUDY_ON") or None
         if on is not None and not (isinstance(on, str) and on.startswith(SCHEME) and workers is None):
             raise StudyError(f"on: expected dask://HOST:PORT, and no number of workers with it, found {on!r}")
         if timeout is not None and not timeout > 0:
@@ -93,7 +95,7 @@ class Study:
             shown = Progress(len(self), len(self) - len(missing), progress)
             cases = self._in_order(missing)
             if on:
-                answers = dask_rows(RemoteWork(self.definition, timeout, recordings), cases, on)
+                answers = dask_rows(RemoteWork(self.definition, timeout, recordings), cases, on, shown.note)
             else:
                 work = LocalWork(self.definition, self.folder, timeout, recordings)
                 count = processors() if workers is None else workers
