@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""Runs programs with studies (acus.Study) on a cluster, and says how far studies are.
+"""Runs programs with studies (acus.Study) on a cluster, serves a study to other tools, and says how far studies are.
 
   acus-study cluster --slurm --workers 20 --option=--partition=short python3 spread.py
   acus-study cluster --local --workers 2 python3 spread.py
+  acus-study serve model.py --port 4242
   acus-study show studies/steering_arc
 
 `cluster` starts a Dask scheduler on this machine and workers, with Slurm as an array of jobs, runs the program, whose
 studies find the scheduler by themselves (ACUS_STUDY_ON), and ends all that it started when the program ends. Needs Dask
 (python3-distributed) on all machines, and with Slurm a folder that all of them see.
+
+`serve` runs a Python program that sets `study` to an acus.Study, and answers requests of UM-Bridge: one vector of its
+parameters in, one of its outputs out. Whoever reaches the port can ask for cases; it is one of this machine by default.
 
 Exit status: that of the program; 1 bad arguments, or a folder without a study; 2 the cluster could not be started.
 """
@@ -16,6 +20,7 @@ import argparse
 import collections
 import json
 import os
+import runpy
 import shlex
 import shutil
 import signal
@@ -25,7 +30,9 @@ import tempfile
 import time
 
 from acus.errors import AcusError
+from acus.study import Study
 from acus.study.store import Store
+from acus.study.um_bridge import PORT
 
 BAD_ARGUMENTS, NO_CLUSTER = 1, 2
 STARTING = 30.0  # s until the scheduler listens
@@ -65,6 +72,12 @@ def parse_arguments():
                          help="of sbatch, such as --option=--time=2:00:00; may be given again")
     cluster.add_argument("--folder", default=".", help="for logs, seen by all machines (default: the current one)")
     cluster.add_argument("program", nargs=argparse.REMAINDER, help="and its arguments")
+    serve = commands.add_parser("serve", help="answer requests of UM-Bridge")
+    serve.add_argument("file", help="a Python program that sets `study`")
+    serve.add_argument("--port", type=int, default=PORT, help="(default: %(default)s)")
+    serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s)")
+    serve.add_argument("--workers", type=whole_number, help="cases at once (default: one for each processor)")
+    serve.add_argument("--timeout", type=float, metavar="SECONDS", help="of a case (default: none)")
     show = commands.add_parser("show", help="how far studies are")
     show.add_argument("folder", nargs="+")
     arguments = parser.parse_args()
@@ -174,6 +187,26 @@ def run_on_cluster(arguments):
                 program.wait()
 
 
+# ---- Serve ----
+
+
+def serve_file(arguments):
+    try:
+        study = runpy.run_path(arguments.file, run_name="acus_study_file").get("study")
+    except OSError as error:
+        raise AcusError(f"{arguments.file}: {error.strerror}") from None
+    if not isinstance(study, Study):
+        raise AcusError(f"{arguments.file}: expected that it sets `study` to an acus.Study")
+    with study.model_server(arguments.port, host=arguments.host, workers=arguments.workers, timeout=arguments.timeout) as server:
+        print(f"acus-study: http://{arguments.host}:{server.server_port}, model 'forward': {', '.join(server.model.inputs)} -> "
+              f"{', '.join(server.model.outputs)}", flush=True)
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            return 0
+
+
 # ---- Show ----
 
 
@@ -195,6 +228,8 @@ def main():
     try:
         if arguments.command == "cluster":
             return run_on_cluster(arguments)
+        if arguments.command == "serve":
+            return serve_file(arguments)
         for folder in arguments.folder:
             print("\n".join(show(folder)))
         return 0

@@ -98,6 +98,12 @@ def kind_of(name, scene, motion, prepare):
     return "scene"
 
 
+def output_columns(row, parameters):
+    """Of a row those of outputs, tip.x and such."""
+    known = {"case", "traceback", *parameters, *RESULT, *MEASURED}
+    return [name for name in row if name not in known]
+
+
 class Models:
     """Loaded scenes by their text: a case with the same scene as one before finds its mesh and factor ready."""
 

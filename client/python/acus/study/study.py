@@ -14,7 +14,7 @@ from ..errors import StudyError
 from ..programs import find_scene
 from ..scene import Scene
 from . import pictures
-from .case import MEASURED, RESULT, Definition, Models, evaluate, simulate
+from .case import MEASURED, RESULT, Definition, Models, evaluate, output_columns, simulate
 from .dask_engine import SCHEME, RemoteWork, dask_rows
 from .designs import design_of
 from .motions import policy_of
@@ -23,6 +23,7 @@ from .progress import Progress
 from .sensitivity import Saltelli, sobol_indices
 from .store import Store, remove
 from .values import digest
+from .um_bridge import PORT, ModelServer
 from .workers import local_rows, processors
 
 
@@ -108,6 +109,18 @@ class Study:
             self.write(os.path.join(self.folder, "table.csv"))
         return self
 
+    def serve(self, port=PORT, *, host="127.0.0.1", workers=None, timeout=None):
+        """Answers requests of UM-Bridge until it is interrupted: inputs are the parameters, outputs the outputs."""
+        with self.model_server(port, host=host, workers=workers, timeout=timeout) as server:
+            try:
+                server.serve_forever()
+            except KeyboardInterrupt:
+                pass
+
+    def model_server(self, port=PORT, *, host="127.0.0.1", workers=None, timeout=None):
+        """Likewise, as a server of http.server that listens: a `with` block, serve_forever(), `server_port`. Port 0: any."""
+        return ModelServer(self.definition, host, port, workers or processors(), timeout)
+
     def failures(self):
         """{error: how many cases have it}, the most frequent first; numbers in it count as alike."""
         errors, first = Counter(), {}
@@ -134,9 +147,8 @@ class Study:
 
     @property
     def _output_columns(self):
-        """Those of outputs, tip.x and such."""
-        known = {"case", "traceback", *self.parameters, *RESULT, *MEASURED}
-        return list(dict.fromkeys(name for row in self.rows for name in row if name not in known))
+        """Those of outputs, of any row."""
+        return list(dict.fromkeys(name for row in self.rows for name in output_columns(row, self.parameters)))
 
     @property
     def columns(self):

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: MIT
+"""A study's motion and outputs as a model of UM-Bridge, HTTP and JSON that tools of uncertainty quantification speak:
+https://um-bridge-benchmarks.readthedocs.io, protocol 1.0.
+
+One model, `forward`: one input vector, the study's parameters in their order; one output vector, the columns of its outputs.
+There are no derivatives. A request that cannot be answered gets {"error": {"type", "message"}}: ModelNotFound, InvalidInput
+and UnsupportedFeature with status 400, InvalidOutput (of a case that failed, or an output that is no finite number) with
+500.
+"""
+
+import copy
+import json
+import math
+import queue
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+from ..errors import StudyError
+from .case import Models, evaluate, output_columns
+from .designs import Design
+from .portable import dumps
+from .workers import TRIES, Worker
+
+MODEL, PROTOCOL, PORT = "forward", 1.0, 4242
+MOST_BYTES = 1 << 20  # of a request
+SILENCE = 60.0  # s after which a connection without a request ends
+FEATURES = ("Evaluate", "Gradient", "ApplyJacobian", "ApplyHessian")
+
+
+class Trouble(Exception):
+    """What a request cannot have, as it is answered."""
+
+    def __init__(self, kind, message, status=400):
+        super().__init__(message)
+        self.kind, self.status = kind, status
+
+
+class ValuesWork:
+    """The row of a case that is given by its values."""
+
+    def __init__(self, definition, timeout):
+        self._definition, self._timeout, self._models = definition, timeout, None
+
+    def __call__(self, values):
+        self._models = self._models or Models()
+        return evaluate(case_of(self._definition, values), 0, self._models, None, self._timeout)
+
+
+def case_of(definition, values):
+    """A Definition of one case, with the values of a request. Whole numbers stay such where the study has them."""
+    examples = definition.design.rows[0]
+    values = [round(value) if isinstance(example, int) and value == round(value) else value
+              for value, example in zip(values, examples)]
+    one = copy.copy(definition)
+    one.__dict__.pop("repetitions", None)
+    one.design = Design("request", definition.design.names, [values])
+    return one
+
+
+class Model:
+    """`inputs` and `outputs` are names. evaluate() may be called by several threads; as many cases run at once as there
+    are workers. Raises StudyError where the study's first case fails or has an output that is no number."""
+
+    def __init__(self, definition, workers, timeout=None):
+        for name, value in zip(definition.design.names, definition.design.rows[0]):
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
+                raise StudyError(f"UM-Bridge: parameters have to be numbers, and {name} is {value!r}")
+        self.inputs = definition.design.names
+        self._work, self._idle = dumps(ValuesWork(definition, timeout)), queue.SimpleQueue()
+        self._workers = []
+        try:
+            for _ in range(workers):
+                self._add()
+            self.outputs = self._columns(definition)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self):
+        for worker in self._workers:
+            worker.end()
+
+    def evaluate(self, values):
+        """The list of outputs. Raises Trouble."""
+        row = self._run(values)
+        if row is None or row["error"]:
+            raise Trouble("InvalidOutput", row["error"] if row else "the process died of this case", 500)
+        outputs = [row.get(name) for name in self.outputs]
+        for name, value in zip(self.outputs, outputs):
+            if not is_number(value):
+                raise Trouble("InvalidOutput", f"{name} is {value!r} and no finite number", 500)
+        return [float(value) for value in outputs]
+
+    def _run(self, values):
+        for _ in range(TRIES):
+            worker = self._idle.get()
+            worker.give(values)
+            row = worker.take()
+            if row is not None:
+                self._idle.put(worker)
+                return row
+            self._workers.remove(worker)
+            self._add()
+        return None
+
+    def _add(self):
+        worker = Worker(self._work)
+        self._workers.append(worker)
+        self._idle.put(worker)
+
+    def _columns(self, definition):
+        row = self._run([float(value) for value in definition.design.rows[0]])
+        if row is None or row["error"]:
+            raise StudyError(f"UM-Bridge: the study's first case failed: {row['error'] if row else 'its process died'}")
+        known = output_columns(row, self.inputs)
+        texts = [name for name in known if not isinstance(row[name], (int, float))]
+        if texts:
+            raise StudyError(f"UM-Bridge: outputs have to be numbers, and {texts[0]} is {row[texts[0]]!r}")
+        return known
+
+
+def is_number(value):
+    return isinstance(value, (bool, int, float)) and math.isfinite(value)
+
+
+class Handler(BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+    timeout = SILENCE
+    model = None  # of the class that a server makes of this
+
+    def do_GET(self):  # pylint: disable=invalid-name
+        self._answer("Info" if self.path.strip("/") in ("", "Info") else None, {})
+
+    do_HEAD = do_GET
+
+    def do_POST(self):  # pylint: disable=invalid-name
+        try:
+            request = self._request()
+        except Trouble as trouble:
+            self.close_connection = True
+            self._send(trouble.status, told(trouble))
+            return
+        self._answer(self.path.strip("/"), request)
+
+    def _request(self):
+        try:
+            size = int(self.headers.get("Content-Length", ""))
+        except ValueError:
+            raise Trouble("InvalidInput", "expected a request with a Content-Length") from None
+        if not 0 <= size <= MOST_BYTES:
+            raise Trouble("InvalidInput", f"expected a request of at most {MOST_BYTES} bytes", 413)
+        try:
+            request = json.loads(self.rfile.read(size) or b"{}")
+        except ValueError as error:
+            raise Trouble("InvalidInput", f"no JSON: {error}") from None
+        if not isinstance(request, dict):
+            raise Trouble("InvalidInput", "expected a map")
+        return request
+
+    def _answer(self, what, request):
+        try:
+            self._send(200, self._answered(what, request))
+        except Trouble as trouble:
+            self._send(trouble.status, told(trouble))
+
+    def _answered(self, what, request):
+        if what == "Info":
+            return {"protocolVersion": PROTOCOL, "models": [MODEL]}
+        if what not in ("ModelInfo", "InputSizes", "OutputSizes", *FEATURES):
+            raise Trouble("InvalidInput", f"there is no {self.path}", 404)
+        if request.get("name") != MODEL:
+            raise Trouble("ModelNotFound", f"there is no model {request.get('name')!r}, only '{MODEL}'")
+        if what == "ModelInfo":
+            return {"support": {feature: feature == "Evaluate" for feature in FEATURES}}
+        if what == "InputSizes":
+            return {"inputSizes": [len(self.model.inputs)]}
+        if what == "OutputSizes":
+            return {"outputSizes": [len(self.model.outputs)]}
+        if what != "Evaluate":
+            raise Trouble("UnsupportedFeature", f"{what}: the model has no derivatives")
+        return {"output": [self.model.evaluate(self._input(request))]}
+
+    def _input(self, request):
+        vectors, size = request.get("input"), len(self.model.inputs)
+        if not isinstance(vectors, list) or len(vectors) != 1 or not isinstance(vectors[0], list) or len(vectors[0]) != size:
+            raise Trouble("InvalidInput", f"expected one vector of {size} numbers: {', '.join(self.model.inputs)}")
+        for name, value in zip(self.model.inputs, vectors[0]):
+            if isinstance(value, bool) or not is_number(value):
+                raise Trouble("InvalidInput", f"{name}: expected a finite number, found {value!r}")
+        return [float(value) for value in vectors[0]]
+
+    def _send(self, status, answer):
+        body = json.dumps(answer).encode()
+        self.send_response(status)
+        self.send_header("Content-Type", "application/json")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(body)
+
+    def log_message(self, *_):  # pylint: disable=arguments-differ  # a line a request would be too many
+        pass
+
+
+def told(trouble):
+    return {"error": {"type": trouble.kind, "message": str(trouble)}}
+
+
+class ModelServer(ThreadingHTTPServer):
+    """Listens when it is made; serve_forever() answers, and the `with` block ends its workers. Raises StudyError."""
+
+    daemon_threads = True
+
+    def __init__(self, definition, host="127.0.0.1", port=PORT, workers=1, timeout=None):
+        self.model = Model(definition, workers, timeout)
+        try:
+            super().__init__((host, port), type("ModelHandler", (Handler,), {"model": self.model}))
+        except (OSError, OverflowError) as error:
+            self.model.close()
+            raise StudyError(f"{host}:{port}: {getattr(error, 'strerror', None) or error}") from None
+
+    def server_close(self):
+        super().server_close()
+        self.model.close()
