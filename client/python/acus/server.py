@@ -12,6 +12,7 @@ import zmq
 
 from .client import Client
 from .errors import ServerFailed
+from .guard import Guard
 from .link import Link
 from .programs import find_server
 
@@ -27,7 +28,7 @@ class Server:
     `scene` is a path, the name of an installed scene, or a Scene. In lockstep ticks run when a client asks, else in
     real time. `rate` (Hz) replaces the scene's own; `options` are further ones of acus-server; `keys` those with which
     its clients connect. Raises ServerFailed with what the server says if it cannot start. It ends with end(), with the
-    `with` block, with the object or with the interpreter.
+    `with` block, with the object or with this program, whatever ends that.
     """
 
     def __init__(self, scene, *, lockstep=False, rate=None, options=(), keys=None, program=None, timeout=STARTING):
@@ -35,6 +36,7 @@ class Server:
         self.commands, self.states = (f"ipc://{self.folder}/{name}" for name in ("commands", "states"))
         self._keys = keys
         self._log_path = os.path.join(self.folder, "log")
+        self._process = None
         try:
             command = [find_server(program), self._scene_file(scene), "--commands", self.commands, "--states",
                        self.states, *(["--lockstep"] if lockstep else []),
@@ -43,10 +45,13 @@ class Server:
                 # In a session of its own: Ctrl-C is for the program that started it, which ends it.
                 self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
                                                  start_new_session=True)
+            guard = Guard(self._process.pid, self.folder)
         except BaseException:
+            if self._process:
+                self._process.kill()
             shutil.rmtree(self.folder, ignore_errors=True)
             raise
-        self._finalizer = weakref.finalize(self, end_process, self._process, self.folder)
+        self._finalizer = weakref.finalize(self, end_process, self._process, self.folder, guard)
         try:
             self._wait_until_it_listens(time.monotonic() + timeout)
         except BaseException:
@@ -126,7 +131,8 @@ def new_folder():
     return tempfile.mkdtemp(prefix="acus-", dir="/tmp")
 
 
-def end_process(process, folder):
+def end_process(process, folder, guard):
+    guard.end()
     if process.poll() is None:
         process.terminate()
         try:
