@@ -50,7 +50,7 @@ foreach(script plot picture top study)
 endforeach()
 # Python itself finds the package there below /usr; the programs above also below other prefixes.
 install(DIRECTORY client/python/acus DESTINATION lib/python3/dist-packages COMPONENT python
-        FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
+        FILES_MATCHING PATTERN "*.py" PATTERN py.typed PATTERN __pycache__ EXCLUDE)
 if(TARGET acus_engine_python)
   install(TARGETS acus_engine_python LIBRARY DESTINATION lib/python3/dist-packages COMPONENT pyengine)
 endif()

@@ -97,6 +97,23 @@ class Lockstep(WithWorld):
         self.assertEqual(second[0].epoch, first[0].epoch + 1)
         self.assertEqual(self.client.lost_states, 0)
 
+    def test_equal_branches_have_equal_hashes(self):
+        self.push(0.01)
+        snapshot = self.client.snapshot()
+        states, hashes = set(), set()
+        for start in (snapshot, snapshot.snapshot, snapshot):
+            self.client.restore(start)
+            states.add(self.client.snapshot().hash)
+            self.push(0.02)
+            hashes.add(self.client.hash().hash)
+        self.assertEqual((len(states), len(hashes)), (1, 1))
+        first = []
+        for _ in range(2):
+            self.client.reset()
+            self.push(0.01)
+            first.append(self.client.hash().hash)
+        self.assertEqual(*first)
+
     def test_many_ticks_are_one_step(self):
         self.assertEqual(self.client.step(500).tick, 500)
         self.assertRaises(ValueError, self.client.step, 0)

@@ -100,6 +100,14 @@ def public_names(of):
             if not name.startswith("_") and not isinstance(value, types.ModuleType)]
 
 
+class Package(unittest.TestCase):
+    def test_one_version(self):
+        for file, pattern in (("CMakeLists.txt", r"project\(acus VERSION (\S+)"), ("client/python/pyproject.toml", r'^version = "(.*)"')):
+            with open(os.path.join(ROOT, file), encoding="utf-8") as text:
+                self.assertEqual(re.search(pattern, text.read(), re.MULTILINE)[1], acus.__version__)
+        self.assertTrue(os.path.exists(os.path.join(os.path.dirname(acus.__file__), "py.typed")))
+
+
 class Page(unittest.TestCase):
     def test_docs_name_everything_that_is_public(self):
         words = set()

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """acus.Run: what acus-replay, a server's recording and a client's States hold of the same run is the same."""
 
+import importlib.util
 import os
 import subprocess
 import unittest
@@ -62,6 +63,35 @@ class OneRunInThreeForms(InTemporaryFolder):
             np.testing.assert_allclose(left.axial_resistance, left.base_force[:, 2], rtol=1e-5, atol=1e-6)
             self.assertAlmostEqual(left.travel[-1], 0.04, delta=2e-3)
             self.assertEqual(left.touched[-1], True)
+
+    def test_it_says_what_it_is_and_has(self):
+        for run in self.runs():
+            self.assertRegex(repr(run), r"<Run of .*: left \(\d+ ticks\), right \(\d+ ticks\); 2 events>")
+            self.assertRegex(repr(run["left"]), r"<Track of left: \d+ ticks, \S+ to \S+ s>")
+            self.assertLessEqual({"base_force", "depth", "travel", "plot"}, set(dir(run["left"])))
+            with self.assertRaisesRegex(AttributeError, "'base_forces'; did you mean base_force"):
+                run["left"].base_forces  # pylint: disable=pointless-statement
+
+    @unittest.skipUnless(importlib.util.find_spec("pandas"), "SKIPPED: pandas is missing (python3-pandas)")
+    def test_as_a_frame(self):
+        for run in self.runs():
+            frame = run.to_dataframe()
+            self.assertEqual(len(frame), len(run["left"]) + len(run["right"]))
+            left = frame[frame.needle == "left"]
+            np.testing.assert_array_equal(left.base_force_z, run["left"].base_force[:, 2])
+            np.testing.assert_array_equal(left.axial_resistance, run["left"].axial_resistance)
+            self.assertEqual(left.phase.iloc[-1], "inside")
+            self.assertLessEqual({"tick", "time", "depth", "base_orientation_w", "flags"}, set(frame.columns))
+
+    @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "SKIPPED: matplotlib is missing (python3-matplotlib)")
+    def test_as_a_plot(self):
+        from matplotlib.figure import Figure  # pylint: disable=import-outside-toplevel
+        track = self.runs()[0]["left"]
+        axes = track.plot(axes=Figure().subplots())
+        track.plot("time", axes)
+        np.testing.assert_allclose(axes.lines[0].get_xdata(), 1e3 * track.depth)
+        np.testing.assert_array_equal(axes.lines[1].get_ydata(), track.axial_resistance)
+        self.assertRaisesRegex(ValueError, "expected depth, travel, time", track.plot, "force")
 
     def test_what_a_client_kept_is_what_the_server_recorded(self):
         replayed, kept, recorded = self.runs()

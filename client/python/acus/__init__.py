@@ -14,3 +14,5 @@ from .scene import Scene
 from .server import Server
 from .shapes import Shapes
 from .study import Insertion, Study
+
+__version__ = "0.1.0"

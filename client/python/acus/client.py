@@ -17,6 +17,7 @@ COMMANDS, STATES = "tcp://127.0.0.1:5750", "tcp://127.0.0.1:5751"
 TIMEOUT = 10.0  # s
 LONGEST_STEP = 100_000  # ticks of one request
 LINGER = 100  # ms that closing waits for commands to leave
+MOST_SNAPSHOTS = 1000  # of which it is known which commands they had had
 STATES_KEPT = 100_000  # that have come and were not read yet; then the newest are lost
 STREAMS = ("pose", "spin")
 
@@ -34,6 +35,7 @@ class Client:
         self.reconnections = 0
         self._seq = 0
         self._commanded = {}  # (count of commands, orientation), by name
+        self._commanded_by = {}  # the same when a snapshot was taken, by its hash
         self._held = set()
         self._lost = 0  # connections, of which this object knows
         self._rejections = deque(maxlen=1000)  # of poses and spins
@@ -193,15 +195,25 @@ class Client:
 
     def snapshot(self):
         """SnapshotReply: the whole state, for restore()."""
-        return self._ask("snapshot", SnapshotReply)
+        reply = self._ask("snapshot", SnapshotReply)
+        self._commanded_by[hash(reply.snapshot)] = dict(self._commanded)
+        while len(self._commanded_by) > MOST_SNAPSHOTS:
+            del self._commanded_by[next(iter(self._commanded_by))]
+        return reply
 
     def restore(self, snapshot):
-        """Goes on from a SnapshotReply or its bytes, in a new epoch. Done."""
-        return self._begin_epoch(self._ask("restore", Done, snapshot=getattr(snapshot, "snapshot", snapshot)))
+        """Goes on from a SnapshotReply or its bytes, in a new epoch. Done. Commands are counted on from where this client
+        took it, else from 1: the same commands give the same hash again."""
+        snapshot = getattr(snapshot, "snapshot", snapshot)
+        done = self._begin_epoch(self._ask("restore", Done, snapshot=snapshot))
+        self._commanded = dict(self._commanded_by.get(hash(snapshot), {}))
+        return done
 
     def reset(self):
-        """Back to the state after loading, in a new epoch. Done."""
-        return self._begin_epoch(self._ask("reset", Done))
+        """Back to the state after loading, in a new epoch. Done. Commands are counted from 1."""
+        done = self._begin_epoch(self._ask("reset", Done))
+        self._commanded.clear()
+        return done
 
     def pause(self):
         return self._ask("pause", Done)

@@ -7,6 +7,7 @@ when they are asked for, columns become arrays when they are used.
 """
 
 import csv
+import difflib
 import os
 import subprocess
 import tempfile
@@ -53,6 +54,10 @@ class Run:
         run.events = [event for each in states for event in each.events]
         return run
 
+    def __repr__(self):
+        tracks = ", ".join(f"{name} ({len(track)} ticks)" for name, track in self._tracks.items())
+        return f"<Run of {self.path}: {tracks or 'no ticks'}; {len(self.events)} events>"
+
     def __enter__(self):
         return self
 
@@ -93,6 +98,11 @@ class Run:
         part.events = [event for event in self.events if event.epoch == epoch]
         part._csv, part._epoch, part._whole = self._csv, epoch, self
         return part
+
+    def to_dataframe(self):
+        """A pandas DataFrame, a row for each tick and needle, with the columns of Track.to_dataframe(). Needs pandas."""
+        import pandas  # pylint: disable=import-outside-toplevel  # takes a second, for some users only
+        return pandas.concat([track.to_dataframe() for track in self._tracks.values()], ignore_index=True)
 
     @cached_property
     def events(self):
@@ -140,9 +150,16 @@ class Track:
     def __len__(self):
         return len(self._table)
 
+    def __repr__(self):
+        return f"<Track of {self.needle}: {len(self)} ticks" + (f", {self.time[0]:g} to {self.time[-1]:g} s>" if len(self) else ">")
+
+    def __dir__(self):
+        return sorted({*super().__dir__(), *Force.field_names()})
+
     def __getattr__(self, name):
         if name not in Force.field_names():
-            raise AttributeError(name)
+            close = difflib.get_close_matches(name, Force.field_names(), 3)
+            raise AttributeError(f"a Track has no '{name}'" + (f"; did you mean {' or '.join(close)}?" if close else ""))
         values = self._table.values(name)
         self.__dict__[name] = values
         return values
@@ -160,6 +177,38 @@ class Track:
         if not self._table.has("epoch"):
             return self
         return Track(self.needle, self._table.only(np.flatnonzero(self.epoch == epoch)))
+
+    def to_dataframe(self):
+        """A pandas DataFrame, a row for each tick: the fields that the run has, vectors as base_force_x and so on, and
+        axial_resistance. Needs pandas."""
+        import pandas  # pylint: disable=import-outside-toplevel  # takes a second, for some users only
+        columns, components = {}, array_fields(Force)
+        for name in Force.field_names():
+            try:
+                values = getattr(self, name)
+            except (RunError, AttributeError):
+                continue  # an older file, or ticks of acus.engine, do not have it
+            if name in components:
+                columns.update({f"{name}_{axis}": values[:, i] for i, axis in enumerate(components[name])})
+            else:
+                columns[name] = values
+        return pandas.DataFrame({**columns, "axial_resistance": self.axial_resistance})
+
+    def plot(self, x="depth", axes=None):
+        """Axial resistance (N) against "depth" or "travel" (mm) or "time" (s), into axes of matplotlib, new ones by
+        default. The axes. Needs matplotlib."""
+        scales = {"depth": (1e3, "depth (mm)"), "travel": (1e3, "way of the base (mm)"), "time": (1.0, "time (s)")}
+        if x not in scales:
+            raise ValueError(f"x: expected {', '.join(scales)}, found {x!r}")
+        if axes is None:
+            import matplotlib.pyplot  # pylint: disable=import-outside-toplevel  # takes a second, for some users only
+            axes = matplotlib.pyplot.figure(layout="constrained").subplots()
+        scale, label = scales[x]
+        axes.plot(scale * getattr(self, x), self.axial_resistance, label=self.needle)
+        axes.set_xlabel(label)
+        axes.set_ylabel("axial resistance (N)")
+        axes.grid(True, color="#dddddd", linewidth=0.6)
+        return axes
 
     @cached_property
     def axis(self):
