@@ -103,7 +103,9 @@ class Episodes(unittest.TestCase):
         self.assertRaisesRegex(ValueError, "reach, force_limit, needle_order", NeedleEnv, "dance")
 
     def test_what_cannot_be_done_is_refused_and_changes_nothing(self):
-        self.assertRaisesRegex(ValueError, "reset\\(\\) first", NeedleEnv("reach").step, [0, 0])
+        self.assertRaisesRegex(acus.EnvError, "reset\\(\\) begins one", NeedleEnv("reach").step, [0, 0])
+        self.assertRaisesRegex(acus.EnvError, "did you mean 'randomise'", NeedleEnv, "reach", randomize=True)
+        self.assertRaisesRegex(acus.EnvError, "no argument 'speed'; those of Server are", NeedleEnv, "reach", speed=2)
         wrong = {"reach": ([[np.nan, 0], [1], "go"], [{"target": [np.nan] * 3}, {"target": 1}, {"limit": 1}]),
                  "force_limit": ([[np.inf], []], [{"limit": 0}, {"limit": np.nan}, {"target": [0, 0, 0]}]),
                  "needle_order": ([-1, 6, 1.5, [1, 2]], [{"chosen": 9}, {"chosen": 1.5}])}

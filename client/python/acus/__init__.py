@@ -3,7 +3,7 @@
 
 from . import engine, study
 from .client import Client
-from .errors import (AcusError, ClientError, KeyFileError, KeysRefused, ProgramNotFound, ProtocolMismatch, Refused,
+from .errors import (AcusError, ClientError, EnvError, KeyFileError, KeysRefused, ProgramNotFound, ProtocolMismatch, Refused,
                      RunError, SceneError, ServerFailed, StudyError, Vanished)
 from .keys import Keys
 from .messages import (DescribeReply, Done, Event, Force, Guide, Haptics, HashReply, HelloReply, Needle,

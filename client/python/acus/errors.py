@@ -61,5 +61,9 @@ class RunError(AcusError):
     """A recorded run that cannot be read; names the file."""
 
 
+class EnvError(AcusError, ValueError):
+    """An environment is used as it cannot be; says what to do instead."""
+
+
 class StudyError(AcusError):
     """A study that cannot be made, run or continued; names the parameter, output or file."""

@@ -6,6 +6,7 @@ Friction along the shaft grows with speed and with depth, and each layer has to 
 
 import numpy as np
 
+from ..errors import EnvError
 from .interface import Box
 from .scenes import layers
 from .task import Outcome, Task
@@ -39,7 +40,7 @@ class ForceLimit(Task):
     def check(self, options):
         limit = float(options.get("limit", LIMIT))
         if not 0 < limit < np.inf:
-            raise ValueError(f"options: limit: expected a force (N) above 0, found {limit}")
+            raise EnvError(f"options: limit: expected a force (N) above 0, found {limit}")
 
     def begin(self, world, random, options):
         self._needle = world.needles[0]

@@ -4,6 +4,7 @@
 import numpy as np
 
 from ..distributions import draw
+from ..errors import EnvError
 from . import force_limit, needle_order, reach
 from .interface import Box, Discrete, Env
 from .world import make_world
@@ -24,7 +25,7 @@ class NeedleEnv(Env):
 
     def __init__(self, task="reach", *, randomise=None, on=None, **server):
         if isinstance(task, str) and task not in TASKS:
-            raise ValueError(f"task: expected one of {', '.join(TASKS)}, found '{task}'")
+            raise EnvError(f"task: expected one of {', '.join(TASKS)}, found '{task}'")
         self.task = TASKS[task]() if isinstance(task, str) else task
         self.action_space = self.task.action_space
         self.observation_space = self.task.observation_space
@@ -39,7 +40,7 @@ class NeedleEnv(Env):
         options = dict(options or {})
         known = ("parameters", *self.task.options)
         if unknown := [name for name in options if name not in known]:
-            raise ValueError(f"options: expected {' or '.join(known)}, found '{unknown[0]}'")
+            raise EnvError(f"options: expected {' or '.join(known)}, found '{unknown[0]}'")
         self.task.check(options)
         super().reset(seed=seed)
         parameters = {**draw(self.ranges, self.np_random), **options.pop("parameters", {})}
@@ -55,12 +56,14 @@ class NeedleEnv(Env):
         """An action beyond the bounds of a Box counts as one at them."""
         self._open()
         if self._steps is None:
-            raise ValueError("step: expected reset() first")
+            raise EnvError("step: no episode has begun, or it is over; reset() begins one")
         self.task.act(self.world, checked(action, self.action_space))
         self._steps += 1
         outcome = self.task.judge(self.world)
         truncated = not outcome.terminated and self._steps >= self.task.steps
         info = {"success": outcome.success, "tick": self.world.states.tick, **outcome.info}
+        if outcome.terminated or truncated:
+            self._steps = None
         return self._observation(), float(outcome.reward), bool(outcome.terminated), truncated, info
 
     def close(self):
@@ -70,7 +73,7 @@ class NeedleEnv(Env):
 
     def _open(self):
         if self.world is None:
-            raise ValueError("the environment is closed")
+            raise EnvError("the environment is closed; make another one")
 
     def _load(self, parameters):
         scene = self.scene.copy()
@@ -84,14 +87,14 @@ class NeedleEnv(Env):
 
 
 def checked(action, space):
-    """The action as one of the space, or ValueError."""
+    """The action as one of the space, or EnvError."""
     if isinstance(space, Discrete):
         if not space.contains(action):
-            raise ValueError(f"action: expected an integer from 0 to {space.n - 1}, found {action}")
+            raise EnvError(f"action: expected an integer from 0 to {space.n - 1}, found {action}")
         return int(action)
     if not isinstance(space, Box):
         return action  # of a task that has spaces of its own
     array = np.asarray(action, dtype=float)
     if array.shape != space.shape or not np.all(np.isfinite(array)):
-        raise ValueError(f"action: expected {' x '.join(map(str, space.shape))} finite numbers, found {action}")
+        raise EnvError(f"action: expected {' x '.join(map(str, space.shape))} finite numbers, found {action}")
     return np.clip(array, space.low, space.high)

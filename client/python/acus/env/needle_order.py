@@ -7,6 +7,7 @@ ultrasound. Every needle drags the prostate with it, and so moves the targets of
 
 import numpy as np
 
+from ..errors import EnvError
 from .interface import Box, Discrete
 from .scenes import brachytherapy
 from .task import Outcome, Task
@@ -40,7 +41,7 @@ class NeedleOrder(Task):
 
     def check(self, options):
         if not self.action_space.contains(options.get("chosen", 0)):
-            raise ValueError(f"options: chosen: expected an integer from 0 to {NEEDLES - 1}, found {options['chosen']}")
+            raise EnvError(f"options: chosen: expected an integer from 0 to {NEEDLES - 1}, found {options['chosen']}")
 
     def begin(self, world, random, options):
         self._needles = world.needles

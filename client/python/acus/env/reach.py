@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from ..errors import EnvError
 from .. import rotation
 from .interface import Box
 from .scenes import steering
@@ -45,7 +46,7 @@ class Reach(Task):
     def check(self, options):
         target = np.array(options.get("target", [0, 0, 0]), dtype=float)
         if target.shape != (3,) or not np.all(np.isfinite(target)):
-            raise ValueError(f"options: target: expected 3 finite numbers, found {options['target']}")
+            raise EnvError(f"options: target: expected 3 finite numbers, found {options['target']}")
 
     def begin(self, world, random, options):
         self._needle = world.needles[0]

@@ -28,7 +28,7 @@ class Task:
         raise NotImplementedError
 
     def check(self, options):
-        """Raises ValueError for options that begin() cannot use; nothing has changed yet."""
+        """Raises EnvError for options that begin() cannot use; nothing has changed yet."""
 
     def begin(self, world, random, options):
         """An episode begins: chooses its goal by the Generator, or as the options of reset() say."""

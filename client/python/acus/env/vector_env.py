@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
 
-from ..errors import AcusError
+from ..errors import AcusError, EnvError
 from .needle_env import NeedleEnv, checked
 from .world import is_on_engine
 
@@ -21,13 +21,13 @@ class VectorEnv:
     over begins anew by itself: the step that ends it returns the first observation of the next one, with the last one and
     its info in infos[i]["final_observation"] and infos[i]["final_info"].
 
-    Threads step side by side, since a tick does not hold the interpreter's lock; after an interrupt call reset(). Processes are spawned: a program that
-    makes a VectorEnv with them does so below `if __name__ == "__main__":`.
+    Threads step side by side, since a tick does not hold the interpreter's lock; after an interrupt call reset(). Processes
+    are spawned: a program that makes a VectorEnv with them does so below `if __name__ == "__main__":`.
     """
 
     def __init__(self, count, task="reach", *, make=None, on=None, **arguments):
         if count < 1:
-            raise ValueError(f"count: expected at least 1 world, found {count}")
+            raise EnvError(f"count: expected at least 1 world, found {count}")
         if make is None and is_on_engine(on, set(arguments) - {"randomise"}):
             self._worlds = Threads(count, lambda: NeedleEnv(task, on="engine", **arguments))
         else:
@@ -62,9 +62,9 @@ class VectorEnv:
 
     def _ask(self, what, values):
         if self._worlds is None:
-            raise ValueError("the environments are closed")
+            raise EnvError("the environments are closed; make others")
         if len(values) != self.num_envs:
-            raise ValueError(f"expected {self.num_envs} of them, found {len(values)}")
+            raise EnvError(f"expected {self.num_envs} of them, found {len(values)}")
         return without_trouble(self._worlds.ask(what, values))
 
 

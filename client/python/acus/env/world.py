@@ -2,21 +2,30 @@
 """What an environment runs in: a scene that begins again from the same state as often as an episode does. In this
 process, by acus.engine, or in a server in lockstep; both give the same bytes."""
 
+import difflib
+import inspect
+
 import numpy as np
 
 from .. import engine
+from ..errors import EnvError
 from ..server import Server
 
 PATIENCE = 60.0  # s for an answer: loading a scene may take a while
+SETTINGS = set(inspect.signature(Server).parameters) - {"scene", "lockstep"}  # of a server, that an environment takes
 SETTLING = 2  # ticks before the state that every episode begins with
 
 
 def make_world(scene, topics=("force",), on=None, **server):
     """A World. `on`: "engine", "server", or None for the engine where it is and nothing is asked of a server."""
     if on not in (None, "engine", "server"):
-        raise ValueError(f"on: expected 'engine' or 'server', found '{on}'")
+        raise EnvError(f"on: expected 'engine' or 'server', found '{on}'")
     if on == "engine" and server:
-        raise ValueError(f"the engine takes no arguments of Server, found {', '.join(server)}")
+        raise EnvError(f"the engine takes no arguments of Server, found {', '.join(server)}")
+    if unknown := sorted(set(server) - SETTINGS):
+        close = difflib.get_close_matches(unknown[0], [*SETTINGS, "randomise", "on"], 1)
+        raise EnvError(f"no argument '{unknown[0]}'; " + (f"did you mean '{close[0]}'?" if close else
+                                                          f"those of Server are {', '.join(sorted(SETTINGS))}"))
     return EngineWorld(scene) if is_on_engine(on, server) else ServerWorld(scene, topics, **server)
 
 
