@@ -333,8 +333,9 @@ int run(const Arguments& arguments) {
     return kEnded;
   }
   if (arguments.check) {
-    std::cout << summarise(world->simulation) << std::flush;
-    std::cout << '\n' << describe(rehearse(world->simulation), world->hello.time_step);
+    const Rehearsal rehearsal = rehearse(world->simulation);
+    std::cout << summarise(world->simulation, rehearsal_warnings(rehearsal, world->hello.time_step)) << '\n'
+              << describe(rehearsal, world->hello.time_step);
     return kEnded;
   }
   if (!arguments.loop.lockstep) raise_priority(RealtimeThread::sockets);  // before ZeroMQ starts its own thread

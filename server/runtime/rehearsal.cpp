@@ -177,6 +177,16 @@ Rehearsal rehearse(Simulation& simulation, const RehearsalLimits& limits) {
   return rehearsal;
 }
 
+std::vector<SceneWarning> rehearsal_warnings(const Rehearsal& rehearsal, double time_step) {
+  constexpr double kSpare = 1.25;  // of the time that a tick takes
+  double longest = rehearsal.outside.p99;
+  for (const RehearsedTicks& part : rehearsal.inside) longest = std::max(longest, part.p99);
+  if (longest <= time_step) return {};
+  return {{"ticks", "they take up to " + number("%.0f %%", 100 * longest / time_step) +
+                        " of their time, so that this machine does not hold the rate; take a rate of at most " +
+                        number("%.0f", 1 / (kSpare * longest)) + " Hz, fewer cells or beams, or --lockstep"}};
+}
+
 std::string describe(const Rehearsal& rehearsal, double time_step) {
   TextTable table;
   table.add({"ticks on this machine", "depth (mm)", "rows", "p50 (ms)", "p99 (ms)", "p99 of a tick's time"});

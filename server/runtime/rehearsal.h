@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/engine/tick/simulation.h"
+#include "server/runtime/scene_warnings.h"
 
 namespace acus {
 
@@ -37,6 +38,9 @@ struct Rehearsal {
 
 // Begins at the state after loading, and leaves the simulation there.
 Rehearsal rehearse(Simulation& simulation, const RehearsalLimits& limits = {});
+
+// Of ticks that take longer than a tick (s) may.
+std::vector<SceneWarning> rehearsal_warnings(const Rehearsal& rehearsal, double time_step);
 
 // For a person to read, with the share of a tick of this length (s).
 std::string describe(const Rehearsal& rehearsal, double time_step);

@@ -8,7 +8,6 @@
 #include <functional>
 #include <numbers>
 
-#include "server/engine/models/local_compliance.h"
 #include "server/engine/models/needle.h"
 #include "server/engine/scene/scene_fields.h"
 #include "server/engine/scene/text_table.h"
@@ -167,62 +166,12 @@ std::string guides(const Scene& scene) {
 
 // ---------------------------------------------------------------------------------------------- what may go wrong
 
-// A contact acts on 21 points (contact_patch.h). Where they are further apart than nodes, each is a point force, and
-// turns elements of size a inside out from about E a² on.
-constexpr double kBearable = 10;  // -, of E a²
-// A contact that is wider than this share of the tissue's least extent presses all of it.
-constexpr double kWidest = 0.5;
-
-// Per region, the edge of a cube of six tetrahedra of its mean volume (m).
-std::vector<double> mean_element_sizes(const Simulation& simulation) {
-  const std::size_t regions = simulation.scene().tissue.regions.size();
-  std::vector<double> volume(regions), count(regions);
-  for (int t = 0; t < simulation.mesh().tetrahedron_count(); ++t) {
-    const int region = simulation.regions()[static_cast<std::size_t>(t)];
-    volume[region] += rest_volume(simulation.mesh(), t);
-    ++count[region];
-  }
-  std::vector<double> sizes;
-  for (std::size_t i = 0; i < regions; ++i) sizes.push_back(std::cbrt(6 * volume[i] / count[i]));
-  return sizes;
-}
-
-double least_extent(const TetrahedralMesh& mesh) {
-  return (mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff()).minCoeff();
-}
-
-// Regions whose elements a tip crushes before it has punctured them.
-std::string warnings(const Simulation& simulation) {
-  const std::vector<Region>& regions = simulation.scene().tissue.regions;
-  const std::vector<double> sizes = mean_element_sizes(simulation);
-  const double extent = regions.empty() || simulation.mesh().node_count() == 0 ? 0 : least_extent(simulation.mesh());
-  double diameter = 0;
-  for (const Needle& needle : simulation.scene().needles) diameter = std::max(diameter, needle.outer_diameter);
+std::string warnings(const std::vector<SceneWarning>& found) {
+  if (found.empty()) return "";
   TextTable table;
   table.add({"warnings"});
-  bool any = false;
-  const auto warn = [&](const Region& region, const std::string& text) {
-    any = true;
-    table.add({"  " + region.name, text});
-  };
-  for (std::size_t i = 0; i < regions.size(); ++i) {
-    const Material& material = regions[i].material;
-    const double f = regions[i].interaction.puncture_force, E = material.young_modulus;
-    if (!std::isfinite(f)) continue;
-    const double bearable = kBearable * E * sizes[i] * sizes[i];
-    if (f > bearable)
-      warn(regions[i], "f_p of " + number(f) + " N is above 10 E a^2 = " + number(bearable) + " N for elements of a = " +
-                           number(1e3 * sizes[i]) +
-                           " mm: the tip may press them flat and puncture earlier; take elements of at least " +
-                           number(1e3 * std::sqrt(f / (kBearable * E))) + " mm, or a smaller f_p");
-    const double width = 2 * contact_radius(material, diameter, f);
-    if (width > kWidest * extent)
-      warn(regions[i], "f_p of " + number(f) + " N presses a dimple of " + number(1e3 * width) +
-                           " mm across into tissue that is " + number(1e3 * extent) +
-                           " mm thick: it may be pressed flat before it is punctured; take a smaller f_p or stiffer "
-                           "tissue");
-  }
-  return any ? table.text() : "";
+  for (const SceneWarning& warning : found) table.add({"  " + warning.of, warning.text});
+  return table.text();
 }
 
 // ---------------------------------------------------------------------------------------------- what it costs
@@ -359,10 +308,12 @@ std::string left_out(const Scene& scene) {
 
 }  // namespace
 
-std::string summarise(const Simulation& simulation) {
+std::string summarise(const Simulation& simulation, const std::vector<SceneWarning>& more) {
   const Scene& scene = simulation.scene();
   const bool tissue = !scene.tissue.left_out();
-  const std::string warned = tissue ? warnings(simulation) : "";
+  std::vector<SceneWarning> found = scene_warnings(simulation);
+  found.insert(found.end(), more.begin(), more.end());
+  const std::string warned = warnings(found);
   std::string text = opening(simulation, !warned.empty());
   const std::array sections{tissue ? materials(simulation) : "",
                             tissue ? laws(scene) : "",

@@ -4,11 +4,14 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "server/engine/tick/simulation.h"
+#include "server/runtime/scene_warnings.h"
 
 namespace acus {
 
-std::string summarise(const Simulation& simulation);
+// With the scene's warnings, and `more` of them that are known from elsewhere.
+std::string summarise(const Simulation& simulation, const std::vector<SceneWarning>& more = {});
 
 }  // namespace acus

@@ -98,4 +98,13 @@ TEST_CASE("a rehearsal is printed in milliseconds and in shares of a tick") {
   CHECK(text.find("pushed in            20          36    1.250     2.000     50 %") != std::string::npos);
 }
 
+TEST_CASE("ticks that take longer than they may are warned of, with a rate that can be held") {
+  const Rehearsal rehearsal{{100, 0, 0, 1e-3, 1.5e-3}, {{50, 0.02, 36, 1.25e-3, 2e-3}}, {}, {}};
+  CHECK(rehearsal_warnings(rehearsal, 0.0021).empty());
+  const std::vector<SceneWarning> found = rehearsal_warnings(rehearsal, 0.001);
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].text.starts_with("they take up to 200 % of their time"));
+  CHECK(found[0].text.find("a rate of at most 400 Hz") != std::string::npos);
+}
+
 }  // namespace acus

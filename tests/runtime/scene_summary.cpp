@@ -68,7 +68,7 @@ TEST_CASE("a puncture force that crushes the elements before it is reached is wa
   scene.tissue.box = {.size = {0.1, 0.1, 0.1}, .cells = {25, 25, 25}};  // elements of 4 mm
   Region& region = scene.tissue.regions[0];
   region.material.young_modulus = 10e3;  // E a² = 0.16 N
-  scene.needles[0].base.position = {0, 0, 1};
+  scene.needles[0].base = {{0, 0, 1}, Quaternion::FromTwoVectors(Vector3::UnitX(), -Vector3::UnitZ())};
   region.interaction.puncture_force = 1.59;
   CHECK(summarise(Simulation(scene)).find("warnings") == std::string::npos);
   region.interaction.puncture_force = 1.61;
@@ -85,7 +85,7 @@ TEST_CASE("a puncture force whose dimple is as wide as the tissue is thick is wa
   Region& region = scene.tissue.regions[0];
   region.material.young_modulus = 10e3;
   region.material.poisson_ratio = 0.45;
-  scene.needles[0].base.position = {0, 0, 1};
+  scene.needles[0].base = {{0, 0, 1}, Quaternion::FromTwoVectors(Vector3::UnitX(), -Vector3::UnitZ())};
   region.interaction.puncture_force = 0.27;  // the contact is 9.8 mm across
   CHECK(summarise(Simulation(scene)).find("warnings") == std::string::npos);
   region.interaction.puncture_force = 0.29;

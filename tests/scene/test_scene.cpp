@@ -111,6 +111,12 @@ TEST_CASE("what is no scene") {
   CHECK(file_error("acus_scene: 1\n---\nrate: 2\n") == "scene.yaml:1:1: expected one YAML document, found more");
   CHECK(file_error(", acus_scene: 1") == "scene.yaml:1:1: expected one YAML document, found more");
   CHECK(error_of("rate: [1\n").starts_with("scene.yaml:3:1: expected YAML, found: "));
+  CHECK(error_of("needles:\n\t- length: 0.1\n").find("found a tab, which YAML does not take; replace it by spaces") !=
+        std::string::npos);
+  CHECK(error_of("needles: [{length: 0.1, base: {position: [0, 0").find("has no ] or }, or the file is cut off") !=
+        std::string::npos);
+  CHECK(error_of("needles:\n  - length: 0,15\n").find("found \"0,15\"; a decimal point, not a comma: 0.15") !=
+        std::string::npos);
   CHECK(file_error("rate: [1\nacus_scene: 1\n").starts_with("scene.yaml:2:11: expected YAML, found: "));
   CHECK(file_error("{\"acus_scene\": 1,\n \"rate\": \"\\q\"}").find(": expected YAML, found: ") != std::string::npos);
   CHECK(file_error("just words").starts_with("scene.yaml:1:1: expected fields"));

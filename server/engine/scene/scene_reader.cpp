@@ -90,7 +90,14 @@ std::string describe_kind(const YAML::Node& node) {
 
 std::string describe_found(const YAML::Node& node) {
   if (!node.IsScalar()) return describe_kind(node);
-  return parse_number(node) ? "found " + node.Scalar() : "found \"" + node.Scalar().substr(0, 100) + "\"";
+  if (parse_number(node)) return "found " + node.Scalar();
+  std::string text = node.Scalar().substr(0, 100);
+  static const std::regex decimal_comma("[-+]?[0-9]+,[0-9]+([eE][-+]?[0-9]+)?");
+  const bool comma = std::regex_match(text, decimal_comma);
+  std::string found = "found \"" + text + "\"";
+  if (!comma) return found;
+  text[text.find(',')] = '.';
+  return found + "; a decimal point, not a comma: " + text;
 }
 
 std::string version_line() { return "\"" + std::string(kVersionField) + ": " + std::to_string(kSceneVersion) + "\""; }
@@ -331,6 +338,18 @@ bool has_version_line(const std::string& text) {
   return false;
 }
 
+// What a problem that yaml-cpp tells of is, in words of who writes a scene; `line` counts from 0.
+std::string yaml_problem(const std::string& text, const YAML::Exception& error) {
+  std::istringstream lines(text);
+  std::string line;
+  for (int i = 0; i <= error.mark.line; ++i) std::getline(lines, line);
+  if (line.substr(0, line.find_first_not_of(" \t")).find('\t') != std::string::npos)
+    return "expected spaces before the field, found a tab, which YAML does not take; replace it by spaces";
+  if (error.msg.starts_with("end of ") && error.msg.ends_with("not found"))
+    return "expected YAML, found: " + error.msg + "; a list or map has no ] or }, or the file is cut off";
+  return "expected YAML, found: " + error.msg;
+}
+
 YAML::Node parse_yaml(const std::string& text, const std::string& name) {
   try {
     check_one_document(text, name);
@@ -338,7 +357,7 @@ YAML::Node parse_yaml(const std::string& text, const std::string& name) {
   } catch (const YAML::Exception& error) {
     if (!has_version_line(text)) throw SceneError(name + ": expected " + version_line() + ", found no such line");
     throw SceneError(name + ":" + std::to_string(error.mark.line + 1) + ":" + std::to_string(error.mark.column + 1) +
-                     ": expected YAML, found: " + error.msg);
+                     ": " + yaml_problem(text, error));
   }
 }
 

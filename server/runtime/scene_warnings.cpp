@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/runtime/scene_warnings.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "server/engine/models/local_compliance.h"
+#include "server/engine/models/needle.h"
+#include "server/engine/models/surface.h"
+#include "server/engine/scene/scene_fields.h"
+
+namespace acus {
+namespace {
+
+// A contact acts on 21 points (contact_patch.h). Where they are further apart than nodes, each is a point force, and
+// turns elements of size a inside out from about E a² on.
+constexpr double kBearable = 10;  // -, of E a²
+// A contact that is wider than this share of the tissue's least extent presses all of it.
+constexpr double kWidest = 0.5;
+// Organs are larger, and patients smaller.
+constexpr double kLeastTissue = 2e-3, kLargestTissue = 2;  // m
+// The softest needles, of silicone, have some 1e6; metals 1e11.
+constexpr double kSoftestNeedle = 1e6;  // Pa
+
+using Warnings = std::vector<SceneWarning>;
+
+// Five significant digits.
+std::string number(double value) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.5g", value);
+  return buffer.data();
+}
+
+std::string millimetres(double metres) { return number(1e3 * metres) + " mm"; }
+
+Vector3 extents(const TetrahedralMesh& mesh) { return mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff(); }
+
+// ---- Tissue ----
+
+void warn_of_size(const Scene& scene, const TetrahedralMesh& mesh, Warnings& found) {
+  const double largest = extents(mesh).maxCoeff(), least = extents(mesh).minCoeff();
+  const std::string field =
+      scene.tissue.gmsh ? "tissue.mesh.gmsh.metres_per_unit: 0.001 reads millimetres" : "lengths are in metres: tissue.mesh.box.size: [0.1, 0.1, 0.1]";
+  if (largest > kLargestTissue) found.push_back({"tissue", "it is " + number(largest) + " m wide; " + field});
+  if (least < kLeastTissue)
+    found.push_back({"tissue", "it is " + millimetres(least) + " thin; lengths are in metres" +
+                                   (scene.tissue.gmsh ? ": tissue.mesh.gmsh.metres_per_unit is too small?" : "")});
+}
+
+void warn_of_falling(const Simulation& simulation, Warnings& found) {
+  const Scene& scene = simulation.scene();
+  const bool held = simulation.costs().free_nodes < simulation.mesh().node_count();
+  if (held || scene.gravity.isZero(0)) return;
+  found.push_back({"tissue", "no node is fixed, so that it falls under gravity; fix some by tissue.fixed, or leave gravity out"});
+}
+
+// Per region, the edge of a cube of six tetrahedra of its mean volume (m).
+std::vector<double> mean_element_sizes(const Simulation& simulation) {
+  const std::size_t regions = simulation.scene().tissue.regions.size();
+  std::vector<double> volume(regions), count(regions);
+  for (int t = 0; t < simulation.mesh().tetrahedron_count(); ++t) {
+    const int region = simulation.regions()[static_cast<std::size_t>(t)];
+    volume[region] += rest_volume(simulation.mesh(), t);
+    ++count[region];
+  }
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < regions; ++i) sizes.push_back(std::cbrt(6 * volume[i] / count[i]));
+  return sizes;
+}
+
+double largest_diameter(const Scene& scene) {
+  double diameter = 0;
+  for (const Needle& needle : scene.needles) diameter = std::max(diameter, needle.outer_diameter);
+  return diameter;
+}
+
+// Regions whose elements a tip crushes before it has punctured them.
+void warn_of_crushing(const Simulation& simulation, Warnings& found) {
+  const std::vector<Region>& regions = simulation.scene().tissue.regions;
+  const std::vector<double> sizes = mean_element_sizes(simulation);
+  const double extent = extents(simulation.mesh()).minCoeff(), diameter = largest_diameter(simulation.scene());
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const Material& material = regions[i].material;
+    const double f = regions[i].interaction.puncture_force, E = material.young_modulus;
+    if (!std::isfinite(f)) continue;
+    const double bearable = kBearable * E * sizes[i] * sizes[i];
+    if (f > bearable)
+      found.push_back({regions[i].name,
+                       "f_p of " + number(f) + " N is above 10 E a^2 = " + number(bearable) + " N for elements of a = " +
+                           millimetres(sizes[i]) + ": the tip may press them flat and puncture earlier; take elements of at least " +
+                           millimetres(std::sqrt(f / (kBearable * E))) + ", or a smaller f_p"});
+    const double width = 2 * contact_radius(material, diameter, f);
+    if (width > kWidest * extent)
+      found.push_back({regions[i].name, "f_p of " + number(f) + " N presses a dimple of " + millimetres(width) +
+                                            " across into tissue that is " + millimetres(extent) +
+                                            " thick: it may be pressed flat before it is punctured; take a smaller f_p or stiffer "
+                                            "tissue"});
+  }
+}
+
+// ---- Needles ----
+
+void warn_of_softness(const Needle& needle, Warnings& found) {
+  if (needle.rung == NeedleRung::rigid || needle.material.young_modulus >= kSoftestNeedle) return;
+  found.push_back({needle.name, "its material has E = " + number(needle.material.young_modulus) +
+                                    " Pa, softer than rubber; material.young_modulus is in Pa: 200e9 for steel"});
+}
+
+bool is_inside(const TetrahedralMesh& mesh, const Vector3& p) {
+  for (int t = 0; t < mesh.tetrahedron_count(); ++t)
+    if (barycentric(mesh, mesh.nodes, t, p).minCoeff() >= 0) return true;
+  return false;
+}
+
+void warn_of_standing_inside(const Simulation& simulation, int needle, Warnings& found) {
+  const Eigen::Ref<const Matrix3X> nodes = simulation.needle_positions(needle);
+  const TetrahedralMesh& mesh = simulation.mesh();
+  const Vector3 low = mesh.nodes.rowwise().minCoeff(), high = mesh.nodes.rowwise().maxCoeff();
+  for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
+    const Vector3 p = nodes.col(i);
+    if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || !is_inside(mesh, p)) continue;
+    const Needle& parameters = simulation.scene().needles[static_cast<std::size_t>(needle)];
+    const double along = parameters.length * static_cast<double>(i) / static_cast<double>(nodes.cols() - 1);
+    found.push_back({parameters.name, std::string(i == 0 ? "its base" : "its shaft, " + millimetres(along) + " from the base,") +
+                                          " stands inside the tissue, which does not hold it there; move base.position back"});
+    return;
+  }
+}
+
+// How far a ray from p along a unit vector goes until the surface (m); nothing if it misses.
+std::optional<double> way_to_surface(const TetrahedralMesh& mesh, const Vector3& p, const Vector3& along) {
+  std::optional<double> nearest;
+  for (const auto& triangle : mesh.surface) {
+    const Vector3 a = mesh.nodes.col(triangle[0]), u = mesh.nodes.col(triangle[1]) - a, v = mesh.nodes.col(triangle[2]) - a;
+    Eigen::Matrix3d system;
+    system << -along, u, v;
+    const double determinant = system.determinant();
+    if (std::abs(determinant) < 1e-12 * u.norm() * v.norm()) continue;
+    const Vector3 solution = system.inverse() * (p - a);  // way, and weights of u and v
+    const bool within = solution.y() >= 0 && solution.z() >= 0 && solution.y() + solution.z() <= 1 && solution.x() >= 0;
+    if (within && (!nearest || solution.x() < *nearest)) nearest = solution.x();
+  }
+  return nearest;
+}
+
+// One whose axis leads past the tissue, and what would lead into it. A curved needle's path is no line.
+void warn_of_missing(const Simulation& simulation, int index, Warnings& found) {
+  const Needle& needle = simulation.scene().needles[static_cast<std::size_t>(index)];
+  const Vector3 base = needle.base.position;
+  const auto hits = [&](const Quaternion& q) { return way_to_surface(simulation.mesh(), base, q * Vector3::UnitX()).has_value(); };
+  if (needle.curvature != 0 || hits(needle.base.orientation)) return;
+  const Quaternion& q = needle.base.orientation;
+  const Quaternion reordered(q.z(), q.w(), q.x(), q.y());  // what stands there read as x, y, z, w
+  const Quaternion reversed = q * Quaternion(0, 0, 0, 1);
+  const bool away = hits(reversed);
+  std::string text = away ? "it points away from the tissue" : "its axis leads past the tissue";
+  if (hits(reordered) && (!away || std::abs(q.w()) < 1e-6))  // w = 0 is a half turn: more probably it is their x
+    text += "; base.orientation is [w, x, y, z], and in the order x, y, z, w it would meet it: [" + number(reordered.w()) + ", " +
+            number(reordered.x()) + ", " + number(reordered.y()) + ", " + number(reordered.z()) + "]?";
+  else
+    text += "; base.orientation [w, x, y, z] turns +x to where the needle points: [0.7071, 0, 0.7071, 0] is down, along -z";
+  found.push_back({needle.name, text});
+}
+
+}  // namespace
+
+std::vector<SceneWarning> scene_warnings(const Simulation& simulation) {
+  const Scene& scene = simulation.scene();
+  Warnings found;
+  for (const Needle& needle : scene.needles) warn_of_softness(needle, found);
+  if (scene.tissue.left_out() || simulation.mesh().node_count() == 0) return found;
+  warn_of_size(scene, simulation.mesh(), found);
+  warn_of_falling(simulation, found);
+  for (int needle = 0; needle < static_cast<int>(scene.needles.size()); ++needle) {
+    warn_of_standing_inside(simulation, needle, found);
+    warn_of_missing(simulation, needle, found);
+  }
+  warn_of_crushing(simulation, found);
+  return found;
+}
+
+}  // namespace acus
