@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 import unittest
 
@@ -37,7 +38,7 @@ class Rows(OfStudies):
         self.assertEqual([row["hash"] for row in one.rows], [row["hash"] for row in two.rows])
         self.assertEqual(len({row["hash"] for row in one.rows}), 4)
         for row in one.rows:
-            self.assertEqual((row["error"], row["flags"], row["ticks"]), ("", "", 30))
+            self.assertEqual((row["error"], row["flags"], row["ticks"]), ("", "", 31))
             self.assertTrue(0 < row["tick_p50"] <= row["tick_p99"] < row["wall_time"] and 0 < row["calibration"] < 1, row)
             self.assertTrue(row["processor"] and row["version"] and row["seed"] > 0)
 
@@ -48,9 +49,10 @@ class Rows(OfStudies):
         model = engine.load(scene)
         state, needle = model.start(), model.needles[0]
         forces = []
-        for tick in range(1, 31):
+        for tick in range(1, 32):  # one to come to rest
             position = needle.base_position + 0.03 * tick / 30 * needle.axis
-            forces.append(engine.step(model, state, {"left": (position, needle.base_orientation)})["left"].base_force @ -needle.axis)
+            commands = {"left": (position, needle.base_orientation)} if tick <= 30 else {}
+            forces.append(engine.step(model, state, commands)["left"].base_force @ -needle.axis)
         self.assertEqual(row["hash"], f"{state.hash:016x}")
         self.assertAlmostEqual(row["peak_force"], max(forces), 12)
 
@@ -89,7 +91,7 @@ class Rows(OfStudies):
             rows = list(csv.DictReader(file))
         self.assertEqual(list(rows[0])[:8], ["case", STIFFNESS, "motion.tilt", "peak_force", "tip.x", "tip.y", "tip.z", "distance"])
         self.assertEqual([float(row["tip.z"]) for row in rows], [row["tip.z"] for row in done.rows])
-        self.assertIn("4 done, 0 failed", repr(done))
+        self.assertIn("4 have run, 0 of them failed", repr(done))
         try:
             import pandas  # noqa: F401  pylint: disable=import-outside-toplevel,unused-import
         except ImportError:
@@ -124,19 +126,19 @@ class Failures(OfStudies):
         made = self.run_study({STIFFNESS: [5e3, 10e3]}, outputs={"fine": breaks})
         self.assertEqual([row["error"] for row in made.rows], ["", "ValueError: too stiff"])
         self.assertEqual(made.rows[0]["fine"], 1.0)
-        with open(self.path("study", "failed", "case-000001.txt"), encoding="utf-8") as file:
+        with open(made.recording(1).replace(".acus", ".txt"), encoding="utf-8") as file:
             self.assertIn("in breaks", file.read())
         self.assertIsNone(made.recording(0))
         exported = subprocess.run([acus.programs.find_program("acus-export"), made.recording(1)], capture_output=True, text=True,
                                   check=False)
         self.assertEqual(exported.returncode, 0, exported.stderr)
-        self.assertIn("30 ticks", exported.stdout)
-        self.assertEqual(os.listdir(self.path("study", "failed")).count("case-000000.acus"), 0)
+        self.assertIn("31 ticks", exported.stdout)
+        self.assertEqual(len(os.listdir(self.path("study", "cases"))), 2)
 
     def test_it_runs_again_alone_or_when_asked_to(self):
         made = self.run_study({STIFFNESS: [5e3, 10e3]}, outputs={"fine": breaks})
         result = made.case(1, recording=self.path("alone.acus"))
-        self.assertEqual(result.state.tick, 30)
+        self.assertEqual(result.state.tick, 31)
         self.assertRaisesRegex(ValueError, "too stiff", breaks, result)
         self.assertGreater(os.path.getsize(self.path("alone.acus")), 100)
         before = made.rows[1]["wall_time"]
@@ -282,7 +284,7 @@ class Given(OfStudies):
                                  ({"young_modulus": [1]}, "young_modulus: scenes have no such field; did you mean"),
                                  ({"needles[2].length": [1]}, "needles\\[2\\]: the scene has no such entry"),
                                  ({"motion.dept": [1]}, "motion.dept: the motion has no such parameter; it has depth, speed"),
-                                 ({"motion.entry[0].x": [1]}, "no such parameter"), ({"seed": [1]}, "expected the name of a field"),
+                                 ({"motion.entry[0].x": [1]}, "no such parameter"), ({"seed": [1]}, "'seed' is the name of a column"), ({5: [1]}, "expected the name of a field"),
                                  ({STIFFNESS: []}, "at least one value"), ({}, "at least one parameter"),
                                  ({STIFFNESS: range(4000), PUNCTURE: range(4000)}, "grid of more"), ([{"a": 1}, {"b": 1}], "other names")):
             with self.subTest(parameters=str(parameters)[:60]):
@@ -290,18 +292,98 @@ class Given(OfStudies):
                     acus.Study(self.scene, PUSH, parameters, folder=self.path("none"))
         self.assertFalse(os.path.exists(self.path("none")))
 
+    def test_what_another_case_has_left_is_not_taken_for_it(self):
+        first = self.run_study({"motion.tilt": [0.0, 0.1, 0.2]}, run={"recordings": True})
+        other = self.run_study({"motion.tilt": [0.2, 0.3, 0.0]}, run={"recordings": True})
+        self.assertEqual([other.recording(0), other.recording(2)], [first.recording(2), first.recording(0)])
+        for case in range(3):
+            with acus.Run(other.recording(case)) as run:
+                self.assertAlmostEqual(run["left"].axial_resistance.max(), other.rows[case]["peak_force"], 9)
+
+    def test_classes_count_with_what_they_have_and_inherit(self):
+        def made(extra, base=acus.Insertion):
+            class Rest(base):
+                ticks = extra
+
+                @property
+                def more(self):
+                    return self.ticks
+
+                @staticmethod
+                def twice(number):
+                    return 2 * number
+
+                def __call__(self, world):
+                    super().__call__(world)
+                    world.step(self.more)
+            return Rest
+
+        class Base(acus.Insertion):
+            offset = 1
+
+        class OtherBase(acus.Insertion):
+            offset = 2
+
+        OtherBase.__qualname__, keys = Base.__qualname__, set()
+        for kind in (made(5), made(6), made(5, Base), made(5, OtherBase), made(5)):
+            keys.add(self.study({"motion.tilt": [0.0]}, motion=kind(0.01, 0.2)).keys[0])
+        self.assertEqual(len(keys), 4)
+
+    def test_columns_have_one_meaning(self):
+        for settings, what in (({"outputs": {STIFFNESS: "peak_force"}}, "name of another column"), ({"outputs": {"hash": "tip"}}, "'hash' is the name"),
+                               ({"parameters": {STIFFNESS: [1e4], "tissue.regions[gel].material.young_modulus": [2e4]}}, "are the same field")):
+            self.assertRaisesRegex(acus.StudyError, what, self.study, **settings)
+        made = self.run_study({STIFFNESS: [5e3]}, outputs={"o": lambda r: {"x": 1}, "o.x": lambda r: 5})
+        self.assertIn("there is a column 'o.x' already", made.rows[0]["error"])
+
+    def test_a_base_that_would_go_into_the_tissue_is_refused(self):
+        made = self.run_study({"motion.depth": [0.05, 0.15, 0.3]})
+        self.assertEqual([bool(row["error"]) for row in made.rows], [False, True, True])
+        self.assertIn("the base of 'left' would go into the tissue", made.rows[1]["error"])
+
+    def test_a_motion_ends_when_the_base_has_arrived(self):
+        self.scene["needles[0].smoothing"] = 0.02
+        made = self.run_study({"motion.speed": [0.02, 0.1, 0.5], "motion.pull_back": [False, True]}, motion=acus.Insertion(5e-3))
+        tips = {(row["motion.speed"], row["motion.pull_back"]): row["tip.z"] for row in made.rows}
+        for speed in (0.02, 0.1, 0.5):  # in air
+            self.assertAlmostEqual(tips[speed, False], 0.055, 5)
+            self.assertAlmostEqual(tips[speed, True], 0.06, 5)
+
+    def test_files_of_others_are_left_alone(self):
+        self.write("study/table.csv", "mine")
+        self.assertRaisesRegex(acus.StudyError, "a table.csv that is of no study", self.study().run, progress=False)
+        with open(self.path("study", "table.csv"), encoding="utf-8") as file:
+            self.assertEqual(file.read(), "mine")
+
     def test_motions_outputs_and_settings_that_are_none(self):
         for settings, what in (({"outputs": "peak"}, "no output 'peak'; there are peak_force"), ({"outputs": [5]}, "no output '5'"),
                                ({"outputs": ["tip", "tip"]}, "'tip' is there twice"), ({"motion": 5}, "expected an Insertion"),
                                ({"motion": acus.Insertion}, "expected an Insertion"), ({"motion": "nowhere.csv"}, "nowhere.csv: No such")):
             with self.subTest(what=what):
                 self.assertRaisesRegex(acus.StudyError, what, self.study, **settings)
-        for name, value in (("depth", math.nan), ("speed", 0), ("entry", (0, 1)), ("direction", (0, 0, 0)), ("depth", -1), ("hold", "long")):
+        for name, value in (("depth", math.nan), ("speed", 0), ("entry", (0, 1)), ("direction", (0, 0, 0)), ("depth", -1), ("depth", 11),
+                            ("hold", "long"), ("pull_back", "False")):
             with self.subTest(name=name):
                 self.assertRaisesRegex(acus.StudyError, f"motion.{name}: expected", acus.Insertion, **{"depth": 0.01, name: value})
         self.assertRaisesRegex(acus.StudyError, "workers", self.study().run, workers=-1)
         self.assertRaisesRegex(acus.StudyError, "timeout", self.study().run, timeout=-1)
-        self.assertRaisesRegex(acus.StudyError, "case: expected 0 to 3", self.study().case, 4)
+        for case in (4, -1, "x", None):
+            self.assertRaisesRegex(acus.StudyError, "case: expected 0 to 3", self.study().case, case)
+        self.assertRaisesRegex(acus.StudyError, "seed", self.study, seed=1.5)
+        self.assertRaisesRegex(acus.StudyError, "expected names and functions", self.study, outputs=None)
+        self.assertRaisesRegex(acus.StudyError, "ends with .csv or .parquet", self.study().write, self.path("x.xlsx"))
+        refused = []
+
+        def in_a_thread():
+            try:
+                self.study().run(workers=0, timeout=5, progress=False)
+            except acus.StudyError as error:
+                refused.append(str(error))
+
+        thread = threading.Thread(target=in_a_thread)
+        thread.start()
+        thread.join()
+        self.assertIn("workers=1 or more", refused[0])
         self.assertRaises(acus.ProgramNotFound, acus.Study, "no_such_scene", PUSH, {STIFFNESS: [1]})
 
     def test_an_output_may_be_text_vector_or_map_and_nothing_else(self):
@@ -397,7 +479,7 @@ class Motions(OfStudies):
         world = self.world(motion)
         motion(world)
         travel = study.Result(world).track.travel
-        self.assertEqual(len(travel), 60 + 10 + 60)
+        self.assertEqual(len(travel), 60 + 1 + 10 + 60 + 1)
         self.assertAlmostEqual(max(travel), 0.03, 3)  # from the first tick
         self.assertAlmostEqual(travel[-1], 0, 3)
         self.assertAlmostEqual(study.Result(world).track.spin[-1], 2.0 * 0.3, 6)

@@ -9,6 +9,7 @@ import unittest
 import numpy as np
 
 from of_studies import STIFFNESS, OfStudies
+from small_scene import InTemporaryFolder
 
 import acus  # noqa: E402
 from acus import study  # noqa: E402
@@ -43,7 +44,7 @@ class Designs(unittest.TestCase):
         with_names = [{"a": 1, "b": "x"}, {"a": 2, "b": "y"}]
         for given in (with_names, {"a": [1, 2], "b": ["x", "y"]}):
             self.assertEqual(study.table(given).rows, [[1, "x"], [2, "y"]])
-        for wrong in ([], {"a": [1], "b": [1, 2]}, "nowhere.csv", {"a": 5}):
+        for wrong in ([], {"a": [1], "b": [1, 2]}, "nowhere.csv", {"a": 5}, 5, [1, 2], None):
             self.assertRaises(acus.StudyError, study.table, wrong)
 
     def test_distributions(self):
@@ -67,6 +68,13 @@ class Designs(unittest.TestCase):
 
 def ishigami(x):
     return np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+class Files(InTemporaryFolder):
+    def test_cells_are_numbers_truths_or_texts(self):
+        made = study.table(self.write("t.csv", "a,b,c,d\n1,0.5,False,x\n2,1e3,TRUE,5 mm\n"))
+        self.assertEqual(made.rows, [[1, 0.5, False, "x"], [2, 1e3, True, "5 mm"]])
+        self.assertRaisesRegex(acus.StudyError, "t.csv:2: expected 2 cells", study.table, self.write("t.csv", "a,b\n1\n"))
 
 
 class Sensitivity(unittest.TestCase):
@@ -120,6 +128,7 @@ class Sensitivity(unittest.TestCase):
             self.assertAlmostEqual(index.first, other.first, 1)
         for wrong, what in ((np.full(len(values), np.nan), "whole rows"), (np.ones(len(values)), "the same in all")):
             self.assertRaisesRegex(acus.StudyError, what, study.sobol_indices, made.names, wrong)
+        self.assertRaisesRegex(acus.StudyError, "n \\(3 \\+ 2\\) values", study.sobol_indices, made.names, values[1:])
         self.assertRaisesRegex(acus.StudyError, "confidence", study.sobol_indices, made.names, values, 95)
 
     def test_a_longer_sample_has_the_cases_of_a_shorter_one(self):

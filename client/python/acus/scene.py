@@ -87,6 +87,14 @@ class Scene:
             value = value_within(value, step, steps, depth)
         return schema
 
+    def counted(self, place):
+        """The place with numbers instead of names: regions[skin] as regions[0]. Raises SceneError."""
+        value, found = self.fields, []
+        for depth, step in enumerate(steps := steps_of(place)):
+            found.append(step if isinstance(step, str) else index_of(value, step, steps[:depth + 1]))
+            value = value_within(value, step, steps, depth)
+        return shown(found)
+
     def __contains__(self, place):
         """Whether the scene itself gives a value there."""
         value = self.fields
@@ -182,7 +190,9 @@ def index_of(entries, step, steps):
             return names.index(step[0])
     elif isinstance(step, int) and step < len(entries):
         return step
-    raise SceneError(f"{shown(steps)}: the scene has no such entry")
+    names = [each["name"] for each in entries if isinstance(each, dict) and "name" in each]
+    has = f"; it has {', '.join(names)}" if names else f"; it has {len(entries)}"
+    raise SceneError(f"{shown(steps)}: the scene has no such entry{has}")
 
 
 def schema_within(schema, step, steps, depth):
@@ -196,7 +206,7 @@ def did_you_mean(place, schema, most=3):
     """The places whose last field has this name, or one like it."""
     name = place.rpartition(".")[2]
     names = {each.rpartition(".")[2] for each in places_in(schema)}
-    like = difflib.get_close_matches(name, names, 1, 0.8)
+    like = difflib.get_close_matches(name, names, 1, 0.8) or sorted(each for each in names if each.startswith(name))
     found = [each for each in places_in(schema) if like and each.rpartition(".")[2] == like[0]]
     found.sort(key=len)
     return "; did you mean " + " or ".join(found[:most]) + "?" if found else ""

@@ -32,14 +32,17 @@ class Definition:
     def __init__(self, scene, motion, design, outputs, seed=0, prepare=None):
         self.scene, self.motion, self.design = scene, motion, design
         self.outputs, self.seed, self.prepare = outputs, seed, prepare
+        if isinstance(seed, bool) or not isinstance(seed, int):
+            raise StudyError(f"seed: expected a whole number, found {seed!r}")
         self.kinds = {name: kind_of(name, scene, motion, prepare) for name in design.names}
+        check_columns(scene, design.names, self.kinds, outputs)
 
     def __len__(self):
         return len(self.design)
 
     @functools.cached_property
     def constant_digest(self):
-        return digest(self.scene.text(), self.motion, self.outputs, self.prepare, engine.build())
+        return digest(self.scene.text(), self.motion, self.outputs, self.prepare, engine.build(), engine.version())
 
     @functools.cached_property
     def repetitions(self):
@@ -74,6 +77,8 @@ class Definition:
             scene[place] = value
         if self.prepare:
             changed = self.prepare(scene, self.design[case])
+            if changed is not None and not isinstance(changed, Scene):
+                raise StudyError(f"prepare: expected that it returns nothing or a Scene, found {type(changed).__name__}")
             scene = scene if changed is None else changed
         return scene
 
@@ -83,8 +88,10 @@ class Definition:
 
 def kind_of(name, scene, motion, prepare):
     """Of a parameter: "motion", "scene", or "free", for `prepare` and a policy that is a function. Raises StudyError."""
-    if not isinstance(name, str) or name in RESERVED:
+    if not isinstance(name, str):
         raise StudyError(f"parameters: expected the name of a field, found {name!r}")
+    if name in RESERVED:
+        raise StudyError(f"parameters: '{name}' is the name of a column of the table; take another one")
     if name.startswith(MOTION):
         check_motion_name(motion, name.removeprefix(MOTION))
         return "motion"
@@ -94,8 +101,20 @@ def kind_of(name, scene, motion, prepare):
     try:
         scene.schema_at(name)
     except SceneError as error:
-        raise StudyError(f"parameters: {error}") from None
+        other = "" if "." in name or "[" in name else "; a name of your own is for prepare=, or for a motion that is a function"
+        raise StudyError(f"parameters: {error}{other}") from None
     return "scene"
+
+
+def check_columns(scene, names, kinds, outputs):
+    """No two parameters mean one field, and no output has the name of another column."""
+    places = {}
+    for name in names:
+        if kinds[name] == "scene" and (other := places.setdefault(scene.counted(name), name)) != name:
+            raise StudyError(f"parameters: '{other}' and '{name}' are the same field")
+    for name in outputs:
+        if name in RESERVED or name in names:
+            raise StudyError(f"outputs: '{name}' is the name of another column of the table; give names, {{name: output}}")
 
 
 def output_columns(row, parameters):
@@ -144,7 +163,7 @@ def evaluate(definition, case, models, recording=None, timeout=None):
         with limited(timeout):
             run(definition, case, models, recording, row, times)
         row["error"] = ""
-    except Exception as error:  # pylint: disable=broad-except  # a case that fails is a result, too
+    except (Exception, SystemExit) as error:  # pylint: disable=broad-except  # a case that fails is a result, too
         row["error"] = f"{type(error).__name__}: {error}".strip().replace("\n", " ")
         row["traceback"] = traceback.format_exc()
     row["seed"] = definition.seed_of(case)
@@ -161,7 +180,10 @@ def run(definition, case, models, recording, row, times):
     times["load_time"] = time.perf_counter() - begin
     result = simulate(definition, case, models, recording)
     for name, output in definition.outputs.items():
-        row.update(flattened(name, output(result)))
+        columns = flattened(name, output(result))
+        if taken := [column for column in columns if column in row or column in RESERVED]:
+            raise StudyError(f"outputs: '{name}': there is a column '{taken[0]}' already")
+        row.update(columns)
     row["ticks"], row["flags"] = result.state.tick, " ".join(result.flags)
     row["hash"] = f"{result.state.hash:016x}"
     times.update(tick_times(result.world.tick_times))

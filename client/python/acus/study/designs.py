@@ -75,7 +75,11 @@ def table(rows):
         if len(set(map(len, columns.values()))) > 1:
             raise StudyError("parameters: columns of a table have different lengths")
         rows = [dict(zip(columns, row)) for row in zip(*columns.values())]
-    rows = list(rows)
+    try:
+        rows = [dict(row) for row in rows]
+    except (TypeError, ValueError):
+        raise StudyError(f"parameters: expected a table, that is a list of dictionaries, a dictionary of columns, a DataFrame or a "
+                         f"CSV file, found {type(rows).__name__}") from None
     names = list(rows[0]) if rows else []
     for number, row in enumerate(rows):
         if set(row) != set(names):
@@ -158,7 +162,7 @@ def counted(count):
 
 
 def read_csv(path):
-    """Cells that are numbers become numbers; other ones stay texts."""
+    """Cells that are numbers or true and false become that; other ones stay texts."""
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
             header, *rows = [row for row in csv.reader(file) if row] or [[]]
@@ -171,6 +175,8 @@ def read_csv(path):
 
 
 def value_of(cell):
+    if cell.lower() in ("true", "false"):
+        return cell.lower() == "true"
     for kind in (int, float):
         try:
             return kind(cell)

@@ -12,17 +12,20 @@ import numpy as np
 from ..errors import StudyError
 from ..rotation import axis_of, conjugate, multiply, rotate, rotation_about, shortest_rotation, unit
 from .trajectory import Trajectory
-from .values import check_number, check_vector
+from .values import any_inside, check_number, check_vector
 
 ALONG, SIDE = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])  # of a needle's own frame
 CLEARANCE = 5e-3  # m
+LONGEST_WAY = 10.0  # m: no needle is longer
+LOOKS = 100  # at places on the way of a base
 
 
 @dataclasses.dataclass(frozen=True)
 class Insertion:
     """A needle goes in along its axis at a steady speed, rests, and comes back if asked to.
 
-    The tip begins `clearance` before `entry` and ends, if neither tissue nor needle gave way, `depth` behind it.
+    The tip begins `clearance` before `entry` and ends, if neither tissue nor needle gave way, `depth` behind it. At the end
+    of each way it waits for the base, which a scene's `smoothing` lets lag behind, to have arrived.
     """
 
     depth: float  # m
@@ -47,6 +50,10 @@ class Insertion:
         for name in ("entry", "direction"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, check_vector("motion." + name, getattr(self, name)))
+        if not isinstance(self.pull_back, (bool, np.bool_)):
+            raise StudyError(f"motion.pull_back: expected True or False, found {self.pull_back!r}")
+        if self.depth > LONGEST_WAY:
+            raise StudyError(f"motion.depth: expected at most {LONGEST_WAY:g} m, found {self.depth}")
         if self.direction and not any(self.direction):
             raise StudyError("motion.direction: expected a direction, found zeros")
 
@@ -73,16 +80,32 @@ class Insertion:
         needle = world.needle(self.needle)
         way = self.depth + (0.0 if self.entry is None else self.clearance)
         ticks = world.ticks_of(way / self.speed)
-        spin = 0.0
+        if not ticks:
+            raise StudyError(f"motion: a way of {way} m at {self.speed} m/s takes less than a tick; change depth or speed")
+        self._check_base(world, needle, way)
         for tick in range(1, ticks + 1):
             spin = self.spin_rate * tick * world.time_step
             world.drive(needle, way * tick / ticks, spin if self.spin_rate else None)
             world.step()
+        world.settle(needle)
         if self.hold:
             world.step(max(1, world.ticks_of(self.hold)))
         for tick in range(ticks - 1, -1, -1) if self.pull_back else ():
             world.drive(needle, way * tick / ticks)
             world.step()
+        if self.pull_back:
+            world.settle(needle)
+
+    @staticmethod
+    def _check_base(world, needle, way):
+        """Nothing holds a base inside the tissue: what came of it would mean nothing."""
+        nodes = world.model.rest_positions
+        if not len(nodes) or np.min(np.linalg.norm(nodes - needle.base_position, axis=1)) > way:
+            return
+        points = needle.base_position + np.linspace(0, way, LOOKS)[:, None] * needle.axis
+        if any_inside(nodes, world.model.tetrahedra, points):
+            raise StudyError(f"motion.depth: on a way of {way:g} m the base of '{needle.name}' would go into the tissue; the needle "
+                             f"is {needle.length:g} m long")
 
 
 # ---- What a study does with a policy ----

@@ -16,7 +16,7 @@ from ..errors import StudyError
 from ..messages import flag_names
 from ..run import Run
 from ..scene import plain
-from .values import check_vector
+from .values import check_vector, weights_in
 
 
 class Result:
@@ -155,10 +155,7 @@ class Distance:
 def moved(result, point):
     """Where a point of the tissue is at the end."""
     rest, tetrahedra = result.model.rest_positions, result.model.tetrahedra
-    corners = rest[tetrahedra]  # n x 4 x 3
-    edges = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
-    shares = np.linalg.solve(edges, (point - corners[:, 0])[..., None])[..., 0] if len(corners) else np.zeros((0, 3))
-    weights = np.column_stack([1 - shares.sum(axis=1), shares])
+    weights = weights_in(rest, tetrahedra, point)
     if not len(weights) or weights.min(axis=1).max() < -1e-9:
         raise StudyError(f"Distance: the target {point.tolist()} is not inside the tissue; moves=False keeps it in its place")
     inside = int(np.argmax(weights.min(axis=1)))
@@ -181,6 +178,8 @@ def outputs_of(given):
     """{name: function} of a name, a list of names and functions, or {name: name or function}."""
     if isinstance(given, str) or callable(given):
         given = [given]
+    if not isinstance(given, (dict, list, tuple)):
+        raise StudyError(f"outputs: expected names and functions, found {given!r}")
     pairs = given.items() if isinstance(given, dict) else [(name_of(each), each) for each in given]
     outputs = {}
     for name, each in pairs:

@@ -43,11 +43,13 @@ def short(name):
     return f"{brackets[-1]}: {field}" if brackets and not brackets[-1].isdigit() else field
 
 
-def draw_sensitivity(study, path, outputs):
-    """A row for each output: what each parameter changes (tornado), then the cases over each parameter."""
+def draw_sensitivity(study, path, outputs, of):
+    """A row for each output: what each parameter changes (tornado), then the cases over each parameter. `of`: how many
+    outputs there are."""
     columns = {name: [study.definition.design[case][name] for case in range(len(study))] for name in study.parameters}
     found = {output: swings(columns, study.values(output)) for output in outputs}
-    names = [name for name in columns if any(name in each for each in found.values())][:MOST_PARAMETERS]
+    varied = [name for name in columns if any(name in each for each in found.values())]
+    names = varied[:MOST_PARAMETERS]
     if not names:
         raise StudyError("a picture needs a parameter of numbers that varies and cases that have run")
     made, axes = figure(4 + 2.3 * len(names), 2.6 * len(outputs), len(outputs), len(names) + 1,
@@ -59,7 +61,10 @@ def draw_sensitivity(study, path, outputs):
         row[1].set_ylabel(labelled(output, [])[1], fontsize=8)
         for place, title in zip(row[1:], titles_of(study, output, names)):
             place.set_title(title, fontsize=7)
-    made.suptitle(f"{study.definition.scene.fields.get('name', 'scene')}: {len(study.rows)} cases", fontsize=10)
+    left_out = [f"{len(shown)} of {count} {what}" for shown, count, what in (
+        (names, len(columns), "parameters"), (outputs, of, "outputs")) if len(shown) < count]
+    made.suptitle(f"{study.definition.scene.fields.get('name', 'scene')}: {len(study.rows)} cases"
+                  + (f" ({', '.join(left_out)} are shown)" if left_out else ""), fontsize=10)
     save(made, path)
 
 
@@ -81,20 +86,21 @@ def draw_tornado(axes, output, found, values):
     """Bars from the mean of the output at low values of a parameter to that at high ones."""
     shown, label = labelled(output, values)
     scale = labelled(output, [1.0])[0][0]
-    middle = np.nanmean(shown) if np.isfinite(shown).any() else 0.0
+    middle = shown[np.isfinite(shown)].mean()
     names = ranked({name: abs(high - low) for name, (low, high) in found.items()})[:MOST_PARAMETERS]
     for place, name in enumerate(reversed(names)):
         for end, colour in zip(found[name], (BLUE, ORANGE)):
-            axes.barh(place, scale * end - middle, left=middle, color=colour, height=0.6)
-    axes.axvline(middle, color="black", linewidth=0.8)
+            axes.barh(place, scale * end - middle, color=colour, height=0.6)
+    axes.axvline(0, color="black", linewidth=0.8)
     axes.set_yticks(range(len(names)), [short(name) for name in reversed(names)], fontsize=7)
-    axes.set_xlabel(f"mean {label}", fontsize=8)
+    axes.set_xlabel(f"change from mean {middle:.5g} of {label}", fontsize=8)
     axes.set_title("at low (blue), high (orange) values", fontsize=7)
     axes.tick_params(labelsize=7, which="both")
 
 
 def draw_scatter(axes, name, column, output, values):
     x, y = np.asarray(column, dtype=float), labelled(output, values)[0]
+    x, y = np.where(np.isfinite(y), x, np.nan), np.where(np.isfinite(y), y, np.nan)
     axes.plot(x, y, ".", color=GREY, markersize=3, alpha=0.6)
     middle = running_mean(x, y)
     axes.plot(*middle, color=BLUE, linewidth=1.4)

@@ -70,6 +70,8 @@ def sobol_indices(names, values, confidence=0.95, seed=0):
     """An Index for each name. `values`: of a Saltelli sample, in its order, n (d + 2) numbers; NaN where there is none."""
     if not 0 < confidence < 1:
         raise StudyError(f"confidence: expected a share between 0 and 1, found {confidence!r}")
+    if np.size(values) % (len(names) + 2):
+        raise StudyError(f"Sobol indices: expected n ({len(names)} + 2) values of a Saltelli sample, found {np.size(values)}")
     rows = np.asarray(values, dtype=float).reshape(len(names) + 2, -1)
     rows = rows[:, np.all(np.isfinite(rows), axis=0)]
     count = rows.shape[1]

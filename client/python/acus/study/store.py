@@ -16,7 +16,7 @@ class Store:
     def __init__(self, folder):
         self.folder = os.path.abspath(folder)
         self.path = os.path.join(self.folder, "rows.jsonl")
-        self.failed = os.path.join(self.folder, "failed")
+        self.cases = os.path.join(self.folder, "cases")
         self._file, self._synchronised = None, 0.0
 
     def read(self):
@@ -35,6 +35,8 @@ class Store:
 
     def __enter__(self):
         """To write; only one process may. Raises StudyError."""
+        if os.path.exists(os.path.join(self.folder, "table.csv")) and not os.path.exists(self.path):
+            raise StudyError(f"{self.folder}: there is a table.csv that is of no study; give the study another folder")
         try:
             os.makedirs(self.folder, exist_ok=True)
             self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
@@ -66,24 +68,35 @@ class Store:
         except OSError as error:
             raise StudyError(f"{self.path}: {error.strerror}; the rows before are whole, run it again to go on") from None
 
-    def recording(self, case):
-        """Where a case that fails leaves its recording, and the text of its error beside it."""
-        return os.path.join(self.failed, f"case-{case:06d}.acus")
+    def recording(self, key):
+        """Where a case leaves its recording, and the text of its error beside it."""
+        return os.path.join(self.cases, key + ".acus")
 
-    def note_failure(self, row):
-        path = self.recording(row["case"]).removesuffix(".acus") + ".txt"
-        os.makedirs(self.failed, exist_ok=True)
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(row.get("traceback") or row["error"])
+    def note_failure(self, key, row):
+        self._write_file(self._text(key), (row.get("traceback") or row["error"]).encode())
 
-    def forget_failure(self, case):
-        for path in (self.recording(case), self.recording(case).removesuffix(".acus") + ".txt"):
+    def keep_recording(self, key, recording):
+        self._write_file(self.recording(key), recording)
+
+    def forget_failure(self, key):
+        for path in (self.recording(key), self._text(key)):
             remove(path)
 
-    def keep_recording(self, case, recording):
-        os.makedirs(self.failed, exist_ok=True)
-        with open(self.recording(case), "wb") as file:
-            file.write(recording)
+    def note_definition(self, told, scene):
+        self._write_file(os.path.join(self.folder, "study.json"), json.dumps(told, indent=2).encode())
+        self._write_file(os.path.join(self.folder, "scene.yaml"), scene.encode())
+
+    def _text(self, key):
+        return self.recording(key).removesuffix(".acus") + ".txt"
+
+    @staticmethod
+    def _write_file(path, data):
+        try:
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            with open(path, "wb") as file:
+                file.write(data)
+        except OSError as error:
+            raise StudyError(f"{path}: {error.strerror}; the rows before are whole, run it again to go on") from None
 
 
 def row_of(line):

@@ -3,9 +3,10 @@
 
 import csv
 import functools
-import json
+import math
 import os
 import re
+import threading
 from collections import Counter
 
 import numpy as np
@@ -27,6 +28,9 @@ from .um_bridge import PORT, ModelServer
 from .workers import local_rows, processors
 
 
+LONGEST_NAME = 60  # characters of a folder
+
+
 class Study:
     """Runs every case of a design and keeps a row of each.
 
@@ -41,7 +45,7 @@ class Study:
     def __init__(self, scene, motion, parameters, outputs=("peak_force", "tip"), *, folder=None, seed=0, prepare=None):
         scene = scene_of(scene)
         self.definition = Definition(scene, policy_of(motion), design_of(parameters), outputs_of(outputs), seed, prepare)
-        name = re.sub(r"\W+", "_", str(scene.fields.get("name", "scene"))).strip("_") or "scene"
+        name = re.sub(r"\W+", "_", str(scene.fields.get("name", "scene"))).strip("_")[:LONGEST_NAME] or "scene"
         self.folder = os.path.abspath(folder or os.path.join("studies", name))
         self._store = Store(self.folder)
         self._rows = None
@@ -53,7 +57,7 @@ class Study:
     def __repr__(self):
         rows = self.rows
         failed = sum(bool(row["error"]) for row in rows)
-        return f"<study of {len(self)} cases in {self.folder}: {len(rows)} done, {failed} failed>"
+        return f"<study of {len(self)} cases in {self.folder}: {len(rows)} have run, {failed} of them failed>"
 
     @property
     def parameters(self):
@@ -71,7 +75,8 @@ class Study:
         if self._rows is None:
             self._rows = self._store.read()
         # The numbers of cases may have changed since.
-        return [{**self._rows[key], "case": case} for case, key in enumerate(self.keys) if key in self._rows]
+        return [{**{name: value for name, value in self._rows[key].items() if name != "traceback"}, "case": case}
+                for case, key in enumerate(self.keys) if key in self._rows]
 
     def run(self, *, on=None, workers=None, failed=False, timeout=None, recordings=False, progress=True):
         """Runs what has no row yet, on so many processes, by default one for each processor, with 0 in the program itself;
@@ -86,12 +91,15 @@ class Study:
             raise StudyError(f"on: expected dask://HOST:PORT, and no number of workers with it, found {on!r}")
         if timeout is not None and not timeout > 0:
             raise StudyError(f"timeout: expected seconds above 0, found {timeout!r}")
+        if timeout is not None and workers == 0 and threading.current_thread() is not threading.main_thread():
+            raise StudyError("timeout: in a thread it needs workers, that is workers=1 or more")
         with self._store as store:
             self._rows = store.read()
             missing = [case for case, key in enumerate(self.keys)
-                       if key not in self._rows or (failed and self._rows[key]["error"])]
+                       if key not in self._rows or (failed and self._rows[key]["error"])
+                       or (recordings and not os.path.exists(store.recording(key)))]
             for case in missing:
-                store.forget_failure(case)
+                store.forget_failure(self.keys[case])
             self._note_definition()
             shown = Progress(len(self), len(self) - len(missing), progress)
             cases = self._in_order(missing)
@@ -142,7 +150,7 @@ class Study:
 
     def recording(self, case):
         """The path of the recording that a case left; None if there is none."""
-        path = self._store.recording(self._checked(case))
+        path = self._store.recording(self.keys[self._checked(case)])
         return path if os.path.exists(path) else None
 
     @property
@@ -171,7 +179,9 @@ class Study:
         values = np.full(len(self), np.nan)
         for row in self.rows:
             value = row.get(output)
-            if isinstance(value, (int, float)):
+            if isinstance(value, str):
+                raise StudyError(f"'{output}': expected a column of numbers, found the text '{value[:100]}'")
+            if value is not None:
                 values[row["case"]] = value
         return values
 
@@ -186,11 +196,14 @@ class Study:
         """A picture (.png, .svg, .pdf) of what outputs depend on, by default all numbers: for each a tornado and the cases
         over each parameter. Needs matplotlib."""
         outputs = [outputs] if isinstance(outputs, str) else outputs
-        numbers = [name for name in self._output_columns if np.isfinite(self.values(name)).any()]
+        numbers = [name for name in self._output_columns if self._has_numbers(name)]
         chosen = numbers[:pictures.MOST_OUTPUTS] if outputs is None else list(outputs)
         if not chosen:
             raise StudyError("a picture needs an output that is a number, and cases that have run")
-        pictures.draw_sensitivity(self, os.fspath(path), chosen)
+        for output in chosen:
+            if not np.isfinite(self.values(output)).any():
+                raise StudyError(f"'{output}': no case has a finite number for it")
+        pictures.draw_sensitivity(self, os.fspath(path), chosen, len(numbers) if outputs is None else len(chosen))
 
     def draw_spread(self, path, output="tip"):
         """A picture of where a point of all cases is, from three sides. Needs matplotlib."""
@@ -205,6 +218,8 @@ class Study:
     def write(self, path):
         """The table as CSV, or, where the name ends so, as Parquet, which needs pandas and pyarrow."""
         path, part = os.fspath(path), f"{os.fspath(path)}.part"
+        if not path.endswith((".csv", ".parquet")):
+            raise StudyError(f"{path}: expected a name that ends with .csv or .parquet")
         try:
             if path.endswith(".parquet"):
                 self.table.to_parquet(part)
@@ -223,9 +238,9 @@ class Study:
         """`recording`: its bytes, of a case that ran elsewhere."""
         self._rows[self.keys[case]] = row
         if row["error"]:
-            store.note_failure(row)
+            store.note_failure(self.keys[case], row)
         if recording is not None:
-            store.keep_recording(case, recording)
+            store.keep_recording(self.keys[case], recording)
         store.write(self.keys[case], row)
 
     def _row_of_dead_worker(self, case):
@@ -239,16 +254,17 @@ class Study:
         return sorted(cases, key=scenes.get)
 
     def _note_definition(self):
-        self.definition.scene.save(os.path.join(self.folder, "scene.yaml"))
         told = {"cases": len(self), "design": self.definition.design.kind, "parameters": self.parameters,
                 "motion": repr(self.definition.motion), "outputs": list(self.definition.outputs),
                 "seed": self.definition.seed}
-        with open(os.path.join(self.folder, "study.json"), "w", encoding="utf-8") as file:
-            json.dump(told, file, indent=2)
+        self._store.note_definition(told, self.definition.scene.text())
+
+    def _has_numbers(self, output):
+        return any(isinstance(row.get(output), (bool, int, float)) and math.isfinite(row[output]) for row in self.rows)
 
     def _checked(self, case):
-        if not 0 <= case < len(self):
-            raise StudyError(f"case: expected 0 to {len(self) - 1}, found {case}")
+        if not isinstance(case, (int, np.integer)) or not 0 <= case < len(self):
+            raise StudyError(f"case: expected 0 to {len(self) - 1}, found {case!r}")
         return case
 
 
@@ -262,7 +278,7 @@ class LocalWork:
 
     def __call__(self, case):
         self._models = self._models or Models()
-        recording = self._store.recording(case)
+        recording = self._store.recording(self._definition.key_of(case))
         os.makedirs(os.path.dirname(recording), exist_ok=True)
         remove(recording)
         row = evaluate(self._definition, case, self._models, recording, self._timeout)

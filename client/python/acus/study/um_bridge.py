@@ -21,7 +21,7 @@ from .portable import dumps
 from .workers import TRIES, Worker
 
 MODEL, PROTOCOL, PORT = "forward", 1.0, 4242
-MOST_BYTES = 1 << 20  # of a request
+MOST_BYTES, MOST_DISCARDED = 1 << 20, 1 << 26  # of a request
 SILENCE = 60.0  # s after which a connection without a request ends
 FEATURES = ("Evaluate", "Gradient", "ApplyJacobian", "ApplyHessian")
 
@@ -147,6 +147,7 @@ class Handler(BaseHTTPRequestHandler):
         except ValueError:
             raise Trouble("InvalidInput", "expected a request with a Content-Length") from None
         if not 0 <= size <= MOST_BYTES:
+            self._take_in(size)
             raise Trouble("InvalidInput", f"expected a request of at most {MOST_BYTES} bytes", 413)
         try:
             request = json.loads(self.rfile.read(size) or b"{}")
@@ -155,6 +156,12 @@ class Handler(BaseHTTPRequestHandler):
         if not isinstance(request, dict):
             raise Trouble("InvalidInput", "expected a map")
         return request
+
+    def _take_in(self, size):
+        """What a client sends that gets an error, so that it reads that; not endlessly."""
+        left = min(size, MOST_DISCARDED)
+        while left > 0 and (part := self.rfile.read(min(left, MOST_BYTES))):
+            left -= len(part)
 
     def _answer(self, what, request):
         try:

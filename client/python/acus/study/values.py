@@ -4,7 +4,10 @@
 import dataclasses
 import functools
 import hashlib
+import inspect
 import math
+import os
+import sys
 import types
 
 import numpy as np
@@ -28,9 +31,24 @@ def check_vector(name, value):
     return vector
 
 
+def weights_in(nodes, tetrahedra, point):
+    """Barycentric weights of a point in each of n tetrahedra, n x 4."""
+    corners = nodes[tetrahedra]  # n x 4 x 3
+    edges = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
+    shares = np.linalg.solve(edges, (point - corners[:, 0])[..., None])[..., 0] if len(corners) else np.zeros((0, 3))
+    return np.column_stack([1 - shares.sum(axis=1), shares])
+
+
+def any_inside(nodes, tetrahedra, points):
+    """Whether a tetrahedron holds one of the points."""
+    low, high = nodes.min(axis=0), nodes.max(axis=0)
+    return any(np.all(point >= low) and np.all(point <= high) and weights_in(nodes, tetrahedra, point).min(axis=1).max() >= 0
+               for point in points)
+
+
 def digest(*values):
-    """A hash (hex) that changes when a value does: numbers, texts, arrays, maps, objects by their fields, functions by
-    their code, defaults and what they enclose, but not by the globals that they use."""
+    """A hash (hex) that changes when a value does: numbers, texts, arrays, maps, objects by their fields and
+    their classes' members, functions by their code, defaults and what they enclose, but not by the globals that they use."""
     hasher = hashlib.sha256()
     for piece in pieces(values, ()):
         hasher.update(len(piece).to_bytes(8, "little"))
@@ -73,13 +91,32 @@ def parts(value):
     if isinstance(value, functools.partial):
         return [value.func, value.args, value.keywords]
     if isinstance(value, type):
-        functions = {name: each for name, each in vars(value).items() if isinstance(each, types.FunctionType)}
-        return [value.__module__, value.__qualname__, functions]
+        return [value.__module__, value.__qualname__, *([] if is_of_a_library(value) else [members(value), value.__bases__])]
+    if isinstance(value, (staticmethod, classmethod)):
+        return [value.__func__]
+    if isinstance(value, property):
+        return [value.fget, value.fset]
     if isinstance(value, (types.ModuleType, types.BuiltinFunctionType)):
         return [getattr(value, "__qualname__", value.__name__)]
     if dataclasses.is_dataclass(value):
-        return [type(value), {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}]
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+        return [type(value), {**getattr(value, "__dict__", {}), **fields}]
     return [type(value), getattr(value, "__dict__", None) or repr(value)]
+
+
+def members(of):
+    """What a class defines itself: methods, and attributes that are values."""
+    wanted = (types.FunctionType, staticmethod, classmethod, property)
+    return {name: each for name, each in vars(of).items() if isinstance(each, wanted) or
+            (not name.startswith("__") and not inspect.isdatadescriptor(each) and not inspect.isgetsetdescriptor(each))}
+
+
+def is_of_a_library(of):
+    """Whether a class belongs to Python or what is installed beside it: its version is taken to stay."""
+    path = getattr(sys.modules.get(of.__module__), "__file__", None)
+    if path is None:  # built in, or of the program itself
+        return of.__module__ in sys.builtin_module_names
+    return any(folder in path for folder in ("/site-packages/", "/dist-packages/", os.path.dirname(os.__file__) + os.sep))
 
 
 def holds(cell):

@@ -3,6 +3,7 @@
 
 import copy
 import math
+import operator
 import time
 
 import numpy as np
@@ -12,6 +13,8 @@ from ..errors import StudyError
 from ..rotation import conjugate, multiply, rotate
 
 LONGEST = 10_000_000  # ticks of a case
+SETTLING = 0.5  # s
+AT_REST = 1e-4  # m/s
 
 
 class World:
@@ -58,11 +61,13 @@ class World:
         self._commands[name] = (position, orientation) if spin is None else (position, orientation, spin)
 
     def drive(self, needle, advance, spin=None):
-        """Commands a needle along its own axis: `advance` (m) from where it began."""
+        """Commands a needle, or its name, along its own axis: `advance` (m) from where it began."""
+        needle = self.needle(needle) if isinstance(needle, str) else needle
         self.pose(needle, needle.base_position + advance * self._axes[needle.name], needle.base_orientation, spin)
 
     def step(self, ticks=1):
         """The report of the last of so many ticks."""
+        ticks = operator.index(ticks)
         if len(self.reports) + ticks > LONGEST:
             raise StudyError(f"a case of more than {LONGEST} ticks")
         begin = time.perf_counter()
@@ -71,6 +76,15 @@ class World:
         self.tick_times += [(time.perf_counter() - begin) / ticks] * ticks
         self.report = self.reports[-1]
         return self.report
+
+    def settle(self, needle):
+        """Steps until the base has come to rest after its last command, half a second at most."""
+        name, before = needle.name, self.report[needle.name].base_position
+        for _ in range(self.ticks_of(SETTLING)):
+            now = self.step()[name].base_position
+            if np.linalg.norm(now - before) * self.rate < AT_REST:
+                break
+            before = now
 
     def ticks_of(self, seconds):
         return max(0, round(seconds * self.rate)) if math.isfinite(seconds) else LONGEST + 1
