@@ -99,6 +99,26 @@ class Episodes(unittest.TestCase):
         self.assertEqual(info["parameters"], given)
         self.assertRaises((acus.Refused, acus.SceneError), self.env.reset, options={"parameters": {"tissue.colour.red": 1}})
 
+    @unittest.skipUnless(acus.engine.available() and importlib.util.find_spec("matplotlib") and importlib.util.find_spec("PIL"),
+                         "SKIPPED: the engine, matplotlib or pillow is missing")
+    def test_a_picture_shows_the_needle_and_its_target(self):
+        with NeedleEnv("reach", render_mode="rgb_array") as env:
+            env.reset(seed=1, options={"target": [0.0, 0.005, 0.0]})
+            before = env.render()
+            self.assertEqual((before.shape, before.dtype), ((480, 640, 3), np.uint8))
+            np.testing.assert_array_equal(env.render(), before)
+            red = np.all(before == [204, 0, 0], axis=2)
+            self.assertGreater(red.sum(), 30)
+            for _ in range(30):
+                observation = env.step([1, 0])[0]
+            self.assertGreater(observation[8], 1)
+            self.assertGreater(np.any(env.render() != before, axis=2).sum(), 100)
+        for env, what in ((NeedleEnv("reach"), "render_mode='rgb_array'"), (NeedleEnv("reach", on="server", render_mode="rgb_array"), "on='engine'")):
+            with env:
+                env.reset(seed=1)
+                self.assertRaisesRegex(acus.EnvError, what, env.render)
+        self.assertRaisesRegex(acus.EnvError, "render_mode: expected None or 'rgb_array'", NeedleEnv, "reach", render_mode="human")
+
     def test_what_there_is_no_task_for(self):
         self.assertRaisesRegex(ValueError, "reach, force_limit, needle_order", NeedleEnv, "dance")
 

@@ -157,6 +157,14 @@ class Pictures(OfStudies):
                            (lambda: made.draw_spread(self.path("a.png"), "peak_force"), "no column")):
             self.assertRaisesRegex(acus.AcusError, what, call)
 
+    def test_of_a_case(self):
+        try:
+            import matplotlib  # noqa: F401  pylint: disable=import-outside-toplevel,unused-import
+        except ImportError:
+            self.skipTest("SKIPPED: matplotlib is missing (python3-matplotlib)")
+        self.study().case(3).draw(self.path("case.png"), target=(0, 0, 0.02))
+        self.assertGreater(os.path.getsize(self.path("case.png")), 5000)
+
     def test_what_has_not_run_has_no_picture(self):
         made = self.study()
         self.assertRaisesRegex(acus.StudyError, "cases that have run", made.draw, self.path("a.png"))

@@ -7,6 +7,7 @@ from ..distributions import draw
 from ..errors import EnvError
 from . import force_limit, needle_order, reach
 from .interface import Box, Discrete, Env
+from .render import picture
 from .world import make_world
 
 TASKS = {"reach": reach.Reach, "force_limit": force_limit.ForceLimit, "needle_order": needle_order.NeedleOrder}
@@ -17,15 +18,20 @@ class NeedleEnv(Env):
     """`task` is a name of TASKS or a Task. `randomise` draws parameters of the scene for each episode: True for the
     task's own ranges, or {place: (low, high)}. `on`: "engine" runs it in this process, "server" in a server of its own;
     by itself the engine where it is and no further arguments are given, which are those of Server. An episode is the
-    same, bit by bit, for the same seed and the same actions, on either.
+    same, bit by bit, for the same seed and the same actions, on either. `render_mode`: "rgb_array" for render().
 
     reset(seed, options): options may hold "parameters", {place: value} in place of drawn ones, and what the task takes
     as its goal. info: "success", "tick", "parameters" after reset, and what the task adds.
     """
 
-    def __init__(self, task="reach", *, randomise=None, on=None, **server):
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
+
+    def __init__(self, task="reach", *, randomise=None, on=None, render_mode=None, **server):
         if isinstance(task, str) and task not in TASKS:
             raise EnvError(f"task: expected one of {', '.join(TASKS)}, found '{task}'")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise EnvError(f"render_mode: expected None or 'rgb_array', found {render_mode!r}")
+        self.render_mode = render_mode
         self.task = TASKS[task]() if isinstance(task, str) else task
         self.action_space = self.task.action_space
         self.observation_space = self.task.observation_space
@@ -65,6 +71,17 @@ class NeedleEnv(Env):
         if outcome.terminated or truncated:
             self._steps = None
         return self._observation(), float(outcome.reward), bool(outcome.terminated), truncated, info
+
+    def render(self):
+        """With render_mode="rgb_array": a cut along the first needle as red, green, blue (480, 640, 3), with the target if
+        there is one. On the engine; needs matplotlib."""
+        self._open()
+        if self.render_mode != "rgb_array":
+            raise EnvError("render: make the environment with render_mode='rgb_array'")
+        if not hasattr(self.world, "model"):
+            raise EnvError("render: it needs an environment on the engine, on='engine'")
+        target = getattr(self.task, "target", None)
+        return picture(self.world.model, self.world.state, self.world.needles[0], target, self.world.guides)
 
     def close(self):
         world, self.world = self.world, None

@@ -43,6 +43,13 @@ class Result:
         other.__dict__["run"] = self.run
         return other
 
+    def draw(self, path, target=None):
+        """A picture of the end (.png): a cut along the needle, with a target (m, world). Needs matplotlib and pillow."""
+        from PIL import Image  # pylint: disable=import-outside-toplevel  # with matplotlib
+        from ..env.render import picture  # pylint: disable=import-outside-toplevel
+        pixels = picture(self.model, self.state, self.needle, target, self.world.guides)
+        Image.fromarray(pixels).save(path)
+
     @property
     def flags(self):
         """The names of all that were set, in any tick."""
