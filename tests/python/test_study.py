@@ -7,6 +7,7 @@ import dataclasses
 import io
 import math
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -153,6 +154,33 @@ class Failures(OfStudies):
         self.assertIn("tip outside the tissue", made.rows[1]["error"])
         self.assertIn("SceneError", made.rows[2]["error"])
         self.assertIn("young_modulus", made.rows[2]["error"])
+
+    def test_a_motion_that_lets_no_error_out_ends_in_time(self):
+        def stubborn(world):
+            while True:
+                try:
+                    world.step(10)
+                except Exception:  # pylint: disable=broad-except
+                    pass
+
+        made = self.run_study({"way": [1]}, motion=stubborn, run={"timeout": 0.3})
+        self.assertEqual(made.rows[0]["error"], "TimeoutError: the case took longer than 0.3 s")
+
+    def test_what_a_failed_case_has_told_is_no_value(self):
+        made = self.run_study({STIFFNESS: [5e3, 10e3]}, outputs={"force": "peak_force", "fine": breaks})
+        self.assertTrue(np.isfinite(made.values("force")[0]) and np.isnan(made.values("force")[1]))
+
+    def test_a_recording_that_was_not_ended_is_made_again(self):
+        made = self.run_study({STIFFNESS: [5e3]})
+        part = self.path("study", "cases", made.keys[0] + ".acus.part")
+        self.write(os.path.join("study", "cases", os.path.basename(part)), "half")
+        made.run(progress=False, workers=0, recordings=True)
+        self.assertFalse(os.path.exists(part))
+        with acus.Run(made.recording(0)) as run:
+            self.assertEqual(len(run["left"]), 31)
+        before = made.rows[0]["wall_time"]
+        made.run(progress=False, workers=0, recordings=True)
+        self.assertEqual(made.rows[0]["wall_time"], before)
 
     def test_a_case_that_hangs_is_ended(self):
         def hangs(world):
@@ -328,6 +356,45 @@ class Given(OfStudies):
         for kind in (made(5), made(6), made(5, Base), made(5, OtherBase), made(5)):
             keys.add(self.study({"motion.tilt": [0.0]}, motion=kind(0.01, 0.2)).keys[0])
         self.assertEqual(len(keys), 4)
+
+    def test_objects_count_by_what_they_hold(self):
+        class Plain:
+            def __call__(self, result):
+                return 1.0
+
+        class Slotted:
+            __slots__ = ("value",)
+
+            def __init__(self, value):
+                self.value = value
+
+            def __call__(self, result):
+                return self.value
+
+        def key(output):
+            return self.study({STIFFNESS: [5e3]}, outputs={"x": output}).keys[0]
+
+        self.assertEqual(key(Plain()), key(Plain()))
+        self.assertEqual(key(Slotted(1.0)), key(Slotted(1.0)))
+        self.assertNotEqual(key(Slotted(1.0)), key(Slotted(2.0)))
+        arrays = [np.array([1, "a"], dtype=object), np.array([1, "b"], dtype=object)]
+        self.assertEqual(len({key(lambda result, array=array: len(array)) for array in arrays}), 2)
+        self.assertRaisesRegex(acus.StudyError, "nothing says whether it has changed", lambda: key(lambda r, lock=threading.Lock(): 1))
+
+    def test_a_mesh_file_counts_by_its_content(self):
+        scene = acus.Scene.read(acus.find_scene("brachytherapy"))
+        mesh = self.path("own.msh")
+        shutil.copy(os.path.join(scene.folder, scene["tissue.mesh.gmsh.file"]), mesh)
+        scene["tissue.mesh.gmsh.file"] = mesh
+
+        def key():
+            return acus.Study(scene, PUSH, {"needles[0].length": [0.2]}, folder=self.path("mesh")).keys[0]
+
+        before = key()
+        self.assertEqual(key(), before)
+        with open(mesh, "ab") as file:
+            file.write(b"\n")
+        self.assertNotEqual(key(), before)
 
     def test_columns_have_one_meaning(self):
         for settings, what in (({"outputs": {STIFFNESS: "peak_force"}}, "name of another column"), ({"outputs": {"hash": "tip"}}, "'hash' is the name"),
@@ -508,6 +575,13 @@ class Motions(OfStudies):
                 begin = len(ours) - len(theirs)
                 for name in ("base_position", "base_force", "tip_position", "spin"):
                     np.testing.assert_allclose(getattr(ours, name)[begin:], getattr(theirs, name), atol=1e-12, err_msg=name)
+
+    def test_a_study_of_trajectories(self):
+        header = "t,needle,x,y,z,qw,qx,qy,qz\n0,left,0.003,0.002,0.16,0.7071068,0,0.7071068,0\n"
+        paths = [self.write(f"{depth}.csv", header + f"0.1,left,0.003,0.002,{0.16 - depth},0.7071068,0,0.7071068,0\n")
+                 for depth in (0.001, 0.005)]
+        made = self.run_study({"motion.path": paths}, motion=paths[0], outputs=["tip"])
+        self.assertAlmostEqual(made.rows[0]["tip.z"] - made.rows[1]["tip.z"], 0.004, 3)
 
     def test_a_trajectory_can_be_shifted(self):
         motion = self.write("motion.csv", "t,needle,x,y,z,qw,qx,qy,qz\n0,left,0.003,0.002,0.16,0.7071068,0,0.7071068,0\n"

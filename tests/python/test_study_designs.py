@@ -136,6 +136,22 @@ class Sensitivity(unittest.TestCase):
         self.assertLess(shorter, longer)
 
 
+class Noise(OfStudies):
+    def test_what_a_motion_draws_is_no_influence(self):
+        def noisy(world):
+            world.needle()
+            world.step()
+
+        try:
+            cases = study.saltelli({"a": (0, 1), "b": (0, 1)}, 32)
+        except acus.StudyError as error:
+            self.skipTest(f"SKIPPED: {error}")
+        made = self.run_study(cases, motion=noisy, outputs={"x": lambda r: r.parameters["a"] + r.world.random.normal()})
+        first, second = made.indices("x")
+        self.assertEqual(second.total, 0.0)
+        self.assertGreater(first.total, 0.0)
+
+
 class Pictures(OfStudies):
     def test_of_indices_and_spread(self):
         try:
@@ -146,6 +162,8 @@ class Pictures(OfStudies):
         made = self.run_study(cases)
         swings = study.sensitivity.swings({"x": [1, 2, 3, 4], "text": list("abcd"), "same": [1] * 4}, [1.0, math.nan, 5.0, 7.0], 0.3)
         self.assertEqual(swings, {"x": (1.0, 7.0)})
+        self.assertEqual(study.sensitivity.swings({"x": range(10)}, range(10)), {"x": (0.0, 9.0)})
+        self.assertEqual(study.sensitivity.swings({"x": [1, 1, 1, 2, 2, 2]}, range(6)), {"x": (1.0, 4.0)})
         self.assertEqual(made.indices("tip.y")[0].name, STIFFNESS)
         stiffness, tilt = made.indices("tip.y")
         self.assertGreater(tilt.total, 5 * stiffness.total)  # tilted towards +y

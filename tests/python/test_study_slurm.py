@@ -5,6 +5,7 @@
 import importlib.util
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -83,6 +84,19 @@ class OnClusters(InTemporaryFolder):
         self.assertEqual(done.returncode, 7, done.stderr)
         self.assertEqual(processes_in(self.folder), [])
 
+    def test_it_listens_here_alone_and_ends_with_its_program_whatever_ends_that(self):
+        for number in (signal.SIGHUP, signal.SIGKILL):
+            cluster = subprocess.Popen([PROGRAM, "cluster", "--local", "--workers", "1", "sleep", str(PATIENCE)], env=self.environment,
+                                       cwd=self.folder, stderr=subprocess.PIPE, text=True)
+            self.assertIn("scheduler at dask://127.0.0.1:", cluster.stderr.readline())
+            self.wait_for(lambda: sum(bool(addresses_of(pid)) for pid in processes_in(self.folder)) == 2)
+            for pid in processes_in(self.folder):
+                self.assertLessEqual(addresses_of(pid), {"0100007F"}, pid)  # 127.0.0.1
+            cluster.send_signal(number)
+            cluster.wait()
+            cluster.stderr.close()
+            self.wait_for(lambda: processes_in(self.folder) == [])
+
     @unittest.skipUnless(shutil.which("slurmctld") and shutil.which("slurmd") and shutil.which("munged"),
                          "SKIPPED: Slurm is missing (slurm-wlm, munge)")
     def test_jobs_of_slurm(self):
@@ -138,6 +152,20 @@ def free_port():
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         return free.getsockname()[1]
+
+
+def addresses_of(pid):
+    """Of sockets on which a process listens, as /proc/net/tcp writes them; of IPv6 whole."""
+    try:
+        inodes = {os.readlink(f"/proc/{pid}/fd/{fd}").removeprefix("socket:[").rstrip("]") for fd in os.listdir(f"/proc/{pid}/fd")}
+    except OSError:
+        return set()
+    found = set()
+    for table in ("tcp", "tcp6"):
+        with open(f"/proc/net/{table}", encoding="ascii") as file:
+            rows = [line.split() for line in file][1:]
+        found.update(row[1].partition(":")[0] for row in rows if row[3] == "0A" and row[9] in inodes)
+    return found
 
 
 def processes_in(folder):

@@ -9,6 +9,7 @@ import os
 import signal
 import subprocess
 import threading
+import time
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
@@ -74,7 +75,7 @@ class Model(OfStudies):
             status, answer = self.client.ask(path, request)
             with self.subTest(path=path, request=str(request)):
                 self.assertEqual((status, answer["error"]["type"]), (400, kind), answer)
-        for body in (b"{", b"\xff", b""):
+        for body in (b"{", b"\xff", b"", b"[" * 500_000, b'{"name": "forward", "input": [[1' + 400 * b"0" + b", 1]]}"):
             self.assertEqual(self.client.ask("/Evaluate", body=body)[0], 400)
         self.assertEqual(self.client.ask("/nothing", {})[0], 404)
         self.assertEqual(self.client.ask("/Evaluate", body=b" " * (2 << 20))[0], 413)
@@ -85,6 +86,34 @@ class Model(OfStudies):
             answers = list(pool.map(self.client.evaluate, [[row[STIFFNESS], row["motion.tilt"]] for row in rows] * 3))
         for row, (status, answer) in zip(rows * 3, answers):
             self.assertEqual((status, answer), (200, {"output": [[row["force"], row["tip.x"], row["tip.y"], row["tip.z"], 1.0]]}))
+
+    def test_a_connection_that_is_closed_takes_no_worker_with_it(self):
+        for _ in range(2):
+            self.assertEqual(self.client.evaluate([2e5, 0.0])[0], 500)  # whose workers are replaced
+            time.sleep(1)
+            self.assertEqual([self.client.evaluate([5e3, 0.1])[0] for _ in range(2)], [200, 200])
+
+    def test_it_ends_with_cases_under_way(self):
+        def endless(world):
+            while True:
+                world.step() if world.parameters["way"] else time.sleep(PATIENCE)
+
+        def begins(world):
+            if world.parameters["way"] > 0:
+                endless(world)
+            world.step()
+
+        server = self.study({"way": [0]}, motion=begins, outputs={"n": lambda result: 1}).model_server(0, workers=2)
+        serving = threading.Thread(target=server.serve_forever)
+        serving.start()
+        with ThreadPoolExecutor(2) as pool:
+            answers = [pool.submit(Client(server.server_port).evaluate, [1.0]) for _ in range(2)]
+            time.sleep(1)
+            server.shutdown()
+            server.server_close()
+            self.assertEqual([answer.result()[0] for answer in answers], [500, 500])
+        serving.join()
+        self.assertTrue(all(worker._process.poll() is not None for worker in server.model._workers))  # pylint: disable=protected-access
 
     def test_cases_that_fail_are_told_and_the_next_ones_run(self):
         for values, what in (([-1.0, 0.0], "SceneError"), ([6e4, 0.0], "fine is nan"), ([2e5, 0.0], "process died")):

@@ -30,7 +30,9 @@ import tempfile
 import time
 
 from acus.errors import AcusError
+from acus.guard import Guard
 from acus.study import Study
+from acus.study.dask_engine import CERTIFICATE, KEY
 from acus.study.store import Store
 from acus.study.um_bridge import PORT
 
@@ -39,6 +41,9 @@ STARTING = 30.0  # s until the scheduler listens
 ENDING = 10.0  # s
 LOOK = 0.1  # s between two looks
 DEATH = 60  # s after which a worker without a scheduler ends
+SILENT = ("--no-dashboard", "--dashboard-address", "127.0.0.1:0")
+NEEDED = {"dask-scheduler": "python3-distributed", "dask-worker": "python3-distributed", "openssl": "openssl"}  # and its package
+SLURM = ("sbatch", "scancel")
 PASSED_ON = ("PYTHONPATH", "ACUS_SERVER", "PATH")  # to workers on other machines
 
 
@@ -95,19 +100,19 @@ class Cluster:
     """Scheduler and workers in a `with` block; `address` is dask://HOST:PORT."""
 
     def __init__(self, arguments):
-        self._arguments, self._processes, self._job = arguments, [], None
-        for program in ("dask-scheduler", "dask-worker", *(["sbatch", "scancel"] if arguments.slurm else [])):
+        self._arguments, self._processes, self._guards, self._job = arguments, [], [], None
+        for program in (*NEEDED, *(SLURM if arguments.slurm else ())):
             if not shutil.which(program):
-                raise NoCluster(f"{program} is not there (apt install "
-                                f"{'slurm-client' if program.startswith('s') else 'python3-distributed'})")
+                raise NoCluster(f"{program} is not there (apt install {NEEDED.get(program, 'slurm-client')})")
         self.folder = tempfile.mkdtemp(prefix="acus-cluster-", dir=os.path.abspath(arguments.folder))
         self._file = os.path.join(self.folder, "scheduler.json")
 
     def __enter__(self):
         try:
             host = self._arguments.host or ("127.0.0.1" if self._arguments.local else None)
-            self._start("scheduler", "dask-scheduler", "--port", "0", "--scheduler-file", self._file, "--no-dashboard",
-                        *(["--host", host] if host else []))
+            self._make_certificate()
+            self._start("scheduler", "dask-scheduler", "--port", "0", "--scheduler-file", self._file, "--protocol", "tls",
+                        *SILENT, *self._tls(), *(["--host", host] if host else []))
             self.address = self._wait_for_address()
             print(f"acus-study: scheduler at {self.address}", file=sys.stderr)
             if self._arguments.slurm:
@@ -124,6 +129,8 @@ class Cluster:
         if self._job:
             subprocess.run(["scancel", self._job], check=False)
             print(f"acus-study: ended job {self._job}", file=sys.stderr)
+        for guard in self._guards:
+            guard.end()
         for process in reversed(self._processes):
             process.terminate()
         for process in self._processes:
@@ -138,20 +145,34 @@ class Cluster:
             print(f"acus-study: logs are in {self.folder}", file=sys.stderr)
 
     def _worker(self):
-        return ["dask-worker", "--scheduler-file", self._file, "--nthreads", str(self._arguments.threads), "--no-nanny",
-                "--no-dashboard", "--death-timeout", str(DEATH), "--local-directory", self.folder]
+        return ["dask-worker", "--scheduler-file", self._file, "--protocol", "tls", "--nthreads", str(self._arguments.threads),
+                "--no-nanny", "--death-timeout", str(DEATH), "--local-directory", self.folder, *SILENT, *self._tls(),
+                *(["--host", "127.0.0.1"] if self._arguments.local else [])]
+
+    def _make_certificate(self):
+        """Who has it, from the folder that only this user reads, can ask scheduler and workers; nobody else."""
+        done = subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "365", "-subj", "/CN=acus-study",
+                               "-keyout", os.path.join(self.folder, KEY), "-out", os.path.join(self.folder, CERTIFICATE)],
+                              capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise NoCluster(f"openssl ended with status {done.returncode}: {done.stderr.strip()}")
+
+    def _tls(self):
+        certificate, key = (os.path.join(self.folder, name) for name in (CERTIFICATE, KEY))
+        return ["--tls-ca-file", certificate, "--tls-cert", certificate, "--tls-key", key]
 
     def _start(self, name, *command):
         with open(os.path.join(self.folder, name + ".log"), "wb") as log:
             self._processes.append(subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
                                                     start_new_session=True))
+        self._guards.append(Guard(self._processes[-1].pid, self.folder))
 
     def _wait_for_address(self):
         end = time.monotonic() + STARTING
         while time.monotonic() < end and self._processes[0].poll() is None:
             try:
                 with open(self._file, encoding="utf-8") as file:
-                    return "dask://" + json.load(file)["address"].removeprefix("tcp://")
+                    return "dask://" + json.load(file)["address"].removeprefix("tls://")
             except (FileNotFoundError, ValueError):
                 time.sleep(LOOK)
         raise NoCluster("the Dask scheduler does not start")
@@ -174,9 +195,10 @@ class Cluster:
 
 
 def run_on_cluster(arguments):
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda received, _: sys.exit(128 + received))
     with Cluster(arguments) as cluster:
-        program = subprocess.Popen(arguments.program, env={**os.environ, "ACUS_STUDY_ON": cluster.address})
+        program = subprocess.Popen(arguments.program, env={**os.environ, "ACUS_STUDY_ON": cluster.address, "ACUS_STUDY_TLS": cluster.folder})
         try:
             return program.wait()
         except KeyboardInterrupt:  # the program has it, too, and keeps its rows

@@ -3,6 +3,7 @@
 
 import contextlib
 import functools
+import os
 import platform
 import signal
 import time
@@ -42,7 +43,7 @@ class Definition:
 
     @functools.cached_property
     def constant_digest(self):
-        return digest(self.scene.text(), self.motion, self.outputs, self.prepare, engine.build(), engine.version())
+        return digest(self.scene.text(), mesh_digest(self.scene), self.motion, self.outputs, self.prepare, engine.build(), package_digest())
 
     @functools.cached_property
     def repetitions(self):
@@ -55,12 +56,24 @@ class Definition:
         return numbers
 
     def seed_of(self, case):
-        """By the case's values, so that it stays where others come before it."""
+        """By the case's values, so that it stays where others come before it; in a Saltelli sample by its row, so that what
+        is drawn does not count as an influence."""
+        if self.design.base:
+            return int(digest(self.seed, case % self.design.base)[:13], 16)
         return int(digest(self.seed, self.design[case], self.repetitions[case])[:13], 16)
 
     def key_of(self, case):
         """Changes with all that the results depend on."""
-        return digest(self.constant_digest, self.design[case], self.seed_of(case))[:32]
+        return digest(self.constant_digest, self.design[case], self.seed_of(case), self._mesh_of(case))[:32]
+
+    def _mesh_of(self, case):
+        """What its mesh file holds, where it may be another than the study's."""
+        if not self.prepare and not any(name.startswith("tissue.mesh") for name in self.design.names):
+            return None
+        try:
+            return mesh_digest(self.scene_of(case))
+        except Exception:  # pylint: disable=broad-except  # whatever prepare raises: the case tells it when it runs
+            return None
 
     def part_of(self, case, kind):
         """Parameters of the motion (without `motion.`), or of the scene."""
@@ -123,6 +136,31 @@ def output_columns(row, parameters):
     return [name for name in row if name not in known]
 
 
+def mesh_digest(scene):
+    """Of the content of a scene's mesh file; None where it has none, or there is no such file."""
+    try:
+        path = os.path.join(scene.folder or "", scene.fields["tissue"]["mesh"]["gmsh"]["file"])
+        stat = os.stat(path)
+        return file_digest(path, stat.st_mtime_ns, stat.st_size)
+    except (KeyError, TypeError, OSError):
+        return None
+
+
+@functools.lru_cache(64)
+def file_digest(path, *_):
+    """`_`: what changes when the file does."""
+    with open(path, "rb") as file:
+        return digest(file.read())
+
+
+@functools.cache
+def package_digest():
+    """Of the sources of this package."""
+    folder = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    paths = sorted(os.path.join(where, name) for where, _, names in os.walk(folder) for name in names if name.endswith(".py"))
+    return digest([(os.path.relpath(path, folder), file_digest(path)) for path in paths])
+
+
 class Models:
     """Loaded scenes by their text: a case with the same scene as one before finds its mesh and factor ready."""
 
@@ -131,8 +169,9 @@ class Models:
 
     def load(self, scene):
         text = scene.text()
-        model = self._loaded.pop(text, None) or engine.load(text)
-        self._loaded[text] = model
+        key = (text, mesh_digest(scene))
+        model = self._loaded.pop(key, None) or engine.load(text)
+        self._loaded[key] = model
         while len(self._loaded) > self._most:
             del self._loaded[next(iter(self._loaded))]
         return model
@@ -163,8 +202,9 @@ def evaluate(definition, case, models, recording=None, timeout=None):
         with limited(timeout):
             run(definition, case, models, recording, row, times)
         row["error"] = ""
-    except (Exception, SystemExit) as error:  # pylint: disable=broad-except  # a case that fails is a result, too
-        row["error"] = f"{type(error).__name__}: {error}".strip().replace("\n", " ")
+    except (Exception, SystemExit, CaseTimeout) as error:  # pylint: disable=broad-except  # a case that fails is a result, too
+        kind = TimeoutError if isinstance(error, CaseTimeout) else type(error)
+        row["error"] = f"{kind.__name__}: {error}".strip().replace("\n", " ")
         row["traceback"] = traceback.format_exc()
     row["seed"] = definition.seed_of(case)
     row.update({"version": engine.version(), "build": engine.build(), "processor": processor(),
@@ -189,17 +229,21 @@ def run(definition, case, models, recording, row, times):
     times.update(tick_times(result.world.tick_times))
 
 
+class CaseTimeout(BaseException):
+    """No Exception: a motion that catches those does not go on."""
+
+
 @contextlib.contextmanager
 def limited(timeout):
-    """Raises TimeoutError inside it after so many seconds."""
+    """Raises CaseTimeout inside it after so many seconds, and again each second."""
     def over(*_):
-        raise TimeoutError(f"the case took longer than {timeout:g} s")
+        raise CaseTimeout(f"the case took longer than {timeout:g} s")
 
     if timeout is None:
         yield
         return
     before = signal.signal(signal.SIGALRM, over)
-    signal.setitimer(signal.ITIMER_REAL, timeout)
+    signal.setitimer(signal.ITIMER_REAL, timeout, 1.0)
     try:
         yield
     finally:

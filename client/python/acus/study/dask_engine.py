@@ -7,6 +7,7 @@ runs them (workers.Worker): one that crashes takes no Dask worker with it, and k
 
 import collections
 import logging
+import os
 import statistics
 import tempfile
 import threading
@@ -21,6 +22,7 @@ from .values import digest
 from .workers import TRIES, Worker
 
 SCHEME = "dask://"
+CERTIFICATE, KEY = "certificate.pem", "key.pem"
 ANSWERING = 10.0  # s that a scheduler may take to answer
 BATCH = 2.0  # s of work in a batch
 MOST = 200  # cases in a batch
@@ -58,19 +60,20 @@ def contents(path):
 here = threading.local()  # `worker` and `digest`, of what it was made with
 
 
-def run_batch(work, of, cases):
-    """[(case, (row, recording) or None)]; None where two processes died of the case. `of`: digest of the work."""
-    return [(case, run_case(work, of, case)) for case in cases]
+def run_batch(work, of, limit, cases):
+    """[(case, (row, recording) or None)]; None where two processes died of the case, or were killed after `limit` (s). `of`:
+    digest of the work."""
+    return [(case, run_case(work, of, limit, case)) for case in cases]
 
 
-def run_case(work, of, case):
+def run_case(work, of, limit, case):
     for _ in range(TRIES):
         if getattr(here, "digest", None) != of:
             if getattr(here, "worker", None):
                 here.worker.end()
             here.worker, here.digest = Worker(work), of
         here.worker.give(case)
-        if (answer := here.worker.take()) is not None:
+        if (answer := here.worker.take(limit)) is not None:
             return answer
         here.digest = None
     return None
@@ -79,25 +82,30 @@ def run_case(work, of, case):
 # ---- At the user's ----
 
 
-def dask_rows(work, cases, on, tell=lambda text: None):
+def dask_rows(work, cases, on, limit=None, tell=lambda text: None):
     """(case, (row, recording) or None) as they come; None where processes died of the case. `on`: dask://HOST:PORT. What
     it waits for is told."""
     client = connected(on)
     try:
         wait_for_workers(client, on, tell)
-        yield from Batches(client, work, cases, on)
+        yield from Batches(client, work, cases, on, limit)
     finally:
         client.close()
 
 
 def connected(on):
     try:
-        from distributed import Client  # pylint: disable=import-outside-toplevel  # takes a second, for some users only
+        from distributed import Client, Security  # pylint: disable=import-outside-toplevel  # takes a second, for some users only
     except ImportError:
         raise StudyError("a Dask cluster needs Dask (apt install python3-distributed)") from None
     logging.getLogger("distributed").setLevel(logging.ERROR)  # what is lost comes again, and is told here
     try:
-        return Client("tcp://" + on.removeprefix(SCHEME), timeout=ANSWERING, set_as_default=False)
+        folder = os.environ.get("ACUS_STUDY_TLS")  # of acus-study cluster
+        certificate, key = (os.path.join(folder or "", name) for name in (CERTIFICATE, KEY))
+        security = Security(tls_ca_file=certificate, tls_client_cert=certificate, tls_client_key=key, require_encryption=True) \
+            if folder else None
+        return Client(("tls://" if folder else "tcp://") + on.removeprefix(SCHEME), timeout=ANSWERING, set_as_default=False,
+                      security=security)
     except (OSError, ValueError, TimeoutError) as error:
         raise StudyError(f"{on}: no Dask scheduler answers ({error}); start one with dask-scheduler, and workers with "
                          "dask-worker, which can import acus") from None
@@ -115,10 +123,10 @@ def wait_for_workers(client, on, tell):
 class Batches:
     """An iterator of what dask_rows() gives."""
 
-    def __init__(self, client, work, cases, on):
+    def __init__(self, client, work, cases, on, limit):
         self._client, self._on, self._waiting = client, on, collections.deque(cases)
         self._under_way, self._returned, self._seconds = {}, collections.Counter(), collections.deque(maxlen=50)
-        self._threads, self._counted = 1, -COUNTING
+        self._threads, self._counted, self._limit = 1, -COUNTING, limit
         data = dumps(work)
         self._digest = digest(data)
         self._work = client.submit(bytes, data, key=f"acus-work-{self._digest[:16]}")  # once on each worker
@@ -138,7 +146,7 @@ class Batches:
             self._threads, self._counted = max(1, sum(self._client.nthreads().values())), time.monotonic()
         while self._waiting and len(self._under_way) < AHEAD * self._threads and self._client.status == "running":
             batch = [self._waiting.popleft() for _ in range(self._size())]
-            future = self._client.submit(run_batch, self._work, self._digest, batch, key=f"acus-batch-{uuid.uuid4()}")
+            future = self._client.submit(run_batch, self._work, self._digest, self._limit, batch, key=f"acus-batch-{uuid.uuid4()}")
             self._under_way[future.key] = batch
             ended.add(future)
 

@@ -22,7 +22,9 @@ MOST = 10_000_000  # cases
 
 
 class Design:
-    """`names` of parameters; a case is a dictionary. `kind` says how it was made."""
+    """`names` of parameters; a case is a dictionary. `kind` says how it was made. `base`: rows of A of a Saltelli sample."""
+
+    base = 0
 
     def __init__(self, kind, names, rows):
         self.kind, self.names, self.rows = kind, list(names), [list(row) for row in rows]

@@ -130,6 +130,8 @@ def with_values(policy, values):
         if vector is None or int(component) >= len(vector):
             raise StudyError(f"motion.{place}: the motion has no such component; give it a whole {name} to begin with")
         fields[name] = tuple(value if i == int(component) else each for i, each in enumerate(vector))
+    if isinstance(policy, Trajectory) and "path" in fields:
+        fields["motions"] = None  # to be read
     return dataclasses.replace(policy, **fields) if fields else policy
 
 

@@ -26,7 +26,7 @@ LEAST = 8  # rows
 
 
 class Saltelli(Design):
-    """`base`: the rows of A."""
+    """All rows of A, then of B, then of each AB_i."""
 
     def __init__(self, design, base):
         super().__init__(design.kind, design.names, design.rows)
@@ -70,14 +70,14 @@ def sobol_indices(names, values, confidence=0.95, seed=0):
     """An Index for each name. `values`: of a Saltelli sample, in its order, n (d + 2) numbers; NaN where there is none."""
     if not 0 < confidence < 1:
         raise StudyError(f"confidence: expected a share between 0 and 1, found {confidence!r}")
-    if np.size(values) % (len(names) + 2):
+    if not np.size(values) or np.size(values) % (len(names) + 2):
         raise StudyError(f"Sobol indices: expected n ({len(names)} + 2) values of a Saltelli sample, found {np.size(values)}")
     rows = np.asarray(values, dtype=float).reshape(len(names) + 2, -1)
     rows = rows[:, np.all(np.isfinite(rows), axis=0)]
     count = rows.shape[1]
     if count < LEAST:
         raise StudyError(f"Sobol indices: expected at least {LEAST} whole rows of the sample, found {count}")
-    if np.ptp(rows) == 0:
+    if np.var(rows[:2]) == 0:
         raise StudyError("Sobol indices: the output is the same in all cases")
     first, total = estimates(rows)
     random = np.random.default_rng(seed)
@@ -108,6 +108,8 @@ def swings(columns, values, share=0.1):
         known = np.isfinite(column) & np.isfinite(values)
         if not known.any() or np.ptp(column[known]) == 0:
             continue
-        low, high = np.quantile(column[known], [share, 1 - share], method="inverted_cdf")
+        ordered = np.sort(column[known])
+        count = max(1, round(share * ordered.size))
+        low, high = ordered[count - 1], ordered[-count]
         found[name] = (float(values[known & (column <= low)].mean()), float(values[known & (column >= high)].mean()))
     return found

@@ -78,9 +78,19 @@ class Store:
     def keep_recording(self, key, recording):
         self._write_file(self.recording(key), recording)
 
-    def forget_failure(self, key):
-        for path in (self.recording(key), self._text(key)):
-            remove(path)
+    def part(self, key):
+        """Where a recording is made, until the case has ended."""
+        return self.recording(key) + ".part"
+
+    def keep_part(self, key):
+        if os.path.exists(self.part(key)):
+            os.replace(self.part(key), self.recording(key))
+
+    def forget(self, key, recording):
+        """The text of an error, and the recording, too."""
+        remove(self._text(key))
+        if recording:
+            remove(self.recording(key))
 
     def note_definition(self, told, scene):
         self._write_file(os.path.join(self.folder, "study.json"), json.dumps(told, indent=2).encode())
@@ -113,3 +123,5 @@ def remove(path):
         os.remove(path)
     except FileNotFoundError:
         pass
+    except OSError as error:
+        raise StudyError(f"{path}: {error.strerror}") from None

@@ -28,6 +28,7 @@ from .um_bridge import PORT, ModelServer
 from .workers import local_rows, processors
 
 
+GRACE = 10.0  # s beyond its time after which a case's process is killed
 LONGEST_NAME = 60  # characters of a folder
 
 
@@ -97,21 +98,21 @@ class Study:
             self._rows = store.read()
             missing = [case for case, key in enumerate(self.keys)
                        if key not in self._rows or (failed and self._rows[key]["error"])
-                       or (recordings and not os.path.exists(store.recording(key)))]
-            for case in missing:
-                store.forget_failure(self.keys[case])
+                       or (recordings and not self._rows[key]["error"] and not os.path.exists(store.recording(key)))]
             self._note_definition()
             shown = Progress(len(self), len(self) - len(missing), progress)
-            cases = self._in_order(missing)
+            cases, limit = self._in_order(missing), timeout + GRACE if timeout else None
             if on:
-                answers = dask_rows(RemoteWork(self.definition, timeout, recordings), cases, on, shown.note)
+                answers = dask_rows(RemoteWork(self.definition, timeout, recordings), cases, on, limit, shown.note)
             else:
                 work = LocalWork(self.definition, self.folder, timeout, recordings)
                 count = processors() if workers is None else workers
-                answers = local_rows(work, cases, count) if count else ((case, work(case)) for case in cases)
+                answers = local_rows(work, cases, count, limit) if count else ((case, work(case)) for case in cases)
             for case, answer in answers:
+                if answer is None:
+                    store.keep_part(self.keys[case])
                 row, recording = answer or (self._row_of_dead_worker(case), None)
-                self._keep(store, case, row, recording)
+                self._keep(store, case, row, recording, recordings)
                 shown.add(failed=bool(self._rows[self.keys[case]]["error"]))
             shown.end(self.failures())
             self.write(os.path.join(self.folder, "table.csv"))
@@ -179,6 +180,8 @@ class Study:
         values = np.full(len(self), np.nan)
         for row in self.rows:
             value = row.get(output)
+            if row["error"]:
+                continue
             if isinstance(value, str):
                 raise StudyError(f"'{output}': expected a column of numbers, found the text '{value[:100]}'")
             if value is not None:
@@ -234,17 +237,19 @@ class Study:
 
     # ---- Parts of run() ----
 
-    def _keep(self, store, case, row, recording):
-        """`recording`: its bytes, of a case that ran elsewhere."""
+    def _keep(self, store, case, row, recording, recordings):
+        """`recording`: its bytes, of a case that ran elsewhere. `recordings`: those of cases that succeed are kept."""
         self._rows[self.keys[case]] = row
-        if row["error"]:
-            store.note_failure(self.keys[case], row)
         if recording is not None:
             store.keep_recording(self.keys[case], recording)
+        if row["error"]:
+            store.note_failure(self.keys[case], row)
+        else:
+            store.forget(self.keys[case], recording=not recordings)
         store.write(self.keys[case], row)
 
     def _row_of_dead_worker(self, case):
-        error = "the process died: of a crash, or the system had no more memory"
+        error = "the process died: of a crash, for want of memory, of its time, or with its machine"
         return {"case": case, **self.definition.flat_values(case), "error": error, "seed": self.definition.seed_of(case)}
 
     def _in_order(self, cases):
@@ -260,7 +265,8 @@ class Study:
         self._store.note_definition(told, self.definition.scene.text())
 
     def _has_numbers(self, output):
-        return any(isinstance(row.get(output), (bool, int, float)) and math.isfinite(row[output]) for row in self.rows)
+        return any(isinstance(row.get(output), (bool, int, float)) and math.isfinite(row[output]) and not row["error"]
+                   for row in self.rows)
 
     def _checked(self, case):
         if not isinstance(case, (int, np.integer)) or not 0 <= case < len(self):
@@ -278,12 +284,15 @@ class LocalWork:
 
     def __call__(self, case):
         self._models = self._models or Models()
-        recording = self._store.recording(self._definition.key_of(case))
-        os.makedirs(os.path.dirname(recording), exist_ok=True)
-        remove(recording)
-        row = evaluate(self._definition, case, self._models, recording, self._timeout)
-        if not row["error"] and not self._recordings:
-            remove(recording)
+        key = self._definition.key_of(case)
+        part = self._store.part(key)
+        os.makedirs(os.path.dirname(part), exist_ok=True)
+        remove(part)
+        row = evaluate(self._definition, case, self._models, part, self._timeout)
+        if row["error"] or self._recordings:
+            self._store.keep_part(key)
+        else:
+            remove(part)
         return row, None
 
 

@@ -12,9 +12,10 @@ import copy
 import json
 import math
 import queue
+import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from ..errors import StudyError
+from ..errors import AcusError, StudyError
 from .case import Models, evaluate, output_columns
 from .designs import Design
 from .portable import dumps
@@ -22,6 +23,7 @@ from .workers import TRIES, Worker
 
 MODEL, PROTOCOL, PORT = "forward", 1.0, 4242
 MOST_BYTES, MOST_DISCARDED = 1 << 20, 1 << 26  # of a request
+GRACE = 10.0  # s beyond its time after which a case's process is killed
 SILENCE = 60.0  # s after which a connection without a request ends
 FEATURES = ("Evaluate", "Gradient", "ApplyJacobian", "ApplyHessian")
 
@@ -66,7 +68,8 @@ class Model:
                 raise StudyError(f"UM-Bridge: parameters have to be numbers, and {name} is {value!r}")
         self.inputs = definition.design.names
         self._work, self._idle = dumps(ValuesWork(definition, timeout)), queue.SimpleQueue()
-        self._workers = []
+        self._limit = timeout + GRACE if timeout else None
+        self._workers, self._lock, self._closed = set(), threading.Lock(), False
         try:
             for _ in range(workers):
                 self._add()
@@ -76,8 +79,14 @@ class Model:
             raise
 
     def close(self):
-        for worker in self._workers:
-            worker.end()
+        """Cases under way end without an answer. May be called again."""
+        with self._lock:
+            workers = [] if self._closed else list(self._workers)
+            self._closed = True
+        for worker in workers:
+            worker.kill()
+        for _ in workers:  # each comes back to the idle ones, dead
+            self._idle.get().end()
 
     def evaluate(self, values):
         """The list of outputs. Raises Trouble."""
@@ -93,18 +102,30 @@ class Model:
     def _run(self, values):
         for _ in range(TRIES):
             worker = self._idle.get()
-            worker.give(values)
-            row = worker.take()
-            if row is not None:
+            try:
+                worker.give(values)
+                if (row := worker.take(self._limit)) is not None:
+                    return row
+                worker = self._replaced(worker)
+            finally:
                 self._idle.put(worker)
-                return row
-            self._workers.remove(worker)
-            self._add()
+            if self._closed:
+                raise Trouble("InvalidOutput", "the server ends", 500)
         return None
+
+    def _replaced(self, worker):
+        """Another one, unless the server ends."""
+        with self._lock:
+            if self._closed:
+                return worker
+            self._workers.remove(worker)
+            worker = Worker(self._work)
+            self._workers.add(worker)
+            return worker
 
     def _add(self):
         worker = Worker(self._work)
-        self._workers.append(worker)
+        self._workers.add(worker)
         self._idle.put(worker)
 
     def _columns(self, definition):
@@ -119,7 +140,10 @@ class Model:
 
 
 def is_number(value):
-    return isinstance(value, (bool, int, float)) and math.isfinite(value)
+    try:
+        return isinstance(value, (bool, int, float)) and math.isfinite(value)
+    except OverflowError:  # a whole number that no float holds
+        return False
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -151,7 +175,7 @@ class Handler(BaseHTTPRequestHandler):
             raise Trouble("InvalidInput", f"expected a request of at most {MOST_BYTES} bytes", 413)
         try:
             request = json.loads(self.rfile.read(size) or b"{}")
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise Trouble("InvalidInput", f"no JSON: {error}") from None
         if not isinstance(request, dict):
             raise Trouble("InvalidInput", "expected a map")
@@ -168,6 +192,8 @@ class Handler(BaseHTTPRequestHandler):
             self._send(200, self._answered(what, request))
         except Trouble as trouble:
             self._send(trouble.status, told(trouble))
+        except AcusError as error:
+            self._send(500, told(Trouble("InvalidOutput", str(error))))
 
     def _answered(self, what, request):
         if what == "Info":

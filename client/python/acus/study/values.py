@@ -65,6 +65,9 @@ def pieces(value, inside):
         yield b"again"
         return
     inside = (*inside, value)
+    if isinstance(value, np.ndarray) and value.dtype.hasobject:
+        yield from pieces(value.tolist(), inside)
+        return
     if isinstance(value, (np.ndarray, np.generic)):
         yield f"array {value.dtype} {value.shape}".encode()
         yield np.ascontiguousarray(value).tobytes()
@@ -101,7 +104,22 @@ def parts(value):
     if dataclasses.is_dataclass(value):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
         return [type(value), {**getattr(value, "__dict__", {}), **fields}]
-    return [type(value), getattr(value, "__dict__", None) or repr(value)]
+    return [type(value), state_of(value)]
+
+
+def state_of(value):
+    """Of any object, by how it is copied or pickled. Raises StudyError where nothing tells it from others."""
+    if hasattr(value, "__dict__") and not hasattr(type(value), "__slots__"):
+        return value.__dict__
+    try:
+        _, arguments, *rest = value.__reduce_ex__(4)
+        return [[each for each in arguments if each is not type(value)], rest[0] if rest else None]
+    except (TypeError, ValueError):
+        pass
+    if " at 0x" in repr(value):
+        raise StudyError(f"a motion, output or prepare holds {value!r}, of which nothing says whether it has changed; hold plain "
+                         "values, or make it in a function")
+    return repr(value)
 
 
 def members(of):

@@ -3,12 +3,13 @@
 of the program that asks do not matter. A worker that dies, as of a crash or for want of memory, is replaced, and its case
 runs once more; one with which a second worker dies has failed."""
 
-import ctypes
 import os
 import signal
 import socket
 import subprocess
 import sys
+import threading
+import time
 import traceback
 from multiprocessing.connection import Connection, wait
 
@@ -17,7 +18,7 @@ from .portable import dumps, loads
 
 TRIES = 2  # of a case whose worker dies
 ENDING = 5.0  # s that a worker may take to end
-PR_SET_PDEATHSIG = 1  # of prctl(2)
+LOOK = 0.5  # s between two looks
 BEGIN = "import sys; sys.path[:] = {path!r}; from acus.study.workers import main; main({file}, {parent})"
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # each: there is a worker for every processor
 
@@ -27,21 +28,20 @@ def processors():
     return len(os.sched_getaffinity(0))
 
 
-def local_rows(work, cases, count):
-    """(case, row) as they come, of work(case) for each, on so many workers; None for a row where workers died of it."""
+def local_rows(work, cases, count, limit=None):
+    """(case, row) as they come, of work(case) for each, on so many workers; None for a row where workers died of it. A
+    worker that takes longer than `limit` (s) is killed, for what does not end by itself."""
     waiting, deaths = list(reversed(cases)), {}
     work = dumps(work)
     workers = []
     try:
-        while waiting or any(worker.case is not None for worker in workers):
+        while waiting or any(worker.busy for worker in workers):
             while waiting and len(workers) < count:
                 workers.append(Worker(work))
             for worker in workers:
-                if worker.case is None and waiting:
+                if not worker.busy and waiting:
                     worker.give(waiting.pop())
-            busy = {worker.connection: worker for worker in workers if worker.case is not None}
-            for connection in wait(list(busy)):
-                worker = busy[connection]
+            for worker in ended_of([worker for worker in workers if worker.busy], limit):
                 case = worker.case
                 if (row := worker.take()) is not None:
                     yield case, row
@@ -57,8 +57,19 @@ def local_rows(work, cases, count):
             worker.end()
 
 
+def ended_of(workers, limit):
+    """Those that have an answer, have died, or are killed now."""
+    while True:
+        ready = wait([worker.connection for worker in workers], LOOK if limit else None)
+        for worker in workers:
+            if limit and time.monotonic() > worker.began + limit:
+                worker.kill()
+        if ready:
+            return [worker for worker in workers if worker.connection in ready]
+
+
 class Worker:
-    """`case` is the one that it works on, or None."""
+    """`case` is the one that it works on since `began`, while it is `busy`."""
 
     def __init__(self, work):
         here, there = socket.socketpair()
@@ -67,24 +78,32 @@ class Worker:
             # In a session of its own: an interrupt is for the program that asks.
             self._process = subprocess.Popen([sys.executable, "-c", begin], pass_fds=[there.fileno()], start_new_session=True,
                                              stdin=subprocess.DEVNULL, env={**os.environ, **ONE_THREAD})
-        self.connection, self.case = Connection(here.detach()), None
+        self.connection, self.case, self.busy, self.began = Connection(here.detach()), None, False, 0.0
         self._send(work)
 
     def give(self, case):
-        self.case = case
+        self.case, self.busy, self.began = case, True, time.monotonic()
         self._send(dumps(case))
 
-    def take(self):
-        """The row of its case; None if it died. Raises StudyError for work that cannot be begun there."""
-        self.case = None
+    def take(self, limit=None):
+        """The row of its case; None if it died, or took longer than `limit` (s) in this call. Raises StudyError for work
+        that cannot be begun there, or could not go on."""
+        self.busy = False
         try:
-            began, row = loads(self.connection.recv_bytes())
+            if limit and not self.connection.poll(limit):
+                self.end()
+                return None
+            went_well, row = loads(self.connection.recv_bytes())
         except (EOFError, OSError):
             self.end()
             return None
-        if not began:
-            raise StudyError(f"a worker cannot begin: {row}")
+        if not went_well:
+            raise StudyError(f"a worker cannot go on: {row}")
         return row
+
+    def kill(self):
+        """Which take() finds."""
+        self._process.kill()
 
     def end(self):
         self.connection.close()
@@ -101,24 +120,26 @@ class Worker:
 def main(file, parent):
     """Of a worker: the work first, then a case after the other, until there are no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)  # with who asked it ends
-    if os.getppid() != parent:
-        return
+    threading.Thread(target=end_with, args=(parent,), daemon=True).start()
     connection = Connection(file)
     try:
-        work = begun(connection)
+        work = None
         while True:
-            case = loads(connection.recv_bytes())
-            connection.send_bytes(dumps((True, work(case))))
+            message = connection.recv_bytes()
+            try:
+                if work is None:
+                    work = loads(message)
+                    continue
+                answer = dumps((True, work(loads(message))))
+            except Exception as error:  # pylint: disable=broad-except  # what is no case's own: modules, disks
+                answer = dumps((False, f"{type(error).__name__}: {error}\n{traceback.format_exc()}"))
+            connection.send_bytes(answer)
     except (EOFError, OSError):
         pass
 
 
-def begun(connection):
-    try:
-        return loads(connection.recv_bytes())
-    except (EOFError, OSError):
-        raise
-    except Exception as error:  # pylint: disable=broad-except  # whatever the user's modules raise
-        connection.send_bytes(dumps((False, f"{error}\n{traceback.format_exc()}")))
-        raise EOFError from None
+def end_with(parent):
+    """Ends this process when the one that started it has gone, whatever is under way."""
+    while os.getppid() == parent:
+        time.sleep(LOOK)
+    os._exit(1)
