@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/runtime/recorder.h"
 
-#include <spdlog/fmt/chrono.h>
 #include <spdlog/spdlog.h>
-
-#include <ctime>
 
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
@@ -21,13 +18,11 @@ constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr auto kFlush = std::chrono::milliseconds(500);
 constexpr std::size_t kMaxPending = 8 << 20;  // bytes of a frame before it is packed, but for what one item has more
 
-std::string now_in_utc() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
-
 }  // namespace
 
 Recorder::Recorder(const std::string& path, const std::string& server)
     : path_(path), queue_(kMaxItems), writer_(path), flushed_(Clock::now()) {
-  writer_.add(recorded::Opening{.version = recorded::Opening().version, .server = server, .started = now_in_utc()});
+  writer_.add(opening_now(server));
   writer_.flush();
   thread_ = std::thread([this] { run(); });
 }

@@ -16,16 +16,8 @@
 namespace acus {
 namespace {
 
-// Five significant digits.
-std::string number(double value) {
-  if (!std::isfinite(value)) return format_number(value);
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.5g", value);
-  return buffer.data();
-}
-
 std::string vector(const Vector3& v) {
-  return std::string("[") + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + "]";
+  return std::string("[") + five_digits(v.x()) + ", " + five_digits(v.y()) + ", " + five_digits(v.z()) + "]";
 }
 
 std::string megabytes(double bytes) {
@@ -50,7 +42,7 @@ std::string opening(const Simulation& simulation, bool warned) {
   const Scene& scene = simulation.scene();
   TextTable table;
   table.add({"scene", scene.name + (warned ? ": can be used, with warnings" : ": sound")});
-  table.add({"rate", number(scene.rate) + " Hz, a tick is " + number(1e3 / scene.rate) + " ms"});
+  table.add({"rate", five_digits(scene.rate) + " Hz, a tick is " + five_digits(1e3 / scene.rate) + " ms"});
   table.add({"gravity", vector(scene.gravity) + " m/s^2"});
   table.add({"rung", name_of(scene.tissue.rung)});
   table.add({"solver", acus::name_of(scene.laws.solver)});
@@ -71,9 +63,9 @@ std::string materials(const Simulation& simulation) {
   table.add({"regions", "tetrahedra", "volume (cm^3)", "E (Pa)", "nu", "density (kg/m^3)", "damping (1/s, s)"});
   for (std::size_t i = 0; i < regions.size(); ++i) {
     const Material& m = regions[i].material;
-    table.add({"  " + regions[i].name, std::to_string(tetrahedra[i]), number(1e6 * volume[i]), number(m.young_modulus),
-               number(m.poisson_ratio), number(m.density),
-               number(m.rayleigh_mass) + ", " + number(m.rayleigh_stiffness)});
+    table.add({"  " + regions[i].name, std::to_string(tetrahedra[i]), five_digits(1e6 * volume[i]),
+               five_digits(m.young_modulus), five_digits(m.poisson_ratio), five_digits(m.density),
+               five_digits(m.rayleigh_mass) + ", " + five_digits(m.rayleigh_stiffness)});
   }
   return table.text();
 }
@@ -83,11 +75,11 @@ std::string laws(const Scene& scene) {
   table.add({"laws", "f_p (N)", "f_c (N)", "p (Pa)", "mu_s", "mu_d", "b (N s/m^2)", "k (Pa)", "mu of the tip"});
   for (const Region& region : scene.tissue.regions) {
     const Interaction& law = region.interaction;
-    table.add({"  " + region.name, number(law.puncture_force), number(law.cutting_force),
-               number(shaft_pressure(region)) + (law.pressure ? "" : " (estimated)"), number(law.friction_static),
-               number(law.friction_dynamic), number(law.friction_viscous),
-               law.foundation_stiffness ? number(*law.foundation_stiffness) : "estimated",
-               number(law.friction_contact)});
+    table.add({"  " + region.name, five_digits(law.puncture_force), five_digits(law.cutting_force),
+               five_digits(shaft_pressure(region)) + (law.pressure ? "" : " (estimated)"),
+               five_digits(law.friction_static), five_digits(law.friction_dynamic), five_digits(law.friction_viscous),
+               law.foundation_stiffness ? five_digits(*law.foundation_stiffness) : "estimated",
+               five_digits(law.friction_contact)});
   }
   return table.text();
 }
@@ -103,7 +95,7 @@ std::string borders(const Simulation& simulation) {
   const auto add = [&](int from, int into, int count) {
     const Border& border = table_of_borders.at(from, into);
     table.add({"  " + tissue.regions[from].name + " -> " + tissue.regions[into].name, std::to_string(count),
-               number(border.puncture_force), number(border.friction_contact),
+               five_digits(border.puncture_force), five_digits(border.friction_contact),
                border.holds ? "holds the tip" : "no obstacle: f_p is not above f_c"});
   };
   for (const auto& [pair, count] : faces) {
@@ -115,10 +107,10 @@ std::string borders(const Simulation& simulation) {
 
 std::string shape(const Needle& needle) {
   std::string text =
-      needle.inner_diameter > 0 ? std::string("bore ") + number(1e3 * needle.inner_diameter) + " mm" : "solid";
+      needle.inner_diameter > 0 ? std::string("bore ") + five_digits(1e3 * needle.inner_diameter) + " mm" : "solid";
   if (needle.curvature != 0) {
-    text += ", last " + number(1e3 * needle.curved_length.value_or(needle.length)) + " mm bent to radius " +
-            number(1e3 / std::abs(needle.curvature)) + " mm";
+    text += ", last " + five_digits(1e3 * needle.curved_length.value_or(needle.length)) + " mm bent to radius " +
+            five_digits(1e3 / std::abs(needle.curvature)) + " mm";
   }
   return text;
 }
@@ -134,9 +126,10 @@ std::string needles(const Scene& scene) {
     const double length = needle.length;
     const double lateral = 3 * bending / (length * length * length);                                // N/m
     const double buckling = std::numbers::pi * std::numbers::pi * bending / (4 * length * length);  // N
-    table.add({"  " + needle.name, name_of(needle.rung), std::to_string(needle.beams), number(1e3 * length),
-               number(1e3 * needle.outer_diameter), shape(needle), vector(needle.cutting_direction),
-               rigid ? "-" : number(bending), rigid ? "-" : number(lateral), rigid ? "-" : number(buckling)});
+    table.add({"  " + needle.name, name_of(needle.rung), std::to_string(needle.beams), five_digits(1e3 * length),
+               five_digits(1e3 * needle.outer_diameter), shape(needle), vector(needle.cutting_direction),
+               rigid ? "-" : five_digits(bending), rigid ? "-" : five_digits(lateral),
+               rigid ? "-" : five_digits(buckling)});
   }
   return table.text();
 }
@@ -147,8 +140,8 @@ std::string holds(const Scene& scene) {
   table.add({"bases held", "k (N/m)", "c (N s/m)", "k_r (N m/rad)", "c_r (N m s/rad)"});
   for (const Needle& needle : scene.needles) {
     if (!needle.hold) continue;
-    table.add({"  " + needle.name, number(needle.hold->stiffness), number(needle.hold->damping),
-               number(needle.hold->angular_stiffness), number(needle.hold->angular_damping)});
+    table.add({"  " + needle.name, five_digits(needle.hold->stiffness), five_digits(needle.hold->damping),
+               five_digits(needle.hold->angular_stiffness), five_digits(needle.hold->angular_damping)});
   }
   return table.text();
 }
@@ -158,8 +151,8 @@ std::string guides(const Scene& scene) {
   TextTable table;
   table.add({"guides", "of needle", "at (m)", "play (mm)", "mu"});
   for (const Guide& guide : scene.guides) {
-    table.add({"  " + guide.name, guide.needle, vector(guide.pose.position), number(1e3 * guide.play),
-               number(guide.friction)});
+    table.add({"  " + guide.name, guide.needle, vector(guide.pose.position), five_digits(1e3 * guide.play),
+               five_digits(guide.friction)});
   }
   return table.text();
 }

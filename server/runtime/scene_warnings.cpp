@@ -2,15 +2,14 @@
 #include "server/runtime/scene_warnings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "server/engine/models/local_compliance.h"
 #include "server/engine/models/needle.h"
 #include "server/engine/models/surface.h"
 #include "server/engine/scene/scene_fields.h"
+#include "server/engine/scene/text_table.h"
 
 namespace acus {
 namespace {
@@ -27,14 +26,7 @@ constexpr double kSoftestNeedle = 1e6;  // Pa
 
 using Warnings = std::vector<SceneWarning>;
 
-// Five significant digits.
-std::string number(double value) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.5g", value);
-  return buffer.data();
-}
-
-std::string millimetres(double metres) { return number(1e3 * metres) + " mm"; }
+std::string millimetres(double metres) { return five_digits(1e3 * metres) + " mm"; }
 
 Vector3 extents(const TetrahedralMesh& mesh) { return mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff(); }
 
@@ -44,7 +36,7 @@ void warn_of_size(const Scene& scene, const TetrahedralMesh& mesh, Warnings& fou
   const double largest = extents(mesh).maxCoeff(), least = extents(mesh).minCoeff();
   const std::string field =
       scene.tissue.gmsh ? "tissue.mesh.gmsh.metres_per_unit: 0.001 reads millimetres" : "lengths are in metres: tissue.mesh.box.size: [0.1, 0.1, 0.1]";
-  if (largest > kLargestTissue) found.push_back({"tissue", "it is " + number(largest) + " m wide; " + field});
+  if (largest > kLargestTissue) found.push_back({"tissue", "it is " + five_digits(largest) + " m wide; " + field});
   if (least < kLeastTissue)
     found.push_back({"tissue", "it is " + millimetres(least) + " thin; lengths are in metres" +
                                    (scene.tissue.gmsh ? ": tissue.mesh.gmsh.metres_per_unit is too small?" : "")});
@@ -88,16 +80,18 @@ void warn_of_crushing(const Simulation& simulation, Warnings& found) {
     if (!std::isfinite(f)) continue;
     const double bearable = kBearable * E * sizes[i] * sizes[i];
     if (f > bearable)
-      found.push_back({regions[i].name,
-                       "f_p of " + number(f) + " N is above 10 E a^2 = " + number(bearable) + " N for elements of a = " +
-                           millimetres(sizes[i]) + ": the tip may press them flat and puncture earlier; take elements of at least " +
-                           millimetres(std::sqrt(f / (kBearable * E))) + ", or a smaller f_p"});
+      found.push_back(
+          {regions[i].name, "f_p of " + five_digits(f) + " N is above 10 E a^2 = " + five_digits(bearable) +
+                                " N for elements of a = " + millimetres(sizes[i]) +
+                                ": the tip may press them flat and puncture earlier; take elements of at least " +
+                                millimetres(std::sqrt(f / (kBearable * E))) + ", or a smaller f_p"});
     const double width = 2 * contact_radius(material, diameter, f);
     if (width > kWidest * extent)
-      found.push_back({regions[i].name, "f_p of " + number(f) + " N presses a dimple of " + millimetres(width) +
-                                            " across into tissue that is " + millimetres(extent) +
-                                            " thick: it may be pressed flat before it is punctured; take a smaller f_p or stiffer "
-                                            "tissue"});
+      found.push_back(
+          {regions[i].name, "f_p of " + five_digits(f) + " N presses a dimple of " + millimetres(width) +
+                                " across into tissue that is " + millimetres(extent) +
+                                " thick: it may be pressed flat before it is punctured; take a smaller f_p or stiffer "
+                                "tissue"});
   }
 }
 
@@ -105,23 +99,15 @@ void warn_of_crushing(const Simulation& simulation, Warnings& found) {
 
 void warn_of_softness(const Needle& needle, Warnings& found) {
   if (needle.rung == NeedleRung::rigid || needle.material.young_modulus >= kSoftestNeedle) return;
-  found.push_back({needle.name, "its material has E = " + number(needle.material.young_modulus) +
+  found.push_back({needle.name, "its material has E = " + five_digits(needle.material.young_modulus) +
                                     " Pa, softer than rubber; material.young_modulus is in Pa: 200e9 for steel"});
-}
-
-bool is_inside(const TetrahedralMesh& mesh, const Vector3& p) {
-  for (int t = 0; t < mesh.tetrahedron_count(); ++t)
-    if (barycentric(mesh, mesh.nodes, t, p).minCoeff() >= 0) return true;
-  return false;
 }
 
 void warn_of_standing_inside(const Simulation& simulation, int needle, Warnings& found) {
   const Eigen::Ref<const Matrix3X> nodes = simulation.needle_positions(needle);
   const TetrahedralMesh& mesh = simulation.mesh();
-  const Vector3 low = mesh.nodes.rowwise().minCoeff(), high = mesh.nodes.rowwise().maxCoeff();
   for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
-    const Vector3 p = nodes.col(i);
-    if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || !is_inside(mesh, p)) continue;
+    if (find_tetrahedron(mesh, mesh.nodes, nodes.col(i)) < 0) continue;
     const Needle& parameters = simulation.scene().needles[static_cast<std::size_t>(needle)];
     const double along = parameters.length * static_cast<double>(i) / static_cast<double>(nodes.cols() - 1);
     found.push_back({parameters.name, std::string(i == 0 ? "its base" : "its shaft, " + millimetres(along) + " from the base,") +
@@ -158,8 +144,9 @@ void warn_of_missing(const Simulation& simulation, int index, Warnings& found) {
   const bool away = hits(reversed);
   std::string text = away ? "it points away from the tissue" : "its axis leads past the tissue";
   if (hits(reordered) && (!away || std::abs(q.w()) < 1e-6))  // w = 0 is a half turn: more probably it is their x
-    text += "; base.orientation is [w, x, y, z], and in the order x, y, z, w it would meet it: [" + number(reordered.w()) + ", " +
-            number(reordered.x()) + ", " + number(reordered.y()) + ", " + number(reordered.z()) + "]?";
+    text += "; base.orientation is [w, x, y, z], and in the order x, y, z, w it would meet it: [" +
+            five_digits(reordered.w()) + ", " + five_digits(reordered.x()) + ", " + five_digits(reordered.y()) + ", " +
+            five_digits(reordered.z()) + "]?";
   else
     text += "; base.orientation [w, x, y, z] turns +x to where the needle points: [0.7071, 0, 0.7071, 0] is down, along -z";
   found.push_back({needle.name, text});

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Orientations as unit quaternions (w, x, y, z) in numpy arrays; the last axis holds the four components."""
 
+import math
+
 import numpy as np
 
 
@@ -50,6 +52,17 @@ def shortest_rotation(a, b):
         across = (1.0, 0.0, 0.0) if abs(a[0]) < 0.9 else (0.0, 1.0, 0.0)
         return np.array([0.0, *unit(np.cross(a, across))])
     return unit([1 + a @ b, *np.cross(a, b)])
+
+
+def slerp(p, q, share):
+    """The rotation a share of the way from p to q, along the shortest arc."""
+    turn = multiply(conjugate(p), q)
+    turn = turn if turn[0] >= 0 else -turn
+    length = np.linalg.norm(turn[1:])
+    if length < 1e-12:
+        return np.array(p)
+    angle = 2 * math.atan2(length, turn[0])
+    return unit(multiply(p, rotation_about(turn[1:], share * angle)))
 
 
 def orientation_along(direction):

@@ -2,6 +2,7 @@
 #include "server/engine/recording/recording.h"
 
 #include <array>
+#include <ctime>
 #include <limits>
 #include <msgpack.hpp>
 
@@ -204,6 +205,15 @@ Item unpack_item(const Object& object) {
 const msgpack::unpack_limit kLimits(1 << 16, 1 << 4, std::size_t{1} << 28, std::size_t{1} << 28, 0, 4);
 
 }  // namespace
+
+recorded::Opening opening_now(const std::string& server) {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char started[sizeof "2026-01-01T00:00:00Z"];
+  std::strftime(started, sizeof started, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return {.version = recorded::Opening().version, .server = server, .started = started};
+}
 
 recorded::World record_of(const Scene& scene, const TetrahedralMesh& own_mesh, std::uint64_t fingerprint) {
   recorded::World world{scene.file, scene.text, scene.rate, fingerprint, {}};

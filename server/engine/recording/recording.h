@@ -76,6 +76,9 @@ using Item = std::variant<Opening, World, Beginning, BodyCommand, Tick, StateAft
 
 }  // namespace recorded
 
+// Of a recording that begins now; `server`: the version of Acus.
+recorded::Opening opening_now(const std::string& server);
+
 // Of a scene as it was loaded; `own_mesh` as read_mesh() gave it.
 recorded::World record_of(const Scene& scene, const TetrahedralMesh& own_mesh, std::uint64_t fingerprint);
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <utility>
 
 #include "server/engine/state/snapshot.h"
@@ -11,24 +10,12 @@
 
 namespace acus {
 
-namespace {
-
-std::string now_in_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[sizeof "2026-01-01T00:00:00Z"];
-  return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts)};
-}
-
-}  // namespace
-
 StateRecorder::StateRecorder(const std::string& path, const std::string& version,
                              std::shared_ptr<const recorded::World> world, const State& state)
     : writer_(path),
       world_(std::move(world)),
       half_second_(std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(world_->rate / 2)))) {
-  writer_.add(recorded::Opening{.version = recorded::Opening().version, .server = version, .started = now_in_utc()});
+  writer_.add(opening_now(version));
   writer_.add(*world_);
   writer_.add(recorded::Beginning{0, make_snapshot(world_->fingerprint, state)});
   writer_.flush();

@@ -2,6 +2,11 @@
 #include "server/engine/scene/text_table.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "server/engine/scene/field.h"
 
 namespace acus {
 namespace {
@@ -13,6 +18,13 @@ std::size_t width_of(const std::string& utf8) {
 }
 
 }  // namespace
+
+std::string five_digits(double value) {
+  if (!std::isfinite(value)) return format_number(value);
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.5g", value);
+  return buffer.data();
+}
 
 std::string TextTable::text() const {
   std::vector<std::size_t> widths;

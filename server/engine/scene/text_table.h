@@ -7,6 +7,9 @@
 
 namespace acus {
 
+// Of a number, for a person to read; .inf as scenes write it.
+std::string five_digits(double value);
+
 class TextTable {
  public:
   void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }

@@ -9,10 +9,7 @@ namespace acus {
 
 bool tip_is_inside(const Model& model, int needle, const Pose& base) {
   const Vector3 tip = make_needle_state(model.needles[needle], base).x.rightCols<1>();
-  for (int t = 0; t < model.mesh.tetrahedron_count(); ++t) {
-    if (barycentric(model.mesh, model.mesh.nodes, t, tip).minCoeff() >= 0) return true;
-  }
-  return false;
+  return model.mesh.tetrahedron_count() > 0 && find_tetrahedron(model.mesh, model.mesh.nodes, tip) >= 0;
 }
 
 void place_body(const Model& model, State& state, int body, const Pose& pose) {

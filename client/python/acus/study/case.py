@@ -177,10 +177,9 @@ class Models:
         return model
 
 
-def simulate(definition, case, models, recording=None):
-    """The Result of a case. `recording`: the path of a new file."""
-    scene, motion = definition.scene_of(case), definition.motion_of(case)
-    model = models.load(scene)
+def simulate(definition, case, model, recording=None):
+    """The Result of a case on the model of its scene. `recording`: the path of a new file."""
+    motion = definition.motion_of(case)
     bodies = motion.bodies(model) if hasattr(motion, "bodies") else None
     world = World(model, definition.design[case], definition.seed_of(case), bodies)
     if recording:
@@ -216,9 +215,9 @@ def evaluate(definition, case, models, recording=None, timeout=None):
 def run(definition, case, models, recording, row, times):
     """Adds to row and times."""
     begin = time.perf_counter()
-    models.load(definition.scene_of(case))
+    model = models.load(definition.scene_of(case))
     times["load_time"] = time.perf_counter() - begin
-    result = simulate(definition, case, models, recording)
+    result = simulate(definition, case, model, recording)
     for name, output in definition.outputs.items():
         columns = flattened(name, output(result))
         if taken := [column for column in columns if column in row or column in RESERVED]:

@@ -37,10 +37,9 @@ class RemoteWork:
 
     def __init__(self, definition, timeout, recordings):
         self._definition, self._timeout, self._recordings = definition, timeout, recordings
-        self._models = None  # of each worker
+        self._models = Models()  # of each worker
 
     def __call__(self, case):
-        self._models = self._models or Models()
         with tempfile.TemporaryDirectory(prefix="acus-case-") as folder:
             path = folder + "/case.acus"
             row = evaluate(self._definition, case, self._models, path, self._timeout)

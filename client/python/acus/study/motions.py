@@ -13,6 +13,7 @@ from ..errors import StudyError
 from ..rotation import axis_of, conjugate, multiply, rotate, rotation_about, shortest_rotation, unit
 from .trajectory import Trajectory
 from .values import any_inside, check_number, check_vector
+from .world import needle_of
 
 ALONG, SIDE = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])  # of a needle's own frame
 CLEARANCE = 5e-3  # m
@@ -58,9 +59,7 @@ class Insertion:
             raise StudyError("motion.direction: expected a direction, found zeros")
 
     def bodies(self, model):
-        needle = next((each for each in model.needles if self.needle in (None, each.name)), None)
-        if needle is None:
-            raise StudyError(f"motion.needle: the scene has no needle '{self.needle}'")
+        needle = needle_of(model.needles, self.needle)
         if self.entry is None and self.direction is None and not (self.tilt or self.turn):
             return {}
         tip = model.start().needle_positions(needle.name)[-1]

@@ -43,26 +43,26 @@ def short(name):
     return f"{brackets[-1]}: {field}" if brackets and not brackets[-1].isdigit() else field
 
 
-def draw_sensitivity(study, path, outputs, of):
-    """A row for each output: what each parameter changes (tornado), then the cases over each parameter. `of`: how many
-    outputs there are."""
+def draw_sensitivity(study, path, values, of):
+    """A row for each output, {name: its values by case}: what each parameter changes (tornado), then the cases over each
+    parameter. `of`: how many outputs there are."""
     columns = {name: [study.definition.design[case][name] for case in range(len(study))] for name in study.parameters}
-    found = {output: swings(columns, study.values(output)) for output in outputs}
+    found = {output: swings(columns, each) for output, each in values.items()}
     varied = [name for name in columns if any(name in each for each in found.values())]
     names = varied[:MOST_PARAMETERS]
     if not names:
         raise StudyError("a picture needs a parameter of numbers that varies and cases that have run")
-    made, axes = figure(4 + 2.3 * len(names), 2.6 * len(outputs), len(outputs), len(names) + 1,
+    made, axes = figure(4 + 2.3 * len(names), 2.6 * len(values), len(values), len(names) + 1,
                         width_ratios=[1.6] + [1] * len(names))
-    for row, output in zip(axes, outputs):
-        draw_tornado(row[0], output, found[output], study.values(output))
+    for row, output in zip(axes, values):
+        draw_tornado(row[0], output, found[output], values[output])
         for place, name in zip(row[1:], names):
-            draw_scatter(place, name, columns[name], output, study.values(output))
+            draw_scatter(place, name, columns[name], output, values[output])
         row[1].set_ylabel(labelled(output, [])[1], fontsize=8)
         for place, title in zip(row[1:], titles_of(study, output, names)):
             place.set_title(title, fontsize=7)
     left_out = [f"{len(shown)} of {count} {what}" for shown, count, what in (
-        (names, len(columns), "parameters"), (outputs, of, "outputs")) if len(shown) < count]
+        (names, len(columns), "parameters"), (values, of, "outputs")) if len(shown) < count]
     made.suptitle(f"{study.definition.scene.fields.get('name', 'scene')}: {len(study.rows)} cases"
                   + (f" ({', '.join(left_out)} are shown)" if left_out else ""), fontsize=10)
     save(made, path)

@@ -72,8 +72,8 @@ class Store:
         """Where a case leaves its recording, and the text of its error beside it."""
         return os.path.join(self.cases, key + ".acus")
 
-    def note_failure(self, key, row):
-        self._write_file(self._text(key), (row.get("traceback") or row["error"]).encode())
+    def note_failure(self, key, text):
+        self._write_file(self._text(key), text.encode())
 
     def keep_recording(self, key, recording):
         self._write_file(self.recording(key), recording)

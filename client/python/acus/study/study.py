@@ -23,12 +23,10 @@ from .outputs import outputs_of
 from .progress import Progress
 from .sensitivity import Saltelli, sobol_indices
 from .store import Store, remove
-from .values import digest
 from .um_bridge import PORT, ModelServer
-from .workers import local_rows, processors
+from .values import digest
+from .workers import limit_of, local_rows, processors
 
-
-GRACE = 10.0  # s beyond its time after which a case's process is killed
 LONGEST_NAME = 60  # characters of a folder
 
 
@@ -76,13 +74,12 @@ class Study:
         if self._rows is None:
             self._rows = self._store.read()
         # The numbers of cases may have changed since.
-        return [{**{name: value for name, value in self._rows[key].items() if name != "traceback"}, "case": case}
-                for case, key in enumerate(self.keys) if key in self._rows]
+        return [{**self._rows[key], "case": case} for case, key in enumerate(self.keys) if key in self._rows]
 
     def run(self, *, on=None, workers=None, failed=False, timeout=None, recordings=False, progress=True):
         """Runs what has no row yet, on so many processes, by default one for each processor, with 0 in the program itself;
-        with `failed` also what has failed. A case that takes longer than `timeout` (s) fails. `recordings` keeps that of every case, not only of those
-        that fail. `on`: the scheduler of a Dask cluster, dask://HOST:PORT, that runs the cases instead, by default
+        with `failed` also what has failed. A case that takes longer than `timeout` (s) fails. `recordings` keeps that of every
+        case, not only of those that fail. `on`: the scheduler of a Dask cluster, dask://HOST:PORT, that runs the cases instead, by default
         $ACUS_STUDY_ON. The study itself. An interrupt keeps all rows that have come."""
         if workers is not None and not (isinstance(workers, int) and workers >= 0):
             raise StudyError(f"workers: expected a whole number, found {workers!r}")
@@ -101,7 +98,7 @@ class Study:
                        or (recordings and not self._rows[key]["error"] and not os.path.exists(store.recording(key)))]
             self._note_definition()
             shown = Progress(len(self), len(self) - len(missing), progress)
-            cases, limit = self._in_order(missing), timeout + GRACE if timeout else None
+            cases, limit = self._in_order(missing), limit_of(timeout)
             if on:
                 answers = dask_rows(RemoteWork(self.definition, timeout, recordings), cases, on, limit, shown.note)
             else:
@@ -143,7 +140,7 @@ class Study:
     def case(self, case, recording=None):
         """Runs one here and now, keeps nothing, and lets its error through. A Result. `recording`: path of a new file,
         which acus-view shows and acus-export reads."""
-        return simulate(self.definition, self._checked(case), Models(), recording)
+        return simulate(self.definition, case, Models().load(self.scene(case)), recording)
 
     def scene(self, case):
         """The Scene of a case."""
@@ -203,10 +200,11 @@ class Study:
         chosen = numbers[:pictures.MOST_OUTPUTS] if outputs is None else list(outputs)
         if not chosen:
             raise StudyError("a picture needs an output that is a number, and cases that have run")
-        for output in chosen:
-            if not np.isfinite(self.values(output)).any():
+        values = {output: self.values(output) for output in chosen}
+        for output, each in values.items():
+            if not np.isfinite(each).any():
                 raise StudyError(f"'{output}': no case has a finite number for it")
-        pictures.draw_sensitivity(self, os.fspath(path), chosen, len(numbers) if outputs is None else len(chosen))
+        pictures.draw_sensitivity(self, os.fspath(path), values, len(numbers) if outputs is None else len(chosen))
 
     def draw_spread(self, path, output="tip"):
         """A picture of where a point of all cases is, from three sides. Needs matplotlib."""
@@ -239,14 +237,15 @@ class Study:
 
     def _keep(self, store, case, row, recording, recordings):
         """`recording`: its bytes, of a case that ran elsewhere. `recordings`: those of cases that succeed are kept."""
-        self._rows[self.keys[case]] = row
+        key, text = self.keys[case], row.pop("traceback", row["error"])
+        self._rows[key] = row
         if recording is not None:
-            store.keep_recording(self.keys[case], recording)
+            store.keep_recording(key, recording)
         if row["error"]:
-            store.note_failure(self.keys[case], row)
+            store.note_failure(key, text)
         else:
-            store.forget(self.keys[case], recording=not recordings)
-        store.write(self.keys[case], row)
+            store.forget(key, recording=not recordings)
+        store.write(key, row)
 
     def _row_of_dead_worker(self, case):
         error = "the process died: of a crash, for want of memory, of its time, or with its machine"
@@ -280,10 +279,9 @@ class LocalWork:
 
     def __init__(self, definition, folder, timeout, recordings):
         self._definition, self._store, self._timeout, self._recordings = definition, Store(folder), timeout, recordings
-        self._models = None  # of each worker
+        self._models = Models()  # of each worker
 
     def __call__(self, case):
-        self._models = self._models or Models()
         key = self._definition.key_of(case)
         part = self._store.part(key)
         os.makedirs(os.path.dirname(part), exist_ok=True)

@@ -3,12 +3,11 @@
 
 import csv
 import dataclasses
-import math
 
 import numpy as np
 
 from ..errors import StudyError
-from ..rotation import conjugate, multiply, rotation_about, unit
+from ..rotation import slerp
 from .values import check_vector
 
 
@@ -62,17 +61,6 @@ class Motion:
         position = (1 - share) * self.positions[left] + share * self.positions[right]
         spin = None if self.spins is None else float((1 - share) * self.spins[left] + share * self.spins[right])
         return position, slerp(self.orientations[left], self.orientations[right], share), spin
-
-
-def slerp(p, q, share):
-    """From p to q along the shortest arc."""
-    turn = multiply(conjugate(p), q)
-    turn = turn if turn[0] >= 0 else -turn
-    length = np.linalg.norm(turn[1:])
-    if length < 1e-12:
-        return np.array(p)
-    angle = 2 * math.atan2(length, turn[0])
-    return unit(multiply(p, rotation_about(turn[1:], share * angle)))
 
 
 COLUMNS = ("t", "needle", "x", "y", "z", "qw", "qx", "qy", "qz")

@@ -19,11 +19,10 @@ from ..errors import AcusError, StudyError
 from .case import Models, evaluate, output_columns
 from .designs import Design
 from .portable import dumps
-from .workers import TRIES, Worker
+from .workers import TRIES, Worker, limit_of
 
 MODEL, PROTOCOL, PORT = "forward", 1.0, 4242
 MOST_BYTES, MOST_DISCARDED = 1 << 20, 1 << 26  # of a request
-GRACE = 10.0  # s beyond its time after which a case's process is killed
 SILENCE = 60.0  # s after which a connection without a request ends
 FEATURES = ("Evaluate", "Gradient", "ApplyJacobian", "ApplyHessian")
 
@@ -40,10 +39,9 @@ class ValuesWork:
     """The row of a case that is given by its values."""
 
     def __init__(self, definition, timeout):
-        self._definition, self._timeout, self._models = definition, timeout, None
+        self._definition, self._timeout, self._models = definition, timeout, Models()
 
     def __call__(self, values):
-        self._models = self._models or Models()
         return evaluate(case_of(self._definition, values), 0, self._models, None, self._timeout)
 
 
@@ -68,7 +66,7 @@ class Model:
                 raise StudyError(f"UM-Bridge: parameters have to be numbers, and {name} is {value!r}")
         self.inputs = definition.design.names
         self._work, self._idle = dumps(ValuesWork(definition, timeout)), queue.SimpleQueue()
-        self._limit = timeout + GRACE if timeout else None
+        self._limit = limit_of(timeout)
         self._workers, self._lock, self._closed = set(), threading.Lock(), False
         try:
             for _ in range(workers):

@@ -18,6 +18,7 @@ from .portable import dumps, loads
 
 TRIES = 2  # of a case whose worker dies
 ENDING = 5.0  # s that a worker may take to end
+GRACE = 10.0  # s that a case may take to end after its time
 LOOK = 0.5  # s between two looks
 BEGIN = "import sys; sys.path[:] = {path!r}; from acus.study.workers import main; main({file}, {parent})"
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # each: there is a worker for every processor
@@ -26,6 +27,11 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # each: ther
 def processors():
     """That this process may use."""
     return len(os.sched_getaffinity(0))
+
+
+def limit_of(timeout):
+    """s after which the process of a case that should end by itself after `timeout` is killed; None without one."""
+    return timeout + GRACE if timeout else None
 
 
 def local_rows(work, cases, count, limit=None):

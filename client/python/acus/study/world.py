@@ -45,10 +45,7 @@ class World:
 
     def needle(self, name=None):
         """By name, without one the first. Raises StudyError."""
-        found = next((each for each in self.needles if name in (None, each.name)), None)
-        if found is None:
-            raise StudyError(f"the scene has no needle '{name}'; it has {', '.join(each.name for each in self.needles)}")
-        return found
+        return needle_of(self.needles, name)
 
     def pose(self, body, position, orientation=None, spin=None):
         """Commands the base of a needle, or a guide, from the next tick on; without an orientation (w, x, y, z) the last
@@ -88,6 +85,14 @@ class World:
 
     def ticks_of(self, seconds):
         return max(0, round(seconds * self.rate)) if math.isfinite(seconds) else LONGEST + 1
+
+
+def needle_of(needles, name):
+    """By name, without one the first. Raises StudyError."""
+    found = next((each for each in needles if name in (None, each.name)), None)
+    if found is None:
+        raise StudyError(f"the scene has no needle '{name}'; it has {', '.join(each.name for each in needles)}")
+    return found
 
 
 def placed(body, position, orientation, bodies):
