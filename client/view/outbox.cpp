@@ -27,6 +27,7 @@ Frame frame_of(std::string_view bytes) {
     std::visit(Overloaded{[&](const protocol::Force& state) {
                             frame.topic = "force";
                             frame.needle = state.needle;
+                            frame.time = state.time;
                             frame.force = std::hypot(state.base_force[0], state.base_force[1], state.base_force[2]);
                           },
                           [&](const protocol::NeedleShape& state) {
@@ -48,9 +49,12 @@ void Outbox::put(const Frame& frame) {
   if (frame.topic == "force") {
     const auto [place, is_new] = forces_.try_emplace(frame.needle);
     Forces& forces = place->second;
-    if (is_new || frame.force < forces.least.force) forces.least = frame, forces.least_at = count_;
-    if (is_new || frame.force > forces.most.force) forces.most = frame, forces.most_at = count_;
-    forces.last = frame, forces.last_at = count_;
+    const Counted now{count_, frame};
+    if (is_new) forces.since = frame.time;
+    if (is_new || frame.force < forces.least.frame.force) forces.least = now;
+    if (is_new || frame.force > forces.most.frame.force) forces.most = now;
+    forces.last = now;
+    add_step(forces, now);
   } else if (frame.topic == "needle" || frame.topic == "tissue" || frame.topic == "stats") {
     newest_[{frame.topic, frame.needle}] = frame;
   } else if (frame.topic == "event") {
@@ -69,17 +73,27 @@ void Outbox::put(const Frame& frame) {
   }
 }
 
+void Outbox::add_step(Forces& forces, const Counted& now) {
+  forces.since = std::min(forces.since, now.frame.time);  // a reset
+  if (now.frame.time - forces.since < forces.step) return;
+  forces.since = now.frame.time;
+  forces.steps.push_back(now);
+  if (forces.steps.size() < kMostSteps) return;
+  forces.step *= 2;
+  for (std::size_t i = 0; i < kMostSteps / 2; ++i) forces.steps[i] = std::move(forces.steps[2 * i + 1]);
+  forces.steps.resize(kMostSteps / 2);
+}
+
 std::vector<std::shared_ptr<const std::string>> Outbox::take() {
   std::vector<std::shared_ptr<const std::string>> leaving;
   const auto leave = [&](const Frame& frame) { leaving.push_back(frame.bytes); };
   std::for_each(others_.begin(), others_.end(), leave);
   std::for_each(events_.begin(), events_.end(), leave);
   for (const auto& [needle, forces] : forces_) {
-    std::pair<std::uint64_t, const Frame*> kept[] = {
-        {forces.least_at, &forces.least}, {forces.most_at, &forces.most}, {forces.last_at, &forces.last}};
-    std::sort(std::begin(kept), std::end(kept));
-    for (std::size_t i = 0; i < std::size(kept); ++i)
-      if (i == 0 || kept[i].first != kept[i - 1].first) leave(*kept[i].second);
+    std::map<std::uint64_t, const Frame*> kept;
+    for (const Counted* each : {&forces.least, &forces.most, &forces.last}) kept[each->at] = &each->frame;
+    for (const Counted& each : forces.steps) kept[each.at] = &each.frame;
+    for (const auto& [at, frame] : kept) leave(*frame);
   }
   for (const auto& [key, frame] : newest_) leave(frame);
   others_.clear();

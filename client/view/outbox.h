@@ -3,7 +3,9 @@
 // has room, at most some sixty times a second:
 //
 //   force            of each needle, per departure, the states with the smallest and the largest base force and the
-//                    last one, in the order of ticks, so that no peak is lost
+//                    last one, in the order of ticks, so that no peak is lost; where a departure is late, one for
+//                    each kStep of simulation time, too, so that curves have no gaps; of a delay beyond kMostSteps of
+//                    them fewer
 //   needle, tissue,  the newest of each needle, or the newest
 //   stats
 //   event            all; of those beyond kMostEvents the oldest are left out, and counted
@@ -29,6 +31,7 @@ struct Frame {
   std::string needle;  // that it is about, if it is about one
   double force = 0;    // N, of a `force`: of the base
   std::shared_ptr<const std::string> bytes;
+  double time = 0;  // s of simulation, of a `force`
 };
 
 // Of a message of the states socket.
@@ -38,6 +41,8 @@ class Outbox {
  public:
   static constexpr std::size_t kMostEvents = 1000, kMostOthers = 1000, kMostNeedles = 256;
   static constexpr std::size_t kMostBytes = 64 << 20;  // of the others
+  static constexpr double kStep = 20e-3;               // s
+  static constexpr std::size_t kMostSteps = 200;       // of a needle
 
   void put(const Frame& frame);
 
@@ -48,10 +53,17 @@ class Outbox {
   std::uint64_t lost() const { return lost_; }
 
  private:
-  struct Forces {
-    Frame least, most, last;
-    std::uint64_t least_at = 0, most_at = 0, last_at = 0;  // counts of frames
+  struct Counted {
+    std::uint64_t at = 0;  // count of frames
+    Frame frame;
   };
+  struct Forces {
+    Counted least, most, last;
+    std::vector<Counted> steps;
+    double step = kStep, since = 0;  // s: between steps; time of the newest, or of the first frame
+  };
+
+  static void add_step(Forces& forces, const Counted& now);
 
   std::uint64_t count_ = 0, lost_ = 0;
   std::map<std::string, Forces> forces_;                         // by needle

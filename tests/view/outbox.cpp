@@ -59,6 +59,34 @@ TEST_CASE("no peak is lost, wherever departures fall") {
   }
 }
 
+TEST_CASE("a late departure has a force for each 20 ms, and of a long delay a bounded number, evenly") {
+  for (const int ticks : {100, 1'000, 100'000}) {
+    Outbox outbox;
+    for (int tick = 0; tick < ticks; ++tick) {
+      Frame state = frame("force", "needle", std::to_string(tick), 1);
+      state.time = 1e-3 * tick;
+      outbox.put(state);
+    }
+    const Texts texts = taken(outbox);
+    double gap = 0;
+    for (std::size_t i = 1; i < texts.size(); ++i)
+      gap = std::max(gap, 1e-3 * (std::stoi(texts[i]) - std::stoi(texts[i - 1])));
+    CHECK(gap <= std::max(Outbox::kStep, 1e-3 * ticks / (Outbox::kMostSteps / 2 - 1)) + 1e-3);
+    CHECK(texts.size() <= Outbox::kMostSteps + 3);
+    CHECK(texts.back() == std::to_string(ticks - 1));
+  }
+}
+
+TEST_CASE("after a reset time goes on from its start") {
+  Outbox outbox;
+  for (const double time : {5.0, 0.0, 0.01, 0.03}) {
+    Frame state = frame("force", "needle", std::to_string(time), 1);
+    state.time = time;
+    outbox.put(state);
+  }
+  CHECK(taken(outbox) == Texts{std::to_string(5.0), std::to_string(0.03)});
+}
+
 TEST_CASE("needles do not stand in each other's way") {
   Outbox outbox;
   outbox.put(frame("force", "left", "l", 1));
