@@ -51,6 +51,14 @@ class Examples(InTemporaryFolder):
         for picture in ("spread.png", "sensitivity.png"):
             self.assertGreater(os.path.getsize(self.path(picture)), 5000)
 
+    @unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
+    def test_around_obstacle(self):
+        with open(os.path.join(EXAMPLES, "around_obstacle.py"), encoding="utf-8") as file:
+            script = self.write("around.py", file.read().replace("cases=400)", "cases=20, samples=2, speed=0.2)"))
+        self.assertRegex(self.run_example(script, stderr="coarse search: "), r"plan  succeeds .* to obstacle mm")
+        for name in ("plan.png", "plan.yaml", "plan.csv", "plan.acus"):
+            self.assertGreater(os.path.getsize(self.path(name)), 1000)
+
     def test_control_loop(self):
         text = self.run_example("control_loop.py", "1")
         self.assertRegex(text, r"\d+ turns for \d+ ticks, \d+ lost")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Needles in soft tissue, simulated by acus-server or in this process: docs/python.md says how this package is used."""
 
-from . import engine, study
+from . import engine, plan, study
 from .client import Client
-from .errors import (AcusError, ClientError, EnvError, KeyFileError, KeysRefused, ProgramNotFound, ProtocolMismatch, Refused,
+from .errors import (AcusError, ClientError, EnvError, KeyFileError, KeysRefused, PlanError, ProgramNotFound, ProtocolMismatch, Refused,
                      RunError, SceneError, ServerFailed, StudyError, Vanished)
 from .keys import Keys
 from .messages import (DescribeReply, Done, Event, Force, Guide, Haptics, HashReply, HelloReply, Needle,

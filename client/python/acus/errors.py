@@ -67,3 +67,7 @@ class EnvError(AcusError, ValueError):
 
 class StudyError(AcusError):
     """A study that cannot be made, run or continued; names the parameter, output or file."""
+
+
+class PlanError(AcusError):
+    """A plan cannot be made; names the argument and says what to change."""

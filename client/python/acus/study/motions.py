@@ -12,13 +12,14 @@ import numpy as np
 from ..errors import StudyError
 from ..rotation import axis_of, conjugate, multiply, rotate, rotation_about, shortest_rotation, unit
 from .trajectory import Trajectory
-from .values import any_inside, check_number, check_vector
+from .values import any_inside, check_number, check_rising, check_vector
 from .world import needle_of
 
 ALONG, SIDE = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])  # of a needle's own frame
 CLEARANCE = 5e-3  # m
 LONGEST_WAY = 10.0  # m: no needle is longer
 LOOKS = 100  # at places on the way of a base
+HALF_TURN = 0.25  # s
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,6 +38,7 @@ class Insertion:
     azimuth: float = 0.0  # rad, about that direction: to which side it is tilted, 0: that of the needle's +y
     turn: float = 0.0  # rad, about its own axis, so that a bevel looks elsewhere
     spin_rate: float = 0.0  # rad/s, while it goes in
+    flips: tuple = ()  # m behind the entry, rising: there it rests and makes half a turn, so that a bevel looks the other way
     clearance: float = CLEARANCE  # m, where an entry is given
     hold: float = 0.0  # s at the end of the way
     pull_back: bool = False  # at the same speed
@@ -51,6 +53,7 @@ class Insertion:
         for name in ("entry", "direction"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, check_vector("motion." + name, getattr(self, name)))
+        object.__setattr__(self, "flips", check_rising("motion.flips", self.flips))
         if not isinstance(self.pull_back, (bool, np.bool_)):
             raise StudyError(f"motion.pull_back: expected True or False, found {self.pull_back!r}")
         if self.depth > LONGEST_WAY:
@@ -77,26 +80,46 @@ class Insertion:
 
     def __call__(self, world):
         needle = world.needle(self.needle)
-        way = self.depth + (0.0 if self.entry is None else self.clearance)
-        ticks = world.ticks_of(way / self.speed)
-        if not ticks:
-            raise StudyError(f"motion: a way of {way} m at {self.speed} m/s takes less than a tick; change depth or speed")
-        self._check_base(world, needle, way)
-        for tick in range(1, ticks + 1):
-            spin = self.spin_rate * tick * world.time_step
-            world.drive(needle, way * tick / ticks, spin if self.spin_rate else None)
+        way = self.way
+        places = self.places(world)
+        self.check_base(world, needle, way)
+        for advance, spin in places:
+            world.drive(needle, advance, spin)
             world.step()
         world.settle(needle)
         if self.hold:
             world.step(max(1, world.ticks_of(self.hold)))
+        ticks = world.ticks_of(way / self.speed)
         for tick in range(ticks - 1, -1, -1) if self.pull_back else ():
             world.drive(needle, way * tick / ticks)
             world.step()
         if self.pull_back:
             world.settle(needle)
 
+    @property
+    def way(self):
+        """m, of the base."""
+        return self.depth + (0.0 if self.entry is None else self.clearance)
+
+    def places(self, world):
+        """[(advance in m, spin in rad or None)] of each tick of the way in."""
+        ticks = world.ticks_of(self.way / self.speed)
+        if not ticks:
+            raise StudyError(f"motion: a way of {self.way} m at {self.speed} m/s takes less than a tick; change depth or speed")
+        spins = bool(self.spin_rate or self.flips)
+        turning = max(1, world.ticks_of(HALF_TURN))
+        flips, turned, places = [self.way - self.depth + each for each in self.flips], 0.0, []
+        for tick in range(1, ticks + 1):
+            while flips and self.way * tick / ticks > flips[0]:
+                at, spin = places[-1] if places else (0.0, 0.0)
+                places += [(at, spin + math.pi * step / turning) for step in range(1, turning + 1)]
+                turned += math.pi
+                flips.pop(0)
+            places.append((self.way * tick / ticks, turned + self.spin_rate * tick * world.time_step if spins else None))
+        return places
+
     @staticmethod
-    def _check_base(world, needle, way):
+    def check_base(world, needle, way):
         """Nothing holds a base inside the tissue: what came of it would mean nothing."""
         nodes = world.model.rest_positions
         if not len(nodes) or np.min(np.linalg.norm(nodes - needle.base_position, axis=1)) > way:

@@ -31,6 +31,17 @@ def check_vector(name, value):
     return vector
 
 
+def check_rising(name, value):
+    """Numbers from 0 on, each above the one before, as a tuple."""
+    try:
+        numbers = tuple(float(each) for each in value)
+    except (TypeError, ValueError):
+        numbers = (math.nan,)
+    if not all(map(math.isfinite, numbers)) or any(b <= a for a, b in zip((-math.inf, *numbers), numbers)) or min(numbers, default=0) < 0:
+        raise StudyError(f"{name}: expected rising numbers from 0 on, found {value!r}")
+    return numbers
+
+
 def weights_in(nodes, tetrahedra, point):
     """Barycentric weights of a point in each of n tetrahedra, n x 4."""
     corners = nodes[tetrahedra]  # n x 4 x 3

@@ -33,7 +33,7 @@ class World:
         self.guides = [placed(each, "position", "orientation", bodies) for each in model.guides]
         self._axes = {each.name: each.axis for each in self.needles}
         self.report = self.state.report
-        self.reports, self.tick_times = [], []  # of each tick; s
+        self.reports, self.tick_times, self.notes = [], [], {}  # of each tick; s, of each
         self._commands = {}
         self._told = {each.name: (each.base_position, each.base_orientation) for each in self.needles}
         self._told.update({each.name: (each.position, each.orientation) for each in self.guides})
@@ -73,6 +73,14 @@ class World:
         self.tick_times += [(time.perf_counter() - begin) / ticks] * ticks
         self.report = self.reports[-1]
         return self.report
+
+    def branch(self):
+        """Another World that goes on from here: what is done with one, the other does not see."""
+        other = copy.copy(self)
+        other.state, other.random = self.state.copy(), copy.deepcopy(self.random)
+        other.reports, other.tick_times, other.notes = list(self.reports), list(self.tick_times), dict(self.notes)
+        other._commands, other._told = dict(self._commands), dict(self._told)
+        return other
 
     def settle(self, needle):
         """Steps until the base has come to rest after its last command, half a second at most."""

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: MIT
+"""Insertions that a planner considers, and how one follows from another without simulating it.
+
+An insertion goes in at `entry` towards `aim` (m, world, at rest), which lies beside the target by as much as the needle bends
+away. A tip that missed by m is corrected by aim += m, or, where the direction is given, by entry += m. A cut path turns and
+moves with the needle that makes it, as in tissue that is alike everywhere; what the tissue does else, the next simulation
+tells.
+"""
+
+import dataclasses
+import json
+
+import numpy as np
+
+from ..rotation import conjugate, multiply, rotate, rotation_about, shortest_rotation, unit
+from .approach import clearances
+
+ENOUGH = 4e-3  # m of clearance: more is not better
+BEND = 0.1  # m of clearance that a metre between aim and target costs: what bends is less certain
+FORCE = 1e-4  # m of clearance that a newton costs
+MISS = 0.5  # likewise a metre of miss, which the next correction mends for the most part
+
+
+@dataclasses.dataclass(frozen=True)
+class Problem:
+    """`target` (3,) m; `avoid`, of (name, Place); `entry_region`, a Place or None; `axis`, the scene's; `tilt`, how far a
+    direction may be from that, rad, 0: it stays; `longest`, m that the needle can go in."""
+
+    model: object
+    surface: object
+    target: np.ndarray
+    avoid: tuple
+    entry_region: object
+    axis: np.ndarray
+    tilt: float
+    radius: float  # m, to hit within
+    longest: float
+    needle_radius: float
+
+    def allows_entry(self, point):
+        return self.entry_region is None or bool(self.entry_region.distances(self.model, point)[0] <= 1e-6)
+
+    def clearances(self, points):
+        """{name: m} of the needle along points at rest (n, 3)."""
+        return clearances(self.model, self.avoid, points, self.needle_radius)
+
+
+@dataclasses.dataclass(frozen=True)
+class Candidate:
+    entry: np.ndarray
+    direction: np.ndarray
+    turn: float = 0.0
+    spin_rate: float = 0.0
+    flips: tuple = ()
+    stop: float = 0.0  # m, see Approach
+    end: object = None  # Outcome, once it was simulated
+
+    @property
+    def kind(self):
+        return "spun" if self.spin_rate else f"{len(self.flips)} flips"
+
+    def values(self):
+        """As parameters of a motion."""
+        return {"entry": tuple(map(float, self.entry)), "direction": tuple(map(float, self.direction)), "turn": float(self.turn),
+                "spin_rate": float(self.spin_rate), "flips": tuple(map(float, self.flips))}
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    miss: np.ndarray  # m, from the tip to the target
+    force: float  # N
+    shaft: np.ndarray  # m, n x 3, at rest: the needle in the tissue
+    cut: np.ndarray  # likewise, what its tip has cut
+    clearance: dict
+    depth: float  # m
+
+    @classmethod
+    def of(cls, row, prefix, avoid, depth=None):
+        """Of a row of a study with the output Judged or JudgedEnds."""
+        def value(name):
+            return row[f"{prefix}.{name}"]
+        return cls(np.array([value(f"miss.{axis}") for axis in "xyz"]), value("force"),
+                   *(np.array(json.loads(value(each))).reshape(-1, 3) for each in ("shaft", "cut")), {name: value(f"clearance.{name}") for name, _ in avoid},
+                   value("depth") if depth is None else depth)
+
+    @property
+    def margin(self):
+        return min(self.clearance.values(), default=np.inf)
+
+
+def score(problem, candidate):
+    """m, larger is better."""
+    end = candidate.end
+    aside = np.cross(candidate.direction, problem.target - candidate.entry)
+    return (min(end.margin, ENOUGH) - BEND * float(np.linalg.norm(aside)) - FORCE * end.force
+            - MISS * max(0.0, float(np.linalg.norm(end.miss)) - problem.radius / 4))
+
+
+def follow(problem, candidate, turn=0.0, entry=None, flips=None):
+    """The candidate with its miss corrected, turned about its axis and moved to another entry, with the way that it should
+    take; None where that is not allowed."""
+    end = candidate.end
+    tip = problem.target - end.miss  # as if the target lay at rest
+    if problem.tilt:
+        made = aimed(problem, candidate, tip, turn, candidate.entry if entry is None else entry)
+    else:
+        made = moved(problem, candidate, tip, turn)
+    if made is None:
+        return None
+    stop = candidate.stop - float(end.miss @ candidate.direction)
+    made = dataclasses.replace(made, stop=stop, flips=candidate.flips if flips is None else flips)
+    rotation = rotation_between(problem, candidate, made)
+    shaft, cut = (made.entry + rotate(rotation, each - candidate.entry) for each in (end.shaft, end.cut))
+    clearance = problem.clearances(np.concatenate([shaft, cut]))
+    return dataclasses.replace(made, end=Outcome(np.zeros(3), end.force, shaft, cut, clearance, end.depth))
+
+
+def aimed(problem, candidate, tip, turn, entry):
+    """From an entry into the direction in which it meets the target."""
+    made = dataclasses.replace(candidate, entry=entry, direction=unit(problem.target - entry), turn=candidate.turn + turn)
+    for _ in range(3):  # the bend turns with the direction
+        arrived = rotate(rotation_between(problem, candidate, made), tip - candidate.entry)
+        made = dataclasses.replace(made, direction=rotate(shortest_rotation(arrived, problem.target - entry), made.direction))
+    if np.arccos(np.clip(made.direction @ problem.axis, -1, 1)) > problem.tilt or not problem.allows_entry(entry):
+        return None
+    return made
+
+
+def moved(problem, candidate, tip, turn):
+    """In its direction, from the entry from which it meets the target."""
+    made = dataclasses.replace(candidate, turn=candidate.turn + turn)
+    arrived = candidate.entry + rotate(rotation_between(problem, candidate, made), tip - candidate.entry)
+    shift = across(problem.target - arrived, candidate.direction)
+    found = problem.surface.hit(candidate.entry + shift, candidate.direction)
+    if found is None or not problem.allows_entry(found[0]):
+        return None
+    return dataclasses.replace(made, entry=found[0])
+
+
+def rotation_between(problem, before, after):
+    """That takes the needle of one insertion, as it is without tissue, to that of another."""
+    def frame(candidate):
+        return multiply(rotation_about(candidate.direction, candidate.turn), shortest_rotation(problem.axis, candidate.direction))
+    return multiply(frame(after), conjugate(frame(before)))
+
+
+def across(vector, direction):
+    return vector - (vector @ direction) * direction

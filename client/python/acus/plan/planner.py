@@ -1,0 +1,349 @@
+# SPDX-License-Identifier: MIT
+"""Where a needle should go in: acus.plan()."""
+
+import dataclasses
+import math
+import os
+import re
+import sys
+import time
+
+import numpy as np
+
+from ..errors import PlanError, StudyError
+from ..study import Insertion, Study, table
+from ..study.case import Models
+from ..study.study import scene_of
+from ..study.values import check_number, check_vector
+from ..study.workers import processors
+from ..study.world import needle_of
+from .approach import Approach, Judged, JudgedEnds, TissuePoint
+from .candidates import Candidate, Outcome, Problem, follow, score
+from .plans import Plan, Plans
+from .shapes import Place
+from .tissue import Surface, centroid_of
+from .uncertain import FACTORS, Factors, draws_of
+
+SHARES = {"coarse": 0.2, "search": 0.3}  # of all cases; the rest are samples
+TURNS = 8  # sides of a bevel that a coarse search tries
+FLIPS = (0.25, 0.5, 0.75)  # of the way to the target
+PITCH = 2.5e-3  # m of way in which a needle that is to go straight makes a turn
+ROUND, PARENTS = 12, 4  # cases of a round of the search; whose neighbours it tries
+FIRST = 8  # samples after which a plan is aimed once more
+MOST_PLANS = 8
+BEYOND = 0.012  # m that an approach may go deeper than the target at rest
+CLOSE = 0.25  # of the radius: a miss that needs no correction
+FREE = 5e-3  # m of the needle that stays outside
+LEAST = 20  # cases
+
+
+def plan(scene, target, entry_region=None, avoid=None, samples=30, *, radius=2e-3, uncertain=None, tilt=0.6, speed=0.02, needle=None,
+         cases=400, minutes=None, seed=0, folder=None, on=None, workers=None, progress=True):
+    """Plans of how a needle meets a target, the best first.
+
+    scene: a Scene, a scene file, or the name of one of the project. target: m, world, a point of the tissue as it lies at rest,
+    or the name of a region, whose centroid it is. entry_region: part of the surface where the tip may go in, a shape as
+    scenes have it, {"sphere": {"center": [0, 0, 0.06], "radius": 0.01}}, in the world; None: everywhere. avoid: shapes or
+    names of regions, in a list or {name: each}. samples: cases in which each plan is tried.
+
+    radius: m around the target that counts as hit. uncertain: {name: range or distribution} of fields of the scene, or of
+    the factors "stiffness", "friction", "bevel"; by default these three, see uncertain.FACTORS; {}: nothing. tilt: rad, how
+    far the direction may be from the scene's; 0: the direction stays, and the entry moves. speed: m/s. cases or minutes: how
+    much is simulated. folder, on, workers, progress: as Study and its run() have them. Raises PlanError, SceneError,
+    StudyError.
+    """
+    return Planner(scene, target, entry_region, avoid, samples, radius=radius, uncertain=uncertain, tilt=tilt, speed=speed, needle=needle,
+                   cases=cases, minutes=minutes, seed=seed, folder=folder, on=on, workers=workers, progress=progress).run()
+
+
+class Planner:
+    def __init__(self, scene, target, entry_region, avoid, samples, *, radius, uncertain, tilt, speed, needle, cases, minutes, seed,
+                 folder, on, workers, progress):
+        self.scene = scene_of(scene)
+        model = Models().load(self.scene)
+        self.needle = needle_of(model.needles, needle)
+        for name, value in (("radius", radius), ("tilt", tilt), ("speed", speed)):
+            check_number(name, value)
+        if not (radius > 0 and speed > 0 and 0 <= tilt < math.pi / 2):
+            raise PlanError(f"expected radius and speed above 0 and tilt from 0 to pi/2, found {radius}, {speed}, {tilt}")
+        for name, value, least in (("samples", samples, 1), ("cases", cases, LEAST)):
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise PlanError(f"{name}: expected a whole number, at least {least}, found {value!r}")
+        if minutes is not None and not minutes > 0:
+            raise PlanError(f"minutes: expected a number above 0, found {minutes!r}")
+        target = centroid_of(model, checked_region(model, target)) if isinstance(target, str) else np.array(check_vector("target", target))
+        TissuePoint(model, target)
+        self.avoid = tuple((name, Place(f"avoid[{name}]", given)) for name, given in named(avoid).items())
+        entries = None if entry_region is None else Place("entry_region", entry_region)
+        for place in [*(place for _, place in self.avoid), *([entries] if entries else [])]:
+            place.check(model)
+        self.problem = Problem(model, Surface(model), target, self.avoid, entries, self.needle.axis, tilt, radius,
+                               self.needle.length - FREE, self.needle.diameter / 2)
+        for name, clearance in self.problem.clearances(target[None]).items():
+            if clearance <= 0:
+                raise PlanError(f"avoid[{name}]: the target {target.tolist()} lies in it, or too near for the needle")
+        self.clearance = self._clearance_of_scene()
+        self.uncertain = FACTORS if uncertain is None else dict(uncertain)
+        self.draws = draws_of(self.uncertain, samples, self.scene, seed)
+        self.speed, self.seed, self.cases, self.minutes = speed, seed, cases, minutes
+        self.random = np.random.default_rng(seed)
+        self.on, self.workers, self.progress = on, workers, progress
+        name = re.sub(r"\W+", "_", str(self.scene.fields.get("name", "scene"))).strip("_") or "scene"
+        self.folder = os.path.abspath(folder or os.path.join("plans", name))
+        self.done = 0  # cases
+
+    # ---- The course of it ----
+
+    def run(self):
+        if self.minutes is not None:
+            self.cases = self._cases_in(60 * self.minutes)
+        return self._sampled(self._chosen(self._search(self._coarse())))
+
+    def _coarse(self):
+        """Straight towards the target from places all over the entry region, the bevel to all sides; branches of each flip on
+        the way. Candidates whose paths follow from theirs."""
+        bevel = is_bevel(self.needle)
+        share, branches = SHARES["coarse"] * self.cases, len(FLIPS) / 2 if bevel else 0
+        turns = TURNS if bevel else 1
+        entries = self._entries(max(3, math.ceil(share / ((1 + branches) * turns / 2 + 1))))
+        candidates = []
+        for number, entry in enumerate(entries):
+            direction = self._towards(entry)
+            if bevel:
+                candidates.append(Candidate(entry, direction, spin_rate=2 * math.pi * self.speed / PITCH))
+            sides = range(number % 2, turns, 2 if len(entries) > 1 else 1) if bevel else [0]
+            candidates += [Candidate(entry, direction, 2 * math.pi * side / turns) for side in sides]
+        found = self._approach("coarse search", candidates, branch=bevel)
+        if not found:
+            raise PlanError("no insertion of the coarse search went well; " + self._first_error)
+        made = [follow(self.problem, each) for each in found]
+        made += [follow(self.problem, each, turn) for each in found if bevel and not each.spin_rate
+                 for turn in (2 * math.pi / TURNS, math.pi / TURNS)]
+        made = [each for each in made if each is not None]
+        if not made:
+            raise PlanError(f"no direction within tilt={self.problem.tilt:.3g} rad of the scene's needle leads from the entry region to the target; "
+                            "give a larger tilt or another entry region")
+        return made
+
+    def _search(self, pool):
+        """Rounds of simulated candidates: the best so far are corrected by their miss, and their neighbours tried."""
+        simulated, corrected, budget = [], set(), self.done + SHARES["search"] * self.cases
+        batch = spread_out(self.problem, pool, ROUND)
+        number = 0
+        while self.done < budget or not simulated:
+            number += 1
+            simulated += self._approach(f"search, round {number}", batch)
+            if not simulated and number > 2:
+                raise PlanError("no insertion of the search went well; " + self._first_error)
+            best = sorted(simulated, key=lambda each: -score(self.problem, each))
+            batch = self._next(spread_out(self.problem, best, PARENTS), corrected) or spread_out(self.problem, pool, ROUND)
+        return simulated
+
+    def _next(self, parents, corrected):
+        """`corrected`: ids of those that were; each is once."""
+        missed = [each for each in parents if np.linalg.norm(each.end.miss) > CLOSE * self.problem.radius and id(each) not in corrected]
+        corrected.update(map(id, missed))
+        batch = [made for made in (follow(self.problem, each) for each in missed) if made is not None]
+        for _ in range(20 * ROUND):
+            if len(batch) >= ROUND:
+                break
+            parent = parents[self.random.integers(len(parents))]
+            tried = [self._neighbour(parent) for _ in range(4)]
+            tried = [each for each in tried if each is not None]
+            if tried:
+                batch.append(max(tried, key=lambda each: score(self.problem, each)))
+        return batch
+
+    def _neighbour(self, parent):
+        random, entry = self.random, None
+        if self.problem.tilt:
+            moved = parent.entry + random.normal(scale=3e-3, size=3)
+            found = self.problem.surface.hit(moved, parent.direction)
+            entry = parent.entry if found is None else found[0]
+        flips = tuple(sorted(max(1e-3, flip + random.normal(scale=4e-3)) for flip in parent.flips))
+        return follow(self.problem, parent, random.normal(scale=0.3) if not parent.spin_rate else 0.0, entry, flips)
+
+    def _chosen(self, simulated):
+        """The best, corrected a last time."""
+        left = max(1, int((self.cases - self.done) / (len(self.draws) + FIRST)))
+        best = sorted(simulated, key=lambda each: -score(self.problem, each))
+        chosen = spread_out(self.problem, best, min(left, MOST_PLANS))
+        return [(each, each.end.depth) for each in chosen]
+
+    def _sampled(self, chosen):
+        """Plans: each runs in the same draws. After the first ones it is aimed at where these came out on average."""
+        first = self._sample("first samples", chosen, self.draws[:FIRST + 1]) if len(self.draws) > FIRST else {}
+        aimed = []
+        for number, (candidate, depth) in enumerate(chosen):
+            misses = [outcome.miss for outcome in first.get(number, []) if outcome is not None]
+            aimed.append(self._aimed(candidate, depth, np.mean(misses, axis=0)) if misses else (candidate, depth))
+        outcomes = self._sample("samples", aimed, self.draws)
+        plans = [Plan(self, self._motion(candidate, depth), outcomes[number]) for number, (candidate, depth) in enumerate(aimed)]
+        return Plans(self, sorted(plans, key=lambda plan: (-plan.probability, -min(plan.margin, 1.0), plan.force)))
+
+    def _aimed(self, candidate, depth, miss):
+        """By the mean miss of samples."""
+        made = follow(self.problem, dataclasses.replace(candidate, end=dataclasses.replace(candidate.end, miss=miss)))
+        if made is None:
+            return candidate, depth
+        return made, depth + float(miss @ candidate.direction)
+
+    # ---- Parts ----
+
+    def _approach(self, label, candidates, branch=False):
+        """Those of the candidates that end well, with their ends; with `branch` those that flip on the way, too."""
+        rows = []
+        for each in candidates:
+            way = float(np.linalg.norm(self.problem.target - each.entry))
+            depth = min(way + BEYOND, self.problem.longest)
+            tries = tuple(share * way for share in FLIPS) if branch and not each.spin_rate else ()
+            rows.append({**each.values(), "depth": depth, "stop": each.stop, "tries": tries})
+        motion = Approach(1.0, self.speed, needle=self.needle.name, clearance=self.clearance, target=tuple(self.problem.target))
+        study = self._study(label, motion, rows, JudgedEnds(self._judged()))
+        found = []
+        for row in study.rows:
+            if row["error"]:
+                continue
+            candidate = candidates[row["case"]]
+            for number in range(1 + len(rows[row["case"]]["tries"])):
+                if f"end.{number}.depth" in row:
+                    end = Outcome.of(row, f"end.{number}", self.avoid)
+                    flip = row[f"end.{number}.flip"]
+                    flips = candidate.flips if flip is None else (flip,)
+                    found.append(Candidate(candidate.entry, candidate.direction, candidate.turn, candidate.spin_rate, flips, candidate.stop, end))
+        self._first_error = next((row["error"] for row in study.rows if row["error"]), "")
+        return found
+
+    def _sample(self, label, plans, draws):
+        """{number of the plan: [Outcome of each draw, None where it failed]}"""
+        rows, names = [], sorted(self.uncertain)
+        for number, (candidate, depth) in enumerate(plans):
+            for draw in draws:
+                values = {name: draw.get(name, self._neutral(name)) for name in names}
+                rows.append({**candidate.values(), "depth": max(depth, 1e-3), "plan": number, **values})
+        motion = Insertion(1.0, self.speed, needle=self.needle.name, clearance=self.clearance)
+        study = self._study(label, motion, rows, self._judged(), names)
+        found = {number: [None] * len(draws) for number in range(len(plans))}
+        for row in study.rows:
+            number, draw = divmod(row["case"], len(draws))
+            if not row["error"]:
+                found[number][draw] = Outcome.of(row, "end", self.avoid, plans[number][1])
+        self._first_error = next((row["error"] for row in study.rows if row["error"]), "")
+        return found
+
+    def _study(self, label, motion, rows, output, names=()):
+        rows = [{name if name in names or name == "plan" else "motion." + name: value for name, value in row.items()} for row in rows]
+        study = Study(self.scene, motion, table(rows), {"end": output}, folder=os.path.join(self.folder, label.split(",")[0].replace(" ", "_")),
+                      seed=self.seed, prepare=Factors(self.needle.name) if "plan" in rows[0] else None)
+        if self.progress:
+            sys.stderr.write(f"{label}: {len(rows)} insertions\n")
+        study.run(on=self.on, workers=self.workers, progress=self.progress)
+        self.done += len(rows)
+        return study
+
+    def _judged(self):
+        return Judged(tuple(self.problem.target), self.avoid, self.needle.name)
+
+    def _motion(self, candidate, depth):
+        return Insertion(max(depth, 1e-3), self.speed, needle=self.needle.name, clearance=self.clearance, **candidate.values())
+
+    def _neutral(self, name):
+        return 1.0 if name in FACTORS else self.scene[name]
+
+    def _towards(self, entry):
+        if not self.problem.tilt:
+            return self.problem.axis
+        way = self.problem.target - entry
+        return way / np.linalg.norm(way)
+
+    def _entries(self, count):
+        """Points of the surface, as far from each other as so many can be."""
+        problem = self.problem
+        if not problem.tilt:
+            found = problem.surface.hit(problem.target, problem.axis)
+            if found is None:
+                raise PlanError("the needle does not meet the tissue on its way to the target; give tilt= or another scene")
+            return [found[0]]
+        points, places = problem.surface.points(20_000, self.seed)
+        ways = problem.target - points
+        lengths = np.linalg.norm(ways, axis=1)
+        facing = np.sum(ways * problem.surface.normals[places], axis=1) < -0.3 * lengths
+        able = facing & (lengths < problem.longest) & (ways @ problem.axis > math.cos(problem.tilt) * lengths)
+        if problem.entry_region is not None:
+            inside = problem.entry_region.distances(problem.model, points) <= 0
+            if not inside.any():
+                raise PlanError("entry_region: no part of the tissue's surface lies in it")
+            able &= inside
+        if not able.any():
+            raise PlanError(f"entry_region: from nowhere in it the needle, {self.needle.length:g} m long, reaches the target within tilt={problem.tilt:.3g} rad "
+                            "of the scene's direction; give a larger tilt, another region or a longer needle")
+        return farthest(points[able], count)
+
+    def _clearance_of_scene(self):
+        """m from the tip to the tissue, as in the scene."""
+        tip, axis = self.needle.tip_position, self.needle.axis
+        found = self.problem.surface.hit(tip, axis)
+        way = 0.0 if found is None else float((found[0] - tip) @ axis)
+        return way if 0 < way < 0.05 else 5e-3
+
+    def _cases_in(self, seconds):
+        began = time.monotonic()
+        entry = self._entries(1)[0]
+        self._approach("a first insertion, timed", [Candidate(entry, self._towards(entry))])
+        each = time.monotonic() - began
+        return max(LEAST, int(0.85 * seconds / each * (self.workers or processors())))
+
+
+def spread_out(problem, candidates, count):
+    """The best, of which no two are nearly alike, and no kind has more than half of the places as long as others have good
+    ones."""
+    chosen, kinds = [], {}
+    ordered = sorted(candidates, key=lambda each: -score(problem, each))
+    for limit in (max(1, count // 2), count):
+        for each in ordered:
+            if len(chosen) == count:
+                break
+            if kinds.get(each.kind, 0) >= limit or any(alike(each, other) for other in chosen):
+                continue
+            chosen.append(each)
+            kinds[each.kind] = kinds.get(each.kind, 0) + 1
+    return chosen
+
+
+def alike(a, b):
+    turn = abs((a.turn - b.turn + math.pi) % (2 * math.pi) - math.pi)
+    return (a.kind == b.kind and np.linalg.norm(a.entry - b.entry) < 2e-3 and (a.spin_rate or turn < 0.2)
+            and all(abs(x - y) < 5e-3 for x, y in zip(a.flips, b.flips)))
+
+
+def farthest(points, count):
+    """So many of the points: each is as far as can be from those before it, the first from their middle the nearest."""
+    chosen = [int(np.argmin(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
+    distances = np.linalg.norm(points - points[chosen[0]], axis=1)
+    while len(chosen) < count and distances.max() > 1e-3:
+        chosen.append(int(np.argmax(distances)))
+        distances = np.minimum(distances, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return [points[each] for each in chosen]
+
+
+def is_bevel(needle):
+    return bool(np.linalg.norm(np.asarray(needle.cutting_direction)[1:]) > 1e-6)
+
+
+def named(avoid):
+    """{name: shape or region}."""
+    if avoid is None:
+        return {}
+    if isinstance(avoid, str) or (isinstance(avoid, dict) and set(avoid) <= {"sphere", "box", "half_space", "cylinder"} and avoid):
+        avoid = [avoid]
+    if isinstance(avoid, dict):
+        return {str(name): each for name, each in avoid.items()}
+    if not isinstance(avoid, (list, tuple)):
+        raise PlanError(f"avoid: expected shapes or names of regions, or {{name: either}}, found {avoid!r}")
+    return {each if isinstance(each, str) else f"shape {number}": each for number, each in enumerate(avoid, 1)}
+
+
+def checked_region(model, name):
+    if name not in model.regions:
+        raise PlanError(f"target: the tissue has no region '{name}'; it has {', '.join(model.regions)}")
+    return name

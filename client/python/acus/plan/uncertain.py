@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: MIT
+"""What a planner does not know exactly: factors of a whole scene, or values of single fields."""
+
+import dataclasses
+
+import numpy as np
+
+from ..distributions import LogUniform
+from ..errors import PlanError, SceneError
+from ..study.designs import latin_hypercube
+
+FACTORS = {"stiffness": LogUniform(0.8, 1.25), "friction": LogUniform(0.8, 1.25), "bevel": LogUniform(0.9, 1.1)}
+FRICTION = ("friction_static", "friction_dynamic", "friction_viscous")
+
+
+@dataclasses.dataclass(frozen=True)
+class Factors:
+    """A study's `prepare`: multiplies Young's moduli of all regions ("stiffness"), friction of all ("friction"), and how far a
+    needle's cutting direction is off its axis ("bevel")."""
+
+    needle: str = None
+
+    def __call__(self, scene, values):
+        for region in range(len(scene["tissue.regions"] or ())):
+            scale(scene, f"tissue.regions[{region}].material.young_modulus", values.get("stiffness", 1))
+            for name in FRICTION:
+                scale(scene, f"tissue.regions[{region}].interaction.{name}", values.get("friction", 1))
+        for number, needle in enumerate(scene["needles"]):
+            if "cutting_direction" in needle and self.needle in (None, needle.get("name")):
+                for axis in (1, 2):
+                    scale(scene, f"needles[{number}].cutting_direction[{axis}]", values.get("bevel", 1))
+
+
+def scale(scene, place, factor):
+    """Also of fields that the scene leaves at their defaults."""
+    if factor != 1 and (value := scene[place]):
+        scene[place] = float(value) * factor
+
+
+def draws_of(uncertain, count, scene, seed):
+    """[{name: value}]: nothing changed, then `count` cases that cover the distributions evenly. Raises PlanError."""
+    for name in uncertain:
+        if name in FACTORS:
+            continue
+        try:
+            scene.schema_at(name)
+        except SceneError as error:
+            raise PlanError(f"uncertain: {error}; or one of {', '.join(FACTORS)}") from None
+    if not uncertain:
+        return [{}]
+    design = latin_hypercube(uncertain, count, seed)
+    return [{}, *(design[case] for case in range(count))]
+
+
+def wilson(hits, count, z=1.96):
+    """The interval of 95 % of a share, of so many hits in `count`: Wilson (1927)."""
+    if not count:
+        return 0.0, 1.0
+    share, spread = hits / count, z * z / count
+    middle = (share + spread / 2) / (1 + spread)
+    half = z / (1 + spread) * np.sqrt(share * (1 - share) / count + spread / (4 * count))
+    return max(0.0, float(middle - half)), min(1.0, float(middle + half))

@@ -1,0 +1,286 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""acus.plan: where a needle should go in."""
+
+import contextlib
+import dataclasses
+import io
+import math
+import os
+import subprocess
+import unittest
+
+import numpy as np
+
+from small_scene import InTemporaryFolder
+
+import acus  # noqa: E402
+from acus import engine, rotation, study  # noqa: E402
+from acus.env.scenes import steering  # noqa: E402
+from acus.plan import approach, candidates, planner, shapes, tissue, uncertain  # noqa: E402
+from acus.study.case import Models  # noqa: E402
+
+TOP = 0.06  # m, z of the surface
+TARGET = (0.0, 0.0, 0.0)
+ENTRIES = {"cylinder": {"from": [0, 0, 0.05], "to": [0, 0, 0.07], "radius": 0.01}}
+OBSTACLE = {"sphere": {"center": [0.0, 0.0, 0.03], "radius": 0.004}}
+MODELS = Models()
+
+
+def small():
+    """The bevel needle above a gel of acus.env, with a region in it, and fewer nodes."""
+    scene = steering()
+    scene["tissue.mesh.box.cells"] = [4, 4, 6]
+    core = {**scene["tissue.regions[0]"], "name": "core", "sphere": {"center": [0.02, 0.02, -0.03], "radius": 0.025}}
+    scene.add("tissue.regions", core)
+    return scene
+
+
+@unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
+class OfPlans(InTemporaryFolder):
+    def setUp(self):
+        super().setUp()
+        self.scene = small()
+        self.model = MODELS.load(self.scene)
+
+    def world(self, motion):
+        world = study.World(self.model, bodies=motion.bodies(self.model))
+        motion(world)
+        return world
+
+    def plan(self, *arguments, **settings):
+        return acus.plan(self.scene, *arguments, **{"folder": self.path("plans"), "progress": False, "cases": 60, "samples": 6, "workers": 0,
+                                                    "speed": 0.1, **settings})
+
+
+# ---- Places and tissue ----
+
+
+class Places(OfPlans):
+    def distances(self, given, points):
+        return shapes.Place("avoid", given).distances(self.model, points)
+
+    def test_shapes_have_the_distances_of_their_closed_forms(self):
+        np.testing.assert_allclose(self.distances({"sphere": {"center": [1, 0, 0], "radius": 2}}, [[1, 0, 0], [4, 0, 0], [1, 3, 0]]), [-2, 1, 1])
+        box = {"box": {"min": [0, 0, 0], "max": [1, 2, 3]}}
+        np.testing.assert_allclose(self.distances(box, [[0.5, 1, 1.5], [2, 1, 1], [2, 3, 1], [0.9, 1, 1]]), [-0.5, 1, math.sqrt(2), -0.1])
+        np.testing.assert_allclose(self.distances({"box": {"max": [math.inf, math.inf, 0]}}, [[5, 5, 1], [5, 5, -2]]), [1, -2])
+        np.testing.assert_allclose(self.distances({"half_space": {"point": [0, 0, 1], "normal": [0, 0, 2]}}, [[9, 9, 3], [0, 0, 0]]), [2, -1])
+        rod = {"cylinder": {"from": [0, 0, 0], "to": [0, 0, 2], "radius": 1}}
+        np.testing.assert_allclose(self.distances(rod, [[0, 0, 1], [3, 0, 1], [0, 0, 5], [4, 0, 6]]), [-1, 2, 3, 5])
+
+    def test_of_several_the_common_part_counts(self):
+        both = {"sphere": {"center": [0, 0, 0], "radius": 1}, "half_space": {"point": [0, 0, 0]}}
+        np.testing.assert_allclose(self.distances(both, [[0, 0, -0.5], [0, 0, 0.25]]), [-0.5, 0.25])
+
+    def test_a_region_has_the_distances_to_its_triangles(self):
+        nodes = self.model.rest_positions
+        core = tissue.tetrahedra_of(self.model, "core")
+        triangles = nodes[tissue.boundary_of(core)]
+        points = np.random.default_rng(3).uniform(-0.05, 0.05, (40, 3))
+        u, v = np.meshgrid(np.linspace(0, 1, 60), np.linspace(0, 1, 60))
+        u, v = u[u + v <= 1], v[u + v <= 1]
+        a, b, c = np.moveaxis(triangles, 1, 0)
+        dense = (a[:, None] + u[:, None] * (b - a)[:, None] + v[:, None] * (c - a)[:, None]).reshape(-1, 3)
+        for point, distance in zip(points, self.distances("core", points)):
+            brute = np.min(np.linalg.norm(dense - point, axis=1))
+            self.assertAlmostEqual(abs(distance), brute, delta=1e-3)
+            self.assertEqual(distance < 0, tissue.Tetrahedra(nodes[core]).find(point) is not None)
+
+    def test_a_region_borders_on_the_rest_and_its_surface_is_closed(self):
+        for region in self.model.regions:
+            a, b, c = np.moveaxis(self.model.rest_positions[tissue.boundary_of(tissue.tetrahedra_of(self.model, region))], 1, 0)
+            np.testing.assert_allclose(np.cross(b - a, c - a).sum(axis=0), 0, atol=1e-12)
+        surface = tissue.Surface(self.model)
+        self.assertAlmostEqual(surface.areas.sum(), 2 * 0.08 * 0.08 + 4 * 0.08 * 0.12, 9)
+        points, places = surface.points(500)
+        np.testing.assert_allclose(np.abs(points / [0.04, 0.04, 0.06]).max(axis=1), 1, atol=1e-9)
+        np.testing.assert_allclose(np.sum(surface.normals[places] * points, axis=1) > 0, True)
+
+    def test_a_line_meets_the_surface_from_outside(self):
+        surface = tissue.Surface(self.model)
+        point, place = surface.hit(np.array([0.01, 0.02, 0.16]), np.array([0.1, 0, -1]))
+        np.testing.assert_allclose(point, [0.02, 0.02, TOP], atol=1e-9)
+        np.testing.assert_allclose(surface.normals[place], [0, 0, 1], atol=1e-9)
+        self.assertIsNone(surface.hit(np.array([1.0, 0, 0]), np.array([0.0, 0, -1])))
+
+    def test_points_of_deformed_tissue_are_found_at_rest(self):
+        rest = self.model.rest_positions
+        turn = rotation.rotation_about([1, 2, 3], 0.3)
+        stretched = rotation.rotate(turn, rest * [1.1, 0.95, 1.02]) + [0.01, 0, 0]
+        points = np.random.default_rng(5).uniform(-1, 1, (30, 3)) * [0.04, 0.04, 0.06]
+        moved = rotation.rotate(turn, points * [1.1, 0.95, 1.02]) + [0.01, 0, 0]
+        found = tissue.Deformed(self.model, stretched).at_rest(np.concatenate([moved, [[1, 1, 1]]]))
+        np.testing.assert_allclose(found[:-1], points, atol=1e-12)
+        self.assertTrue(np.all(np.isnan(found[-1])))
+
+    def test_errors_name_the_field_and_the_remedy(self):
+        for given, text in (("bone", "avoid\\[bone\\]: the tissue has no region 'bone'; it has gel, core"),
+                            ({"x": {"ball": {}}}, "no shape 'ball'; there are sphere"), (5, "expected shapes or names"), ([5], "such as"),
+                            ({"sphere": {"center": [0, 0, 0]}}, "avoid\\[shape 1\\].sphere: expected center, radius"),
+                            ({"sphere": {"center": [0, 0, 0], "radius": -1}}, "radius: expected a number above 0"),
+                            ({"box": {"min": [1, 1, 1], "max": [0, 2, 2]}}, "min below max"),
+                            ({"sphere": {"center": [0, 0, 0.005], "radius": 0.01}}, "the target .* lies in it")):
+            with self.assertRaisesRegex(acus.PlanError, text):
+                self.plan(TARGET, ENTRIES, given)
+        for settings, text in (({"radius": 0}, "radius"), ({"cases": 3}, "cases: expected a whole number, at least 20"), ({"tilt": 2}, "tilt"),
+                               ({"uncertain": {"softness": (1, 2)}}, "uncertain: .*stiffness, friction, bevel"), ({"minutes": -1}, "minutes"),
+                               ({"entry_region": {"sphere": {"center": [0, 0, 0], "radius": 0.01}}}, "no part of the tissue's surface"),
+                               ({"entry_region": {"box": {"max": [9, 9, -0.05]}}}, "from nowhere in it the needle"),
+                               ({"needle": "other"}, "no needle 'other'")):
+            with self.assertRaisesRegex(acus.AcusError, text):
+                self.plan(TARGET, **settings)
+        with self.assertRaisesRegex(acus.PlanError, "target: .* is not inside the tissue"):
+            self.plan((0, 0, 1))
+        with self.assertRaisesRegex(acus.PlanError, "target: the tissue has no region 'bone'"):
+            self.plan("bone")
+
+
+# ---- Insertions ----
+
+
+class Insertions(OfPlans):
+    def test_a_flip_is_half_a_turn_at_rest(self):
+        motion = acus.Insertion(depth=0.03, speed=0.1, flips=(0.01, 0.02))
+        world = study.World(self.model)
+        advances, spins = np.transpose(motion.places(world))
+        self.assertAlmostEqual(advances[-1], 0.03)
+        self.assertAlmostEqual(spins[-1], 2 * math.pi)
+        self.assertTrue(np.all(np.diff(advances) >= 0) and np.all(np.diff(spins) >= 0))
+        turning = np.diff(spins, prepend=0) > 0
+        for at, angle in ((0.01, math.pi), (0.02, 2 * math.pi)):
+            np.testing.assert_allclose(advances[turning & (spins <= angle + 1e-9) & (spins > angle - math.pi + 1e-9)], at, atol=1e-3 + 1e-9)
+        plain = acus.Insertion(depth=0.03, speed=0.1).places(world)
+        self.assertEqual([advance for advance, _ in plain], list(dict.fromkeys(advances)))
+        for wrong in ((0.02, 0.01), (-0.01,), "ab", 5, (math.nan,)):
+            with self.assertRaisesRegex(acus.StudyError, "motion.flips: expected rising numbers"):
+                acus.Insertion(depth=0.03, flips=wrong)
+
+    def test_a_branch_has_the_bits_of_a_run_of_its_own(self):
+        begin = approach.Approach(0.08, 0.1, entry=(0.001, 0, TOP), direction=(0, 0, -1), target=TARGET, tries=(0.02, 0.04))
+        world = self.world(begin)
+        ends = world.notes["ends"]
+        self.assertEqual([end.flip for end in ends], [None, 0.02, 0.04])
+        self.assertEqual(len({end.world.state.hash for end in ends}), 3)
+        for end in ends[1:]:
+            alone = self.world(dataclasses.replace(begin, flips=(end.flip,), tries=()))
+            self.assertEqual(alone.state.hash, end.world.state.hash)
+            self.assertEqual(len(alone.reports), len(end.world.reports))
+
+    def test_an_approach_ends_where_the_tip_passes_the_target_that_has_moved(self):
+        world = self.world(approach.Approach(0.1, 0.05, entry=(0, 0, TOP), direction=(0, 0, -1), spin_rate=12.0, target=TARGET))
+        target = approach.TissuePoint(self.model, TARGET)
+        np.testing.assert_allclose(target.at(self.model.start()), TARGET, atol=1e-12)
+        tip = world.state.needle_positions("needle")[-1]
+        self.assertLess(abs((target.at(world.state) - tip)[2]), 1e-3)
+        judged = approach.Judged(TARGET, (("ball", shapes.Place("avoid", OBSTACLE)),))(study.Result(world))
+        np.testing.assert_allclose(judged["miss"], target.at(world.state) - tip)
+        self.assertAlmostEqual(judged["force"], acus.study.OUTPUTS["peak_force"](study.Result(world)), 9)
+        self.assertLess(judged["clearance"]["ball"], -2e-3)  # straight through it
+
+    def test_a_path_that_turns_with_its_needle_meets_the_target(self):
+        problem = self.problem()
+        along = np.linspace(0, 0.06, 61)
+        path = np.stack([along**2 / (2 * 0.2), 0 * along, TOP - along], axis=1)  # an arc towards +x
+        end = candidates.Outcome(np.array(TARGET) - path[-1], 0.5, path, path[:5], {}, 0.06)
+        begin = candidates.Candidate(np.array([0, 0, TOP]), np.array([0, 0, -1.0]), end=end)
+        for turn in (0.0, 1.0, math.pi):
+            made = candidates.follow(problem, begin, turn, np.array([0.004, -0.003, TOP]))
+            missed = made.end.shaft[-1] - TARGET
+            self.assertLess(np.linalg.norm(missed - (missed @ made.direction) * made.direction), 2e-4)  # in depth it is the way that it was
+            np.testing.assert_allclose(made.end.shaft[0], made.entry, atol=1e-12)
+            self.assertAlmostEqual(made.turn, turn)
+            shifted = candidates.follow(dataclasses.replace(problem, tilt=0.0), begin, turn)
+            np.testing.assert_allclose(shifted.end.shaft[-1], TARGET, atol=1e-9)
+            np.testing.assert_allclose(shifted.direction, begin.direction)
+
+    def problem(self):
+        return candidates.Problem(self.model, tissue.Surface(self.model), np.array(TARGET), (), None, np.array([0, 0, -1.0]), 0.6, 2e-3, 0.15, 4e-4)
+
+    def test_factors_change_what_they_name(self):
+        values = {"stiffness": 2.0, "friction": 0.5, "bevel": 3.0}
+        uncertain.Factors()(self.scene, values)
+        for region in range(2):
+            self.assertEqual(self.scene[f"tissue.regions[{region}].material.young_modulus"], 60e3)
+            self.assertEqual(self.scene[f"tissue.regions[{region}].interaction.friction_static"], 0.175)
+        self.assertAlmostEqual(self.scene["needles[0].cutting_direction[1]"], 0.3)
+        self.assertEqual(self.scene["needles[0].cutting_direction[0]"], 1)
+        self.scene.check()
+
+    def test_the_interval_of_a_share_is_wilsons(self):
+        np.testing.assert_allclose(uncertain.wilson(8, 10), (0.4902, 0.9433), atol=1e-4)
+        self.assertEqual(uncertain.wilson(0, 10)[0], 0)
+        self.assertEqual(uncertain.wilson(10, 10)[1], 1)
+
+
+# ---- Plans ----
+
+
+class Planned(OfPlans):
+    def test_a_needle_bends_around_what_it_cannot_pass_straight(self):
+        plans = self.plan(TARGET, ENTRIES, {"ball": OBSTACLE}, cases=120, uncertain={"stiffness": (0.9, 1.1), "bevel": (0.97, 1.03)})
+        best = plans[0]
+        self.assertGreater(best.probability, 0.8, str(plans))
+        self.assertGreater(best.clearance["ball"], 0)
+        self.assertFalse(best.motion.spin_rate)
+        for plan in plans:
+            self.assertLessEqual(plan.interval[0], plan.probability)
+            self.assertLessEqual(plan.probability, min(plan.hit, plan.clear) + 1e-12)
+            self.assertLessEqual(np.linalg.norm(np.array(plan.motion.entry)[:2]), 0.01 + 1e-6)
+        self.assertEqual([plan.probability for plan in plans], sorted((plan.probability for plan in plans), reverse=True))
+        plans.draw(self.path("plan.png"))
+        with open(self.path("plan.png"), "rb") as file:
+            self.assertEqual(file.read(4), b"\x89PNG")
+        self.assertIn("to ball mm", str(plans))
+        self.check_what_it_writes(best)
+
+    def check_what_it_writes(self, plan):
+        """The server with the plan's scene and the replay with its trajectory end where the plan does."""
+        result = plan.run(self.path("plan.acus"))
+        self.assertGreater(os.path.getsize(self.path("plan.acus")), 1000)
+        np.testing.assert_allclose(plan.nominal.miss, approach.TissuePoint(self.model, TARGET).at(result.state) - result.track.tip_position[-1],
+                                   atol=1e-12)
+        scene, trajectory = plan.write(self.path("plan"))
+        with acus.Server(scene, lockstep=True) as server:
+            replay = os.path.join(os.path.dirname(acus.find_server()), "acus-replay")
+            subprocess.run([replay, trajectory, "--lockstep", "--commands", server.commands, "--states", server.states, "--out", self.path("run.csv")],
+                           check=True, capture_output=True, timeout=60)
+        with acus.Run(self.path("run.csv")) as run:
+            np.testing.assert_allclose(run["needle"].tip_position[-1], result.track.tip_position[-1], atol=5e-5)
+
+    def test_the_same_call_gives_the_same_plans_from_its_folder_and_on_any_number_of_workers(self):
+        first = self.plan("core", None, cases=40, samples=4)
+        told = io.StringIO()
+        with contextlib.redirect_stderr(told):
+            again = self.plan("core", None, cases=40, samples=4, workers=1, progress=True)
+        self.assertIn("are there already", told.getvalue())
+        other = self.plan("core", None, cases=40, samples=4, workers=2, folder=self.path("other"))
+        for plans in (again, other):
+            self.assertEqual(str(plans), str(first))
+            self.assertEqual([plan.motion for plan in plans], [plan.motion for plan in first])
+        np.testing.assert_allclose(first.target, tissue.centroid_of(self.model, "core"))
+
+    def test_a_given_direction_stays_and_the_entry_moves(self):
+        plans = self.plan(TARGET, ENTRIES, tilt=0, cases=60, uncertain={})
+        axis = self.model.needles[0].axis
+        for plan in plans:
+            np.testing.assert_allclose(plan.motion.direction, axis, atol=1e-9)
+            self.assertEqual(len(plan.outcomes), 1)
+        self.assertLess(plans[0].miss, 1e-3, str(plans))
+        self.assertEqual(plans[0].probability, 1)
+
+    def test_a_straight_needle_is_planned_without_turns(self):
+        self.scene["needles[0].cutting_direction"] = [1, 0, 0]
+        plans = self.plan(TARGET, ENTRIES, cases=30, samples=3)
+        self.assertLess(plans[0].miss, 1e-3, str(plans))
+        self.assertTrue(all(plan.motion.turn == 0 and not plan.motion.flips and not plan.motion.spin_rate for plan in plans))
+
+    def test_the_best_of_a_kind_are_unlike_each_other(self):
+        problem = Insertions.problem(self)
+        end = candidates.Outcome(np.zeros(3), 0.1, np.zeros((0, 3)), np.zeros((0, 3)), {}, 0.06)
+        many = [candidates.Candidate(np.array([0, 0, TOP]), np.array([0, 0, -1.0]), turn=0.01 * i, end=end) for i in range(50)]
+        self.assertEqual(len(planner.spread_out(problem, many, 10)), 3)  # 0, 0.2 and 0.4
+
+
+if __name__ == "__main__":
+    unittest.main()
