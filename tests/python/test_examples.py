@@ -59,6 +59,12 @@ class Examples(InTemporaryFolder):
         for name in ("plan.png", "plan.yaml", "plan.csv", "plan.acus"):
             self.assertGreater(os.path.getsize(self.path(name)), 1000)
 
+    @unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
+    def test_closed_loop(self):
+        text = self.run_example("closed_loop.py")
+        self.assertGreater(float(re.search(r"as planned: (\S+) mm", text)[1]), 3.0)  # 3.47
+        self.assertLess(float(re.search(r"corrected: (\S+) mm", text)[1]), 0.5)  # 0.16
+
     def test_control_loop(self):
         text = self.run_example("control_loop.py", "1")
         self.assertRegex(text, r"\d+ turns for \d+ ticks, \d+ lost")

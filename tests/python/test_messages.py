@@ -115,7 +115,8 @@ class Page(unittest.TestCase):
             with open(os.path.join(ROOT, "docs", page), encoding="utf-8") as file:
                 words.update(re.findall(r"\w+", file.read()))
         for of in (acus, acus.Client, acus.Server, acus.Run, acus.Track, acus.Scene, rotation, env, env.NeedleEnv, study, acus.Study,
-                   study.World, study.Result, acus.plan, acus.plan.Plans, acus.plan.Plan):
+                   study.World, study.Result, acus.plan, acus.plan.Plans, acus.plan.Plan,
+                   acus.plan.Steering):
             names = set(public_names(of)) - {"np", "close"}
             self.assertEqual(names - words, set(), of.__name__)
 

@@ -282,5 +282,87 @@ class Planned(OfPlans):
         self.assertEqual(len(planner.spread_out(problem, many, 10)), 3)  # 0, 0.2 and 0.4
 
 
+# ---- Steering ----
+
+
+class Steered(OfPlans):
+    """The scene is believed; the truth has a softer tissue. 50 Hz, so that predictions are short."""
+
+    def setUp(self):
+        super().setUp()
+        self.scene["rate"] = 50
+        self.model = MODELS.load(self.scene)
+        self.motion = acus.Insertion(0.072, 0.02, entry=(0, 0, TOP), direction=(0, 0, -1), flips=(0.03,))
+        world = self.world(self.motion)
+        self.target = tuple(tissue.Deformed(self.model, world.state.tissue_positions).at_rest(world.state.needle_positions("needle")[-1:])[0])
+
+    def insert(self, next_stride, factors, noise=2e-4, delay=0):
+        """mm, from the tip to the target; measured tips and targets come `delay` strides late."""
+        scene = self.scene.copy()
+        uncertain.Factors()(scene, factors)
+        model = MODELS.load(scene)
+        world, random, count, late = study.World(model, bodies=self.motion.bodies(model)), np.random.default_rng(1), 0, [[] for _ in range(1 + delay)]
+        needle, target = world.needle(), approach.TissuePoint(model, self.target)
+        while places := next_stride(late.pop(0)):
+            measured = []
+            for place in places:
+                world.drive(needle, *place)
+                world.step()
+                count += 1
+                seen = (world.state.needle_positions(needle.name)[-1], target.at(world.state))
+                measured.append((count, *(each + random.normal(scale=noise, size=3) for each in seen)))
+            late.append(measured)
+        world.settle(needle)
+        return 1e3 * np.linalg.norm(target.at(world.state) - world.state.needle_positions(needle.name)[-1])
+
+    def steering(self, **settings):
+        return acus.plan.Steering(self.scene, self.target, self.motion, **settings)
+
+    def test_what_is_as_believed_goes_as_planned(self):
+        steering = self.steering()
+        self.assertLess(self.insert(steering.next, {}, noise=0), 0.3)
+        self.assertEqual(steering.belief.factors, {})
+        self.assertLess(np.linalg.norm(steering.expected), 1e-4)
+        self.assertEqual(steering.next(), [])
+
+    def test_measured_tips_correct_what_was_misjudged(self):
+        planned = iter([self.motion.places(study.World(self.model))])
+        as_planned = self.insert(lambda _: next(planned, []), {"stiffness": 0.2})
+        self.assertGreater(as_planned, 2.5)
+        found = [self.insert(self.steering().next, {"stiffness": 0.2}) for _ in range(2)]
+        self.assertLess(found[0], 0.5)
+        self.assertEqual(found[0], found[1])  # the same measurements, the same commands
+        self.assertLess(self.insert(self.steering().next, {"stiffness": 0.2}, delay=1), 0.25 * as_planned)  # a stride of 5 mm late
+
+    def test_a_course_turns_at_rest_and_goes_on_where_it_was(self):
+        course = acus.plan.Course(0.01, 0.5, (0.013, 0.018), 1e-3, 0.02)
+        places, after, ended = course.stride(5e-3, turn=-1.0)
+        advances, spins = np.transpose(places)
+        self.assertTrue(np.all(np.diff(advances) >= 0))
+        np.testing.assert_allclose(spins[advances <= 0.01][-1], -0.5)
+        np.testing.assert_allclose(places[-1], (0.015, -0.5 + math.pi))
+        self.assertEqual((after.flips, ended), ((0.018,), False))
+        whole, _, ended = course.stride(1.0, end=0.02)
+        self.assertTrue(ended)
+        np.testing.assert_allclose(whole[-1], (0.02, 0.5 + 2 * math.pi))
+        parts, now = [], course
+        for _ in range(3):
+            part, now, _ = now.stride(3e-3)
+            parts += part
+        np.testing.assert_allclose(parts, course.stride(9e-3)[0], atol=1e-12)
+        self.assertEqual(course.with_flip(0.019).flips, (0.019,))
+
+    def test_what_cannot_be_steered_is_said(self):
+        spun = dataclasses.replace(self.motion, spin_rate=10.0)
+        for settings, text in (((self.scene, self.target, acus.Insertion(0.05)), "with entry and direction"), ((self.scene, self.target, spun), "does not spin"),
+                               ((self.scene, (1, 0, 0), self.motion), "not inside the tissue")):
+            with self.assertRaisesRegex(acus.PlanError, text):
+                acus.plan.Steering(*settings)
+        for settings, text in (({"stride": 0}, "stride"), ({"beliefs": []}, "beliefs: expected a list"), ({"beliefs": [{"softness": 1}]}, "stiffness, friction, bevel"),
+                               ({"beliefs": [{"bevel": -1}]}, "beliefs: bevel: expected a number above 0")):
+            with self.assertRaisesRegex(acus.PlanError, text):
+                self.steering(**settings)
+
+
 if __name__ == "__main__":
     unittest.main()

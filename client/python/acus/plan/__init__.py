@@ -6,6 +6,7 @@ import types
 
 from .planner import plan
 from .plans import Plan, Plans
+from .steering import Belief, Course, Steering
 
 
 class _Callable(types.ModuleType):

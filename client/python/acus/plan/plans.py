@@ -10,6 +10,7 @@ from ..errors import PlanError
 from ..scene import plain
 from ..study.case import Models
 from ..study.outputs import Result
+from ..study.study import scene_of
 from ..study.world import World
 from .uncertain import wilson
 
@@ -95,18 +96,28 @@ class Plan:
             world.state.end_recording()
         return Result(world, self.motion.needle)
 
+    def place(self, scene=None):
+        """A copy of the planned scene, or of another one with this needle, with needle and guides where the plan begins."""
+        scene = self._planner.scene.copy() if scene is None else scene_of(scene)
+        model = Models().load(scene)
+        world = World(model, bodies=self.motion.bodies(model))
+        for number, needle in enumerate(world.needles):
+            if needle.name == self.motion.needle:
+                scene[f"needles[{number}].base.position"] = plain(needle.base_position)
+                scene[f"needles[{number}].base.orientation"] = plain(needle.base_orientation)
+        for number, guide in enumerate(world.guides):
+            if guide.needle == self.motion.needle:
+                scene[f"guides[{number}].pose.position"] = plain(guide.position)
+                scene[f"guides[{number}].pose.orientation"] = plain(guide.orientation)
+        return scene
+
     def write(self, path):
-        """`path`.yaml, the scene with the needle where the plan begins, and `path`.csv, its trajectory: for acus-server and
-        acus-replay as they are. Both paths."""
-        path = os.path.splitext(os.fspath(path))[0]
+        """`path`.yaml, place(), and `path`.csv, the plan's trajectory: for acus-server and acus-replay as they are. Both
+        paths."""
+        path, scene = os.path.splitext(os.fspath(path))[0], self.place()
         model = Models().load(self._planner.scene)
         world = World(model, bodies=self.motion.bodies(model))
-        scene, needle = self._planner.scene.copy(), world.needle(self.motion.needle)
-        numbers = {each.name: number for number, each in enumerate(model.needles)}
-        place = f"needles[{numbers[needle.name]}].base"
-        scene[f"{place}.position"], scene[f"{place}.orientation"] = plain(needle.base_position), plain(needle.base_orientation)
-        for number, guide in enumerate(world.guides):
-            scene[f"guides[{number}].pose.position"], scene[f"guides[{number}].pose.orientation"] = plain(guide.position), plain(guide.orientation)
+        needle = world.needle(self.motion.needle)
         try:
             scene.save(f"{path}.yaml")
             with open(f"{path}.csv", "w", newline="", encoding="utf-8") as file:
