@@ -60,6 +60,15 @@ class Examples(InTemporaryFolder):
             self.assertGreater(os.path.getsize(self.path(name)), 1000)
 
     @unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
+    def test_brachytherapy(self):
+        with open(os.path.join(EXAMPLES, "brachytherapy.py"), encoding="utf-8") as file:
+            script = self.write("brachytherapy.py", file.read().replace("orders=12)", "orders=1, rounds=0, samples=1, speed=0.2)")
+                                .replace("depths =", "scene['rate'] = 50\ndepths ="))
+        text = self.run_example(script, stderr="orders: 1 implants of 20 seeds")
+        straight, planned = map(float, re.search(r"straight: (\S+) mm, planned: (\S+) mm", text).groups())
+        self.assertLess(planned, 0.5 * straight)
+
+    @unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
     def test_closed_loop(self):
         text = self.run_example("closed_loop.py")
         self.assertGreater(float(re.search(r"as planned: (\S+) mm", text)[1]), 3.0)  # 3.47

@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import PlanError
 from ..study.motions import Insertion
 from ..study.values import weights_in
-from .tissue import Deformed
+from .tissue import Deformed, extent_of
 
 STEP = 1e-3  # m, between looks at clearances along a path
 DIGITS = 5  # of m, of paths in tables
@@ -22,7 +22,7 @@ class TissuePoint:
         weights = weights_in(model.rest_positions, model.tetrahedra, np.asarray(point, dtype=float))
         inside = int(np.argmax(weights.min(axis=1))) if len(weights) else -1
         if inside < 0 or weights[inside].min() < -1e-9:
-            raise PlanError(f"target: {np.asarray(point).tolist()} is not inside the tissue")
+            raise PlanError(f"target: {np.asarray(point).tolist()} is not inside the tissue; {extent_of(model)}")
         self._nodes, self._weights = model.tetrahedra[inside], weights[inside]
 
     def at(self, state):

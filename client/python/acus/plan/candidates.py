@@ -14,10 +14,13 @@ import numpy as np
 
 from ..rotation import conjugate, multiply, rotate, rotation_about, shortest_rotation, unit
 from .approach import clearances
+from .tissue import extent_of
 
 ENOUGH = 4e-3  # m of clearance: more is not better
 BEND = 0.1  # m of clearance that a metre between aim and target costs: what bends is less certain
 FORCE = 1e-4  # m of clearance that a newton costs
+EVEN, STEEPEST = 3e-3, 3.0  # m around an entry, where the surface is not farther from it than so many times that
+SLIP = 4e-3  # m: a tip that enters farther from its line has slipped
 MISS = 0.5  # likewise a metre of miss, which the next correction mends for the most part
 
 
@@ -37,8 +40,26 @@ class Problem:
     longest: float
     needle_radius: float
 
-    def allows_entry(self, point):
+    def allows(self, candidate):
+        return (self.lies_in_entry_region(candidate.entry) and self.is_even(candidate.entry, candidate.direction)
+                and np.arccos(np.clip(candidate.direction @ self.axis, -1, 1)) <= self.tilt + 1e-9)
+
+    def lies_in_entry_region(self, point):
         return self.entry_region is None or bool(self.entry_region.distances(self.model, point)[0] <= 1e-6)
+
+    def is_even(self, entry, direction):
+        """Whether the surface goes on for 3 mm to all sides, without an edge over which the tip could slip."""
+        side = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
+        side *= EVEN / np.linalg.norm(side)
+        for beside in (side, -side, np.cross(direction, side), -np.cross(direction, side)):
+            found = self.surface.hit(entry + beside, direction)
+            if found is None or np.linalg.norm(found[0] - entry) > STEEPEST * EVEN:
+                return False
+        return True
+
+    @property
+    def extent(self):
+        return extent_of(self.model)
 
     def clearances(self, points):
         """{name: m} of the needle along points at rest (n, 3)."""
@@ -87,10 +108,19 @@ class Outcome:
     def margin(self):
         return min(self.clearance.values(), default=np.inf)
 
+    def enters(self, entry, direction):
+        """Whether it went in where it should."""
+        if not len(self.cut):
+            return False
+        aside = np.cross(np.asarray(direction), self.cut[0] - entry)
+        return float(np.linalg.norm(aside)) < SLIP
+
 
 def score(problem, candidate):
     """m, larger is better."""
     end = candidate.end
+    if not end.enters(candidate.entry, candidate.direction):
+        return -1.0
     aside = np.cross(candidate.direction, problem.target - candidate.entry)
     return (min(end.margin, ENOUGH) - BEND * float(np.linalg.norm(aside)) - FORCE * end.force
             - MISS * max(0.0, float(np.linalg.norm(end.miss)) - problem.radius / 4))
@@ -121,9 +151,7 @@ def aimed(problem, candidate, tip, turn, entry):
     for _ in range(3):  # the bend turns with the direction
         arrived = rotate(rotation_between(problem, candidate, made), tip - candidate.entry)
         made = dataclasses.replace(made, direction=rotate(shortest_rotation(arrived, problem.target - entry), made.direction))
-    if np.arccos(np.clip(made.direction @ problem.axis, -1, 1)) > problem.tilt or not problem.allows_entry(entry):
-        return None
-    return made
+    return made if problem.allows(made) else None
 
 
 def moved(problem, candidate, tip, turn):
@@ -132,9 +160,8 @@ def moved(problem, candidate, tip, turn):
     arrived = candidate.entry + rotate(rotation_between(problem, candidate, made), tip - candidate.entry)
     shift = across(problem.target - arrived, candidate.direction)
     found = problem.surface.hit(candidate.entry + shift, candidate.direction)
-    if found is None or not problem.allows_entry(found[0]):
-        return None
-    return dataclasses.replace(made, entry=found[0])
+    made = None if found is None else dataclasses.replace(made, entry=found[0])
+    return made if made is not None and problem.allows(made) else None
 
 
 def rotation_between(problem, before, after):

@@ -4,44 +4,55 @@
 import numpy as np
 
 from ..study.pictures import BLUE, GREY, MM, ORANGE, figure, save
-from .tissue import boundary_of, tetrahedra_of
+from .tissue import Tetrahedra, tetrahedra_of
 
 GREEN, RED = "#009e73", "#cc0000"
-GRID, SLICES = 160, 81  # places along a side and in depth, at which distances to shapes are taken
-DEPTH = 0.06  # m before and behind the entry, across it
+STEP = 4e-4  # m between places at which it is looked for what is to be avoided
 ROOM = 8e-3  # m around what is drawn
 
 
 def draw(plans, plan, path):
+    """Two cuts along the needle, as it is bent: what it touches there it touches. The first is through the nearest place to
+    avoid, or the plane in which it bends."""
     problem, known = plans.problem, [each for each in plan.outcomes if each is not None]
     direction, entry = np.array(plan.motion.direction), np.array(plan.motion.entry)
-    side = sideways(direction, entry, known)
+    side = sideways(problem, direction, entry, plan.nominal or (known or [None])[0])
     points = np.concatenate([*(each.shaft for each in known), [problem.target, entry]])
     sides = [np.stack([direction, right]) for right in (side, np.cross(direction, side))]
     corners = [limits(problem, points, entry, basis) for basis in sides]
     heights = [high[1] - low[1] for low, high in corners]
-    made, axes = figure(10, 2.2 + 9 * sum(heights) / (corners[0][1] - corners[0][0])[0], 2, 1, height_ratios=heights)
+    made, axes = figure(10, 1.9 + 9 * sum(heights) / (corners[0][1] - corners[0][0])[0], 2, 1, height_ratios=heights)
     for place, basis, (low, high) in zip(axes[:, 0], sides, corners):
         draw_side(place, plans, plan, known, Side(entry, basis, low, high))
-    axes[1, 0].legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.45), ncols=6)
-    axes[0, 0].set_xlabel("")
+    axes[1, 0].legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.3), ncols=6)
+    nearest = min(plan.clearance, key=plan.clearance.get, default=None)
+    clear = f", at least {MM * plan.clearance[nearest]:.1f} mm from {nearest}" if nearest else ""
     made.suptitle(f"succeeds in {plan.probability:.0%} of {len(plan.outcomes)} samples ({plan.interval[0]:.0%} to {plan.interval[1]:.0%}), "
-                  f"mean miss {MM * plan.miss:.2f} mm, largest force {plan.force:.2f} N", fontsize=10)
+                  f"mean miss {MM * plan.miss:.2f} mm{clear}, largest force {plan.force:.2f} N", fontsize=10)
     save(made, path)
 
 
-def sideways(direction, entry, known):
-    """Across the direction, to where the needle bends most."""
-    way = known[0].shaft - entry if known and len(known[0].shaft) else np.zeros((1, 3))
-    aside = way - (way @ direction)[:, None] * direction
-    far = aside[np.argmax(np.linalg.norm(aside, axis=1))]
-    if np.linalg.norm(far) < 1e-4:
+def sideways(problem, direction, entry, outcome):
+    """Across the direction: towards the nearest place to avoid, else to where the needle bends most."""
+    way = outcome.shaft if outcome is not None and len(outcome.shaft) else entry[None]
+    if problem.avoid:
+        distances = {name: place.distances(problem.model, way) for name, place in problem.avoid}
+        name = min(distances, key=lambda each: distances[each].min())
+        at = way[np.argmin(distances[name])]
+        steps = np.concatenate([1e-4 * np.eye(3), -1e-4 * np.eye(3)])
+        found = dict(problem.avoid)[name].distances(problem.model, at + steps)
+        far = found[3:] - found[:3]
+    else:
+        aside = way - entry - ((way - entry) @ direction)[:, None] * direction
+        far = aside[np.argmax(np.linalg.norm(aside, axis=1))]
+    far = far - (far @ direction) * direction
+    if np.linalg.norm(far) < 1e-5:
         far = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
     return far / np.linalg.norm(far)
 
 
 def limits(problem, points, entry, basis):
-    """Corners (mm) of what is drawn: all points, and of shapes to avoid what lies near."""
+    """Corners (mm) of what is drawn."""
     flat = MM * (points - entry) @ basis.T
     return flat.min(axis=0) - MM * ROOM - [0, MM * problem.radius], flat.max(axis=0) + MM * ROOM + [0, MM * problem.radius]
 
@@ -60,11 +71,10 @@ class Side:
 def draw_side(axes, plans, plan, known, side):
     problem = plans.problem
     for name, place in problem.avoid:
-        draw_silhouette(axes, problem, place, side)
-        axes.plot([], [], color=ORANGE, label=f"avoid: {name}")
+        draw_cut(axes, problem, place, side, plan.nominal)
+        axes.fill([], [], color=ORANGE, alpha=0.35, label=f"avoid: {name}")
     for each in known:
-        fits = each.margin > 0 and np.linalg.norm(each.miss) <= problem.radius
-        axes.plot(*side.flat(each.shaft), color=GREY if fits else RED, linewidth=0.6, alpha=0.7)
+        axes.plot(*side.flat(each.shaft), color=GREY if plan.succeeds(each) else RED, linewidth=0.6, alpha=0.7)
     if plan.nominal is not None:
         axes.plot(*side.flat(plan.nominal.shaft), color=BLUE, linewidth=1.6, label="needle, in the scene as it is")
     axes.plot([], [], color=GREY, label="in samples that succeed")
@@ -78,25 +88,30 @@ def draw_side(axes, plans, plan, known, side):
     axes.set_xlim(side.low[0], side.high[0])
     axes.set_ylim(side.low[1], side.high[1])
     axes.set_aspect("equal", adjustable="box")
-    axes.set_xlabel("along the direction (mm)")
+    axes.set_xlabel("along the direction (mm)", labelpad=2)
     axes.set_ylabel("aside (mm)")
 
 
-def draw_silhouette(axes, problem, place, side):
-    """What can be seen of a place to avoid, at rest."""
-    if place.region is not None:
-        from matplotlib.collections import PolyCollection  # pylint: disable=import-outside-toplevel  # with figure()
-        triangles = problem.model.rest_positions[boundary_of(tetrahedra_of(problem.model, place.region))]
-        axes.add_collection(PolyCollection([side.flat(each).T for each in triangles], facecolor=ORANGE, alpha=0.15))
-        return
-    x, y = np.meshgrid(np.linspace(side.low[0], side.high[0], GRID), np.linspace(side.low[1], side.high[1], GRID))
-    places = side.origin + np.stack([x.ravel(), y.ravel()], axis=1) / MM @ side.basis
-    depths = np.linspace(-DEPTH, DEPTH, SLICES)[:, None] * np.cross(*side.basis)
-    nearest = np.min([place.distances(problem.model, places + depth) for depth in depths], axis=0).reshape(x.shape)
-    if nearest.min() < 0:
-        axes.contourf(x, y, nearest, levels=[nearest.min() - 1, 0], colors=[ORANGE], alpha=0.35)
-    if nearest.min() < 0 < nearest.max():
-        axes.contour(x, y, nearest, levels=[0], colors=[ORANGE], linewidths=1.2)
+def draw_cut(axes, problem, place, side, nominal):
+    """What is to be avoided, in the surface through the needle that stands upright on the picture; at rest."""
+    x, y = (np.arange(low, high, MM * STEP) for low, high in zip(side.low, side.high))
+    x, y = np.meshgrid(x, y)
+    upright = np.cross(*side.basis)
+    deep = np.zeros_like(x)
+    if nominal is not None and len(nominal.shaft) > 1:
+        along = MM * (nominal.shaft - side.origin) @ side.basis[0]
+        deep = np.interp(x, along, MM * (nominal.shaft - side.origin) @ upright)
+    places = side.origin + (np.stack([x.ravel(), y.ravel()], axis=1) @ side.basis + deep.ravel()[:, None] * upright) / MM
+    if place.region is None:
+        distances = place.distances(problem.model, places)
+    else:
+        within = Tetrahedra(problem.model.rest_positions[tetrahedra_of(problem.model, place.region)])
+        distances = np.array([-1.0 if within.find(each) is not None else 1.0 for each in places])
+    distances = distances.reshape(x.shape)
+    if distances.min() < 0:
+        axes.contourf(x, y, distances, levels=[distances.min() - 1, 0], colors=[ORANGE], alpha=0.35)
+    if distances.min() < 0 < distances.max():
+        axes.contour(x, y, distances, levels=[0], colors=[ORANGE], linewidths=1.2)
 
 
 def surface_line(problem, plan, side):

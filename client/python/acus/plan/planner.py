@@ -4,37 +4,30 @@
 import dataclasses
 import math
 import os
-import re
 import sys
 import time
 
 import numpy as np
 
-from ..errors import PlanError, StudyError
+from ..errors import PlanError
 from ..study import Insertion, Study, table
-from ..study.case import Models
-from ..study.study import scene_of
-from ..study.values import check_number, check_vector
 from ..study.workers import processors
-from ..study.world import needle_of
-from .approach import Approach, Judged, JudgedEnds, TissuePoint
-from .candidates import Candidate, Outcome, Problem, follow, score
+from .approach import Approach, Judged, JudgedEnds
+from .candidates import Candidate, Outcome, follow, score
 from .plans import Plan, Plans
-from .shapes import Place
-from .tissue import Surface, centroid_of
-from .uncertain import FACTORS, Factors, draws_of
+from .question import FIRST, Question
+from .uncertain import FACTORS, Factors
 
 SHARES = {"coarse": 0.2, "search": 0.3}  # of all cases; the rest are samples
 TURNS = 8  # sides of a bevel that a coarse search tries
 FLIPS = (0.25, 0.5, 0.75)  # of the way to the target
 PITCH = 2.5e-3  # m of way in which a needle that is to go straight makes a turn
 ROUND, PARENTS = 12, 4  # cases of a round of the search; whose neighbours it tries
-FIRST = 8  # samples after which a plan is aimed once more
 MOST_PLANS = 8
 BEYOND = 0.012  # m that an approach may go deeper than the target at rest
 CLOSE = 0.25  # of the radius: a miss that needs no correction
-FREE = 5e-3  # m of the needle that stays outside
-LEAST = 20  # cases
+LEAST_COARSE = 4  # insertions
+PLACES = 4000  # of the surface, of which entries are chosen
 
 
 def plan(scene, target, entry_region=None, avoid=None, samples=30, *, radius=2e-3, uncertain=None, tilt=0.6, speed=0.02, needle=None,
@@ -52,78 +45,63 @@ def plan(scene, target, entry_region=None, avoid=None, samples=30, *, radius=2e-
     much is simulated. folder, on, workers, progress: as Study and its run() have them. Raises PlanError, SceneError,
     StudyError.
     """
-    return Planner(scene, target, entry_region, avoid, samples, radius=radius, uncertain=uncertain, tilt=tilt, speed=speed, needle=needle,
-                   cases=cases, minutes=minutes, seed=seed, folder=folder, on=on, workers=workers, progress=progress).run()
+    return Planner(Question(scene, target, entry_region, avoid, samples, radius=radius, uncertain=uncertain, tilt=tilt, speed=speed, needle=needle,
+                            cases=cases, minutes=minutes, seed=seed, folder=folder, on=on, workers=workers, progress=progress)).run()
 
 
 class Planner:
-    def __init__(self, scene, target, entry_region, avoid, samples, *, radius, uncertain, tilt, speed, needle, cases, minutes, seed,
-                 folder, on, workers, progress):
-        self.scene = scene_of(scene)
-        model = Models().load(self.scene)
-        self.needle = needle_of(model.needles, needle)
-        for name, value in (("radius", radius), ("tilt", tilt), ("speed", speed)):
-            check_number(name, value)
-        if not (radius > 0 and speed > 0 and 0 <= tilt < math.pi / 2):
-            raise PlanError(f"expected radius and speed above 0 and tilt from 0 to pi/2, found {radius}, {speed}, {tilt}")
-        for name, value, least in (("samples", samples, 1), ("cases", cases, LEAST)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise PlanError(f"{name}: expected a whole number, at least {least}, found {value!r}")
-        if minutes is not None and not minutes > 0:
-            raise PlanError(f"minutes: expected a number above 0, found {minutes!r}")
-        target = centroid_of(model, checked_region(model, target)) if isinstance(target, str) else np.array(check_vector("target", target))
-        TissuePoint(model, target)
-        self.avoid = tuple((name, Place(f"avoid[{name}]", given)) for name, given in named(avoid).items())
-        entries = None if entry_region is None else Place("entry_region", entry_region)
-        for place in [*(place for _, place in self.avoid), *([entries] if entries else [])]:
-            place.check(model)
-        self.problem = Problem(model, Surface(model), target, self.avoid, entries, self.needle.axis, tilt, radius,
-                               self.needle.length - FREE, self.needle.diameter / 2)
-        for name, clearance in self.problem.clearances(target[None]).items():
-            if clearance <= 0:
-                raise PlanError(f"avoid[{name}]: the target {target.tolist()} lies in it, or too near for the needle")
-        self.clearance = self._clearance_of_scene()
-        self.uncertain = FACTORS if uncertain is None else dict(uncertain)
-        self.draws = draws_of(self.uncertain, samples, self.scene, seed)
-        self.speed, self.seed, self.cases, self.minutes = speed, seed, cases, minutes
-        self.random = np.random.default_rng(seed)
-        self.on, self.workers, self.progress = on, workers, progress
-        name = re.sub(r"\W+", "_", str(self.scene.fields.get("name", "scene"))).strip("_") or "scene"
-        self.folder = os.path.abspath(folder or os.path.join("plans", name))
+    def __init__(self, question):
+        self.question, self.problem, self.draws = question, question.problem, question.draws
+        self.scene, self.needle, self.speed, self.cases, self.avoid = question.scene, question.needle, question.speed, question.cases, question.problem.avoid
+        self.random = np.random.default_rng(question.seed)
         self.done = 0  # cases
+        self._first_error = ""
 
     # ---- The course of it ----
 
     def run(self):
-        if self.minutes is not None:
-            self.cases = self._cases_in(60 * self.minutes)
-        return self._sampled(self._chosen(self._search(self._coarse())))
+        try:
+            if self.question.minutes is not None:
+                self.cases = self._cases_in(60 * self.question.minutes)
+                self.question.check_cases(self.cases, "minutes")
+            return self._sampled(self._chosen(self._search(self._coarse())))
+        except KeyboardInterrupt:
+            self._tell(f"interrupted after {self.done} insertions; the same call goes on from {self.question.folder}")
+            raise
 
     def _coarse(self):
         """Straight towards the target from places all over the entry region, the bevel to all sides; branches of each flip on
         the way. Candidates whose paths follow from theirs."""
         bevel = is_bevel(self.needle)
-        share, branches = SHARES["coarse"] * self.cases, len(FLIPS) / 2 if bevel else 0
-        turns = TURNS if bevel else 1
-        entries = self._entries(max(3, math.ceil(share / ((1 + branches) * turns / 2 + 1))))
+        count = max(LEAST_COARSE, int(SHARES["coarse"] * self.cases / (1 + len(FLIPS) / 2 if bevel else 1)))
+        each = min(count, TURNS // 2 + 1) if bevel else 1  # of an entry: half of the sides, and spun
+        entries = self._entries(max(3, count // each))
         candidates = []
-        for number, entry in enumerate(entries):
-            direction = self._towards(entry)
-            if bevel:
-                candidates.append(Candidate(entry, direction, spin_rate=2 * math.pi * self.speed / PITCH))
-            sides = range(number % 2, turns, 2 if len(entries) > 1 else 1) if bevel else [0]
-            candidates += [Candidate(entry, direction, 2 * math.pi * side / turns) for side in sides]
+        for number in range(count if bevel else len(entries)):
+            entry, kind = entries[number % len(entries)], number // len(entries)
+            turn = 2 * math.pi * (2 * kind + number % 2) / TURNS
+            is_spun = bevel and kind == each - 1 if count >= each * len(entries) else bevel and number == count - 1
+            candidates.append(Candidate(entry, self._towards(entry), 0.0 if is_spun or not bevel else turn, self.spin_rate if is_spun else 0.0))
         found = self._approach("coarse search", candidates, branch=bevel)
         if not found:
             raise PlanError("no insertion of the coarse search went well; " + self._first_error)
+        if not any(len(each.end.cut) for each in found):
+            raise PlanError(f"the tip of '{self.needle.name}' enters the tissue nowhere; the largest force was {max(each.end.force for each in found):.3g} N: "
+                            "is the puncture_force of a region larger?")
         made = [follow(self.problem, each) for each in found]
         made += [follow(self.problem, each, turn) for each in found if bevel and not each.spin_rate
                  for turn in (2 * math.pi / TURNS, math.pi / TURNS)]
         made = [each for each in made if each is not None]
         if not made:
-            raise PlanError(f"no direction within tilt={self.problem.tilt:.3g} rad of the scene's needle leads from the entry region to the target; "
-                            "give a larger tilt or another entry region")
+            raise PlanError(f"tilt: no direction within {self.problem.tilt:.3g} rad of the scene's needle leads from the entry region to the target; "
+                            "give a larger tilt or another entry_region")
         return made
+
+    @property
+    def spin_rate(self):
+        """rad/s, of a needle that is to go straight."""
+        number = next(i for i, each in enumerate(self.scene["needles"]) if each.get("name", self.needle.name) == self.needle.name)
+        return min(2 * math.pi * self.speed / PITCH, 0.9 * self.scene[f"needles[{number}].max_spin_speed"])
 
     def _search(self, pool):
         """Rounds of simulated candidates: the best so far are corrected by their miss, and their neighbours tried."""
@@ -132,7 +110,7 @@ class Planner:
         number = 0
         while self.done < budget or not simulated:
             number += 1
-            simulated += self._approach(f"search, round {number}", batch)
+            simulated += self._approach(f"search, round {number}", batch[:max(2, min(ROUND, int(budget - self.done)))])
             if not simulated and number > 2:
                 raise PlanError("no insertion of the search went well; " + self._first_error)
             best = sorted(simulated, key=lambda each: -score(self.problem, each))
@@ -165,7 +143,7 @@ class Planner:
 
     def _chosen(self, simulated):
         """The best, corrected a last time."""
-        left = max(1, int((self.cases - self.done) / (len(self.draws) + FIRST)))
+        left = max(1, (self.cases - self.done) // self.question.samples_of_plan)
         best = sorted(simulated, key=lambda each: -score(self.problem, each))
         chosen = spread_out(self.problem, best, min(left, MOST_PLANS))
         return [(each, each.end.depth) for each in chosen]
@@ -178,8 +156,8 @@ class Planner:
             misses = [outcome.miss for outcome in first.get(number, []) if outcome is not None]
             aimed.append(self._aimed(candidate, depth, np.mean(misses, axis=0)) if misses else (candidate, depth))
         outcomes = self._sample("samples", aimed, self.draws)
-        plans = [Plan(self, self._motion(candidate, depth), outcomes[number]) for number, (candidate, depth) in enumerate(aimed)]
-        return Plans(self, sorted(plans, key=lambda plan: (-plan.probability, -min(plan.margin, 1.0), plan.force)))
+        plans = [Plan(self.question, self._motion(candidate, depth), outcomes[number]) for number, (candidate, depth) in enumerate(aimed)]
+        return Plans(self.question, self.done, sorted(plans, key=lambda plan: (-plan.probability, -min(plan.margin, 1.0), plan.force)))
 
     def _aimed(self, candidate, depth, miss):
         """By the mean miss of samples."""
@@ -198,7 +176,7 @@ class Planner:
             depth = min(way + BEYOND, self.problem.longest)
             tries = tuple(share * way for share in FLIPS) if branch and not each.spin_rate else ()
             rows.append({**each.values(), "depth": depth, "stop": each.stop, "tries": tries})
-        motion = Approach(1.0, self.speed, needle=self.needle.name, clearance=self.clearance, target=tuple(self.problem.target))
+        motion = Approach(1.0, self.speed, needle=self.needle.name, clearance=self.question.clearance, target=tuple(self.problem.target))
         study = self._study(label, motion, rows, JudgedEnds(self._judged()))
         found = []
         for row in study.rows:
@@ -216,12 +194,12 @@ class Planner:
 
     def _sample(self, label, plans, draws):
         """{number of the plan: [Outcome of each draw, None where it failed]}"""
-        rows, names = [], sorted(self.uncertain)
+        rows, names = [], sorted(self.question.uncertain)
         for number, (candidate, depth) in enumerate(plans):
             for draw in draws:
                 values = {name: draw.get(name, self._neutral(name)) for name in names}
                 rows.append({**candidate.values(), "depth": max(depth, 1e-3), "plan": number, **values})
-        motion = Insertion(1.0, self.speed, needle=self.needle.name, clearance=self.clearance)
+        motion = Insertion(1.0, self.speed, needle=self.needle.name, clearance=self.question.clearance)
         study = self._study(label, motion, rows, self._judged(), names)
         found = {number: [None] * len(draws) for number in range(len(plans))}
         for row in study.rows:
@@ -233,11 +211,10 @@ class Planner:
 
     def _study(self, label, motion, rows, output, names=()):
         rows = [{name if name in names or name == "plan" else "motion." + name: value for name, value in row.items()} for row in rows]
-        study = Study(self.scene, motion, table(rows), {"end": output}, folder=os.path.join(self.folder, label.split(",")[0].replace(" ", "_")),
-                      seed=self.seed, prepare=Factors(self.needle.name) if "plan" in rows[0] else None)
-        if self.progress:
-            sys.stderr.write(f"{label}: {len(rows)} insertions\n")
-        study.run(on=self.on, workers=self.workers, progress=self.progress)
+        study = Study(self.scene, motion, table(rows), {"end": output}, folder=os.path.join(self.question.folder, label.split(",")[0].replace(" ", "_")),
+                      seed=self.question.seed, prepare=Factors(self.needle.name) if "plan" in rows[0] else None)
+        self._tell(f"{label}: {len(rows)} insertions")
+        study.run(on=self.question.on, workers=self.question.workers, progress=self.question.progress)
         self.done += len(rows)
         return study
 
@@ -245,7 +222,7 @@ class Planner:
         return Judged(tuple(self.problem.target), self.avoid, self.needle.name)
 
     def _motion(self, candidate, depth):
-        return Insertion(max(depth, 1e-3), self.speed, needle=self.needle.name, clearance=self.clearance, **candidate.values())
+        return Insertion(max(depth, 1e-3), self.speed, needle=self.needle.name, clearance=self.question.clearance, **candidate.values())
 
     def _neutral(self, name):
         return 1.0 if name in FACTORS else self.scene[name]
@@ -264,34 +241,32 @@ class Planner:
             if found is None:
                 raise PlanError("the needle does not meet the tissue on its way to the target; give tilt= or another scene")
             return [found[0]]
-        points, places = problem.surface.points(20_000, self.seed)
+        points, places = problem.surface.points(PLACES, self.question.seed)
         ways = problem.target - points
         lengths = np.linalg.norm(ways, axis=1)
         facing = np.sum(ways * problem.surface.normals[places], axis=1) < -0.3 * lengths
         able = facing & (lengths < problem.longest) & (ways @ problem.axis > math.cos(problem.tilt) * lengths)
         if problem.entry_region is not None:
-            inside = problem.entry_region.distances(problem.model, points) <= 0
+            inside = np.array([problem.lies_in_entry_region(point) for point in points])
             if not inside.any():
-                raise PlanError("entry_region: no part of the tissue's surface lies in it")
+                raise PlanError("entry_region: no part of the tissue's surface lies in it; " + problem.extent)
             able &= inside
-        if not able.any():
+        able = [point for point, way in zip(points[able], ways[able]) if problem.is_even(point, way / np.linalg.norm(way))]
+        if not able:
             raise PlanError(f"entry_region: from nowhere in it the needle, {self.needle.length:g} m long, reaches the target within tilt={problem.tilt:.3g} rad "
                             "of the scene's direction; give a larger tilt, another region or a longer needle")
-        return farthest(points[able], count)
+        return farthest(np.array(able), count)
 
-    def _clearance_of_scene(self):
-        """m from the tip to the tissue, as in the scene."""
-        tip, axis = self.needle.tip_position, self.needle.axis
-        found = self.problem.surface.hit(tip, axis)
-        way = 0.0 if found is None else float((found[0] - tip) @ axis)
-        return way if 0 < way < 0.05 else 5e-3
+    def _tell(self, text):
+        if self.question.progress:
+            sys.stderr.write(text + "\n")
 
     def _cases_in(self, seconds):
         began = time.monotonic()
         entry = self._entries(1)[0]
         self._approach("a first insertion, timed", [Candidate(entry, self._towards(entry))])
         each = time.monotonic() - began
-        return max(LEAST, int(0.85 * seconds / each * (self.workers or processors())))
+        return max(LEAST, int(0.85 * seconds / each * (self.question.workers or processors())))
 
 
 def spread_out(problem, candidates, count):
@@ -328,22 +303,3 @@ def farthest(points, count):
 
 def is_bevel(needle):
     return bool(np.linalg.norm(np.asarray(needle.cutting_direction)[1:]) > 1e-6)
-
-
-def named(avoid):
-    """{name: shape or region}."""
-    if avoid is None:
-        return {}
-    if isinstance(avoid, str) or (isinstance(avoid, dict) and set(avoid) <= {"sphere", "box", "half_space", "cylinder"} and avoid):
-        avoid = [avoid]
-    if isinstance(avoid, dict):
-        return {str(name): each for name, each in avoid.items()}
-    if not isinstance(avoid, (list, tuple)):
-        raise PlanError(f"avoid: expected shapes or names of regions, or {{name: either}}, found {avoid!r}")
-    return {each if isinstance(each, str) else f"shape {number}": each for number, each in enumerate(avoid, 1)}
-
-
-def checked_region(model, name):
-    if name not in model.regions:
-        raise PlanError(f"target: the tissue has no region '{name}'; it has {', '.join(model.regions)}")
-    return name

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import PlanError
 from ..study.values import check_vector
-from .tissue import Tetrahedra, boundary_of, distances_to_triangles, tetrahedra_of
+from .tissue import Tetrahedra, boundary_of, distances_to_triangles, extent_of, tetrahedra_of
 
 FIELDS = {"sphere": {"center", "radius"}, "box": {"min", "max"}, "half_space": {"point", "normal"},
           "cylinder": {"from", "to", "radius"}}
@@ -34,6 +34,10 @@ class Place:
     def check(self, model):
         if self.region is not None and self.region not in model.regions:
             raise PlanError(f"{self.field}: the tissue has no region '{self.region}'; it has {', '.join(model.regions)}")
+        corners = model.rest_positions[model.tetrahedra]
+        longest = np.linalg.norm(corners[:, 1:] - corners[:, :1], axis=2).max()
+        if self.region is None and self.distances(model, model.rest_positions).min() > longest:
+            raise PlanError(f"{self.field}: it lies nowhere near the tissue; {extent_of(model)}, and so are shapes")
 
     def distances(self, model, points):
         """Of points (n, 3) to the surface, negative inside; of an intersection of shapes a lower bound outside."""

@@ -26,6 +26,12 @@ def centroid_of(model, region):
     return volumes @ corners.mean(axis=1) / volumes.sum()
 
 
+def extent_of(model):
+    """In words: where the tissue lies at rest."""
+    low, high = model.rest_positions.min(axis=0), model.rest_positions.max(axis=0)
+    return "the tissue lies between " + " and ".join("(" + ", ".join(f"{each:.4g}" for each in corner) + ")" for corner in (low, high)) + " m in the world"
+
+
 def distances_to_triangles(points, triangles):
     """Of points (n, 3) to the nearest of triangles (t, 3, 3)."""
     return np.array([distance_to_triangles(point, triangles) for point in points])

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..distributions import LogUniform
 from ..errors import PlanError, SceneError
-from ..study.designs import latin_hypercube
+from ..study.designs import latin_hypercube, quantiles_of
 
 FACTORS = {"stiffness": LogUniform(0.8, 1.25), "friction": LogUniform(0.8, 1.25), "bevel": LogUniform(0.9, 1.1)}
 FRICTION = ("friction_static", "friction_dynamic", "friction_viscous")
@@ -41,15 +41,21 @@ def draws_of(uncertain, count, scene, seed):
     """[{name: value}]: nothing changed, then `count` cases that cover the distributions evenly. Raises PlanError."""
     for name in uncertain:
         if name in FACTORS:
+            check_factor(name, uncertain[name])
             continue
         try:
             scene.schema_at(name)
         except SceneError as error:
-            raise PlanError(f"uncertain: {error}; or one of {', '.join(FACTORS)}") from None
+            raise PlanError(f"uncertain: expected {', '.join(FACTORS)} or a field; {error}") from None
     if not uncertain:
         return [{}]
     design = latin_hypercube(uncertain, count, seed)
     return [{}, *(design[case] for case in range(count))]
+
+
+def check_factor(name, given):
+    if any(quantiles_of({name: given})[name].at(u) <= 0 for u in (0.0, 0.001, 0.5)):
+        raise PlanError(f"uncertain: {name}: expected factors above 0, found {given!r}")
 
 
 def wilson(hits, count, z=1.96):

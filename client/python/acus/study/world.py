@@ -14,7 +14,7 @@ from ..rotation import conjugate, multiply, rotate
 
 LONGEST = 10_000_000  # ticks of a case
 SETTLING = 0.5  # s
-AT_REST = 1e-4  # m/s
+AT_REST, TURNED = 1e-4, 0.1  # m/s, rad/s
 
 
 class World:
@@ -83,11 +83,12 @@ class World:
         return other
 
     def settle(self, needle):
-        """Steps until the base has come to rest after its last command, half a second at most."""
-        name, before = needle.name, self.report[needle.name].base_position
+        """Steps until the base has come to rest after its last command, and no longer turns; half a second at most."""
+        before = self.report[needle.name]
         for _ in range(self.ticks_of(SETTLING)):
-            now = self.step()[name].base_position
-            if np.linalg.norm(now - before) * self.rate < AT_REST:
+            now = self.step()[needle.name]
+            moved, turned = np.linalg.norm(now.base_position - before.base_position), abs(now.spin - before.spin)
+            if moved * self.rate < AT_REST and turned * self.rate < TURNED:
                 break
             before = now
 

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""What a motion commands, for acus-server and acus-replay."""
+
+import csv
+import os
+
+from ..errors import PlanError
+from ..scene import plain
+from ..study.case import Models
+from ..study.world import World
+
+COLUMNS = ("t", "needle", "x", "y", "z", "qw", "qx", "qy", "qz", "spin")
+REST = 0.5  # s at the end of a trajectory, in which a base that lags arrives
+
+
+class Logged(World):
+    """Notes the commands of each tick: [(tick, {name: pose})]."""
+
+    def __init__(self, model, bodies=None):
+        super().__init__(model, bodies=bodies)
+        self.log = []
+
+    def step(self, ticks=1):
+        if self._commands:
+            self.log.append((self.state.tick, dict(self._commands)))
+        return super().step(ticks)
+
+
+def placed_scene(scene, motion):
+    """A copy of the scene with needles and guides where the motion begins."""
+    scene = scene.copy()
+    model = Models().load(scene)
+    world = World(model, bodies=motion.bodies(model))
+    for number, (needle, before) in enumerate(zip(world.needles, model.needles)):
+        if needle is not before:
+            scene[f"needles[{number}].base.position"] = plain(needle.base_position)
+            scene[f"needles[{number}].base.orientation"] = plain(needle.base_orientation)
+    for number, guide in enumerate(world.guides):
+        scene[f"guides[{number}].pose.position"] = plain(guide.position)
+        scene[f"guides[{number}].pose.orientation"] = plain(guide.orientation)
+    return scene
+
+
+def write_motion(path, scene, motion):
+    """`path`.yaml, the scene with the needles where the motion begins, and `path`.csv, its trajectory. Both paths. Raises
+    PlanError."""
+    path = os.path.splitext(os.fspath(path))[0]
+    model = Models().load(scene)
+    world = Logged(model, motion.bodies(model))
+    motion(world)
+    try:
+        placed_scene(scene, motion).save(f"{path}.yaml")
+        with open(f"{path}.csv", "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(COLUMNS)
+            writer.writerows([repr(tick * world.time_step), name, *map(repr, [*plain(position), *plain(orientation), float(spin)])]
+                             for tick, name, position, orientation, spin in rows_of(world))
+    except OSError as error:
+        raise PlanError(f"{path}: {error.strerror}") from None
+    return f"{path}.yaml", f"{path}.csv"
+
+
+def rows_of(world):
+    """(tick, name, position, orientation, spin), by time; what rests has a row before it goes on: between rows poses run
+    straight."""
+    last = {each.name: (0, each.base_position, each.base_orientation, 0.0) for each in world.needles}
+    rows = [(0, name, *pose[1:]) for name, pose in last.items()]
+    for tick, commands in world.log:
+        for name, (position, orientation, *spin) in commands.items():
+            before, *pose = last.get(name, (tick, position, orientation, 0.0))
+            if tick > before + 1:
+                rows.append((tick, name, *pose))
+            last[name] = (tick + 1, position, orientation, float(spin[0]) if spin else pose[2])
+            rows.append((tick + 1, name, *last[name][1:]))
+    end = max(tick for tick, *_ in rows) + world.ticks_of(REST)
+    return sorted([*rows, *((end, name, *pose[1:]) for name, pose in last.items())], key=lambda row: row[0])
