@@ -14,7 +14,7 @@ import acus  # noqa: E402
 from acus.env import POLICIES, LogUniform, NeedleEnv, Outcome, Task, VectorEnv  # noqa: E402
 from acus.env.interface import Box, Discrete  # noqa: E402
 from acus.env.speed import measure, measure_together  # noqa: E402
-from acus.env.tissue_points import TissuePoints  # noqa: E402
+from acus.tissue_points import TissuePoints  # noqa: E402
 
 
 PLACES = ["engine", "server"] if acus.engine.available() else ["server"]

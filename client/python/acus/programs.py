@@ -9,6 +9,9 @@ import shutil
 from .errors import ProgramNotFound
 
 CHECKOUT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
+OF_PIP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "scenes")  # there where pip has installed the package
+REMEDY = ("this package is Python alone: build the server in a checkout (scripts/build) or install its Debian package "
+          "(scripts/package, apt install ./acus-server_*.deb), and say by $ACUS_SERVER where it is if it is not on PATH")
 PREFERRED = "release"  # preset; else what was built last
 
 
@@ -19,8 +22,7 @@ def find_server(program=None):
             return checked(found)
     found = newest_build("acus-server") or shutil.which("acus-server")
     if not found:
-        raise ProgramNotFound("acus-server is neither in the build of this checkout nor on PATH; build or install "
-                              "it, or say where it is by $ACUS_SERVER")
+        raise ProgramNotFound("acus-server is neither in the build of this checkout nor on PATH; " + REMEDY)
     return found
 
 
@@ -40,7 +42,7 @@ def find_program(name, server=None):
 
 def find_scene(name):
     """The file of a scene of the project, in the checkout or where it is installed; raises ProgramNotFound."""
-    folders = [os.path.join(CHECKOUT, "scenes")]
+    folders = [os.path.join(CHECKOUT, "scenes"), OF_PIP]
     try:
         folders.append(os.path.join(os.path.dirname(os.path.dirname(find_server())), "share", "acus", "scenes"))
     except ProgramNotFound:
@@ -49,7 +51,9 @@ def find_scene(name):
         path = os.path.join(folder, name + ".yaml")
         if os.path.exists(path):
             return path
-    raise ProgramNotFound(f"the scene '{name}' is neither in the checkout nor installed (package acus-scenes)")
+    known = sorted({each.removesuffix(".yaml") for folder in folders if os.path.isdir(folder) for each in os.listdir(folder) if each.endswith(".yaml")})
+    there = f"there are {', '.join(known)}" if known else "there are none: install the package acus-scenes"
+    raise ProgramNotFound(f"no scene '{name}': neither a file nor one of the project; {there}")
 
 
 def newest_build(name):

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 import acus
-from acus.env.tissue_points import TissuePoints
+from acus.tissue_points import TissuePoints
 
 REAL_TIME = "--real-time" in sys.argv
 NOISE = 0.2e-3  # m, of measured tips and targets

@@ -8,10 +8,10 @@ ultrasound. Every needle drags the prostate with it, and so moves the targets of
 import numpy as np
 
 from ..errors import EnvError
+from ..tissue_points import TissuePoints
 from .interface import Box, Discrete
 from .scenes import brachytherapy
 from .task import Outcome, Task
-from .tissue_points import TissuePoints
 
 CM = 100  # per m
 NEEDLES = 6

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import PlanError
 from ..study.motions import Insertion
-from ..study.values import weights_in
+from ..tissue_points import TissuePoints
 from .tissue import Deformed, extent_of
 
 STEP = 1e-3  # m, between looks at clearances along a path
@@ -19,14 +19,12 @@ class TissuePoint:
     """A point of the tissue (m, world, at rest), which moves with it."""
 
     def __init__(self, model, point):
-        weights = weights_in(model.rest_positions, model.tetrahedra, np.asarray(point, dtype=float))
-        inside = int(np.argmax(weights.min(axis=1))) if len(weights) else -1
-        if inside < 0 or weights[inside].min() < -1e-9:
+        self._points = TissuePoints(model, [point])
+        if self._points.outside[0]:
             raise PlanError(f"target: {np.asarray(point).tolist()} is not inside the tissue; {extent_of(model)}")
-        self._nodes, self._weights = model.tetrahedra[inside], weights[inside]
 
     def at(self, state):
-        return self._weights @ state.tissue_positions[self._nodes]
+        return self._points.at(state.tissue_positions)[0]
 
 
 @dataclasses.dataclass(frozen=True)

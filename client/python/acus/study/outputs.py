@@ -16,7 +16,8 @@ from ..errors import StudyError
 from ..messages import flag_names
 from ..run import Run
 from ..scene import plain
-from .values import check_vector, weights_in
+from ..tissue_points import TissuePoints
+from .values import check_vector
 
 
 class Result:
@@ -161,12 +162,10 @@ class Distance:
 
 def moved(result, point):
     """Where a point of the tissue is at the end."""
-    rest, tetrahedra = result.model.rest_positions, result.model.tetrahedra
-    weights = weights_in(rest, tetrahedra, point)
-    if not len(weights) or weights.min(axis=1).max() < -1e-9:
+    points = TissuePoints(result.model, [point]) if len(result.model.tetrahedra) else None
+    if points is None or points.outside[0]:
         raise StudyError(f"Distance: the target {point.tolist()} is not inside the tissue; moves=False keeps it in its place")
-    inside = int(np.argmax(weights.min(axis=1)))
-    return weights[inside] @ result.state.tissue_positions[tetrahedra[inside]]
+    return points.at(result.state.tissue_positions)[0]
 
 
 # ---- What a study does with them ----
