@@ -176,7 +176,7 @@ class Insertions(OfPlans):
 
     def test_an_approach_ends_where_the_tip_passes_the_target_that_has_moved(self):
         world = self.world(approach.Approach(0.1, 0.05, entry=(0, 0, TOP), direction=(0, 0, -1), spin_rate=12.0, target=TARGET))
-        target = approach.TissuePoint(self.model, TARGET)
+        target = approach.TissuePoint(self.model, TARGET, "target")
         np.testing.assert_allclose(target.at(self.model.start()), TARGET, atol=1e-12)
         tip = world.state.needle_positions("needle")[-1]
         self.assertLess(abs((target.at(world.state) - tip)[2]), 1e-3)
@@ -245,7 +245,7 @@ class Planned(OfPlans):
         """The server with the plan's scene and the replay with its trajectory end where the plan does."""
         result = plan.run(self.path("plan.acus"))
         self.assertGreater(os.path.getsize(self.path("plan.acus")), 1000)
-        np.testing.assert_allclose(plan.nominal.miss, approach.TissuePoint(self.model, TARGET).at(result.state) - result.track.tip_position[-1],
+        np.testing.assert_allclose(plan.nominal.miss, approach.TissuePoint(self.model, TARGET, "target").at(result.state) - result.track.tip_position[-1],
                                    atol=1e-12)
         scene, trajectory = plan.write(self.path("plan"))
         with acus.Server(scene, lockstep=True) as server:
@@ -296,9 +296,52 @@ class Planned(OfPlans):
             self.assertEqual(problem.is_even(np.array(entry), np.array([0, 0, -1.0])), even, entry)
 
     def test_no_more_is_simulated_than_was_asked_for(self):
-        self.assertLessEqual(self.plan(TARGET, ENTRIES, cases=38, samples=9, speed=0.2).cases, 38)
+        for samples in (1, 8, 9):
+            question = self.question(cases=60, samples=samples)
+            self.assertEqual((len(question.draws), len(question.first)), (samples + 1, 9 if samples == 9 else 0))
+        self.assertEqual(self.question(cases=20, samples=30, uncertain={}).samples_of_plan, 1)
+        self.assertLessEqual(self.plan(TARGET, ENTRIES, cases=20, samples=8, speed=0.2).cases, 20)
+
+    def test_minutes_bound_what_is_simulated(self):
+        plans = self.plan(TARGET, ENTRIES, minutes=0.06, samples=1, uncertain={}, speed=0.2)
+        self.assertGreaterEqual(plans.cases, 10)
+        self.assertEqual(str(self.plan(TARGET, ENTRIES, minutes=0.06, samples=1, uncertain={}, speed=0.2)), str(plans))  # by the time noted
+
+    def question(self, **settings):
+        given = {"radius": 2e-3, "uncertain": None, "tilt": 0.6, "speed": 0.1, "needle": None, "cases": 60, "minutes": None, "seed": 0, "folder": None,
+                 "on": None, "workers": 0, "progress": False, **settings}
+        return planner.Question(self.scene, TARGET, ENTRIES, None, given.pop("samples"), **given)
+
+    def test_with_a_given_direction_the_coarse_search_looks_to_all_sides(self):
+        asked = []
+        made = planner.Planner(self.question(tilt=0, cases=400, samples=30))
+        made._approach = lambda label, candidates, branch=False: asked.extend(candidates) or []
+        with self.assertRaises(acus.PlanError):
+            made.run()
+        turns = sorted(round(math.degrees(each.turn)) for each in asked if not each.spin_rate)
+        self.assertEqual(turns, list(range(0, 360, 45)))
+        self.assertEqual(sum(bool(each.spin_rate) for each in asked), 1)
+
+    def test_samples_that_all_fail_say_why(self):
+        plans = self.plan(TARGET, ENTRIES, cases=20, samples=2, uncertain={"tissue.regions[0].material.poisson_ratio": (0.6, 0.9)}, speed=0.2)
+        self.assertRegex(str(plans), "no plan succeeds in any sample; all samples failed: .*poisson_ratio")
+
+    def test_a_needle_that_stands_already_is_left_out(self):
+        world = study.World(self.model)
+        self.assertEqual(world.old_paths, 0)
+        motion = acus.Insertion(0.03, 0.1)
+        motion(world)
+        later = study.World(self.model)
+        later.state = world.state.copy()
+        later.old_paths = len(later.state.paths)
+        later.reports = world.reports
+        judged = approach.Judged(TARGET).of(later, later.needle())
+        self.assertEqual(judged["cut"], "[]")
 
     def test_a_needle_spins_no_faster_than_the_scene_lets_it(self):
+        with self.assertRaisesRegex(acus.PlanError, "scene: the needle's max_spin_speed is 5 rad/s; half a turn"):
+            self.scene["needles[0].max_spin_speed"] = 5.0
+            self.plan(TARGET, ENTRIES)
         self.scene["needles[0].max_spin_speed"] = 30.0
         plans = self.plan(TARGET, ENTRIES, cases=20, samples=1, uncertain={})
         for plan in plans:
@@ -360,9 +403,15 @@ class Implanted(OfPlans):
         self.assertLess(abs((shallow - deep)[2] - 0.02), 5e-3)
         self.assertGreater(deep[2], 0.06 - 0.04)  # the tissue went along
 
+    def test_a_seed_that_never_gets_into_the_tissue_is_named(self):
+        self.scene["tissue.regions[gel].interaction.puncture_force"] = math.inf
+        self.seeds = {"left": [(0.003, 0.002, 0.04)]}
+        with self.assertRaisesRegex(acus.PlanError, "seeds\\[left\\]: that for .* outside the tissue in every order"):
+            self.implant(speed=0.2)
+
     def test_errors_name_the_needle(self):
         for seeds, text in (({}, "seeds: expected {needle: targets}"), ({"middle": [(0, 0, 0)]}, "seeds\\[middle\\]: .* no needle"),
-                            ({"left": []}, "seeds\\[left\\]: expected one target or more"), ({"left": [(0, 0, 1)]}, "not inside the tissue"),
+                            ({"left": []}, "seeds\\[left\\]: expected one target or more"), ({"left": [(0, 0, 1)]}, "seeds\\[left\\]: .* not inside the tissue"),
                             ({"left": [(0, 0)]}, "seeds\\[left\\]: expected 3 finite numbers")):
             self.seeds = seeds
             with self.assertRaisesRegex(acus.PlanError, text):
@@ -389,7 +438,7 @@ class Steered(OfPlans):
         uncertain.Factors()(scene, factors)
         model = MODELS.load(scene)
         world, random, count, late = study.World(model, bodies=self.motion.bodies(model)), np.random.default_rng(1), 0, [[] for _ in range(1 + delay)]
-        needle, target = world.needle(), approach.TissuePoint(model, self.target)
+        needle, target = world.needle(), approach.TissuePoint(model, self.target, "target")
         while places := next_stride(late.pop(0)):
             measured = []
             for place in places:
@@ -443,6 +492,7 @@ class Steered(OfPlans):
                                ((self.scene, (1, 0, 0), self.motion), "not inside the tissue")):
             with self.assertRaisesRegex(acus.PlanError, text):
                 acus.plan.Steering(*settings)
+        self.steering().next((count, self.target) for count in range(1))  # any iterable
         for settings, text in (({"stride": 0}, "stride"), ({"beliefs": []}, "beliefs: expected a list"), ({"beliefs": [{"softness": 1}]}, "stiffness, friction, bevel"),
                                ({"beliefs": [{"bevel": -1}]}, "beliefs: bevel: expected a number above 0")):
             with self.assertRaisesRegex(acus.PlanError, text):

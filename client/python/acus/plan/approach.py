@@ -11,17 +11,18 @@ from ..study.motions import Insertion
 from ..tissue_points import TissuePoints
 from .tissue import Deformed, extent_of
 
-STEP = 1e-3  # m, between looks at clearances along a path
+DENSE = 1e-3  # m, between points of a line
 DIGITS = 5  # of m, of paths in tables
 
 
 class TissuePoint:
     """A point of the tissue (m, world, at rest), which moves with it."""
 
-    def __init__(self, model, point):
+    def __init__(self, model, point, field):
+        """`field` names it in errors."""
         self._points = TissuePoints(model, [point])
         if self._points.outside[0]:
-            raise PlanError(f"target: {np.asarray(point).tolist()} is not inside the tissue; {extent_of(model)}")
+            raise PlanError(f"{field}: {np.asarray(point).tolist()} is not inside the tissue; {extent_of(model)}")
 
     def at(self, state):
         return self._points.at(state.tissue_positions)[0]
@@ -37,7 +38,7 @@ class Approach(Insertion):
     tries: tuple = ()  # m behind the entry
 
     def __call__(self, world):
-        needle, target = world.needle(self.needle), TissuePoint(world.model, self.target)
+        needle, target = world.needle(self.needle), TissuePoint(world.model, self.target, "target")
         self.check_base(world, needle, self.way)
         places = self.places(world)
         branches = [Branch(flip, places, dataclasses.replace(self, flips=(*self.flips, flip)).places(world)) for flip in self.tries]
@@ -93,7 +94,6 @@ class Judged:
 
     target: tuple
     avoid: tuple = ()  # of (name, Place)
-    needle: str = None
 
     def __call__(self, result):
         return self.of(result.world, result.needle)
@@ -102,8 +102,8 @@ class Judged:
         model, state = world.model, world.state
         nodes, tissue = state.needle_positions(needle.name), Deformed(model, state.tissue_positions)
         shaft = inside(tissue, nodes)
-        cut = np.concatenate([np.zeros((0, 3)), *(inside(tissue, path) for path in state.paths if len(path))])
-        return {"miss": TissuePoint(model, self.target).at(state) - nodes[-1],
+        cut = np.concatenate([np.zeros((0, 3)), *(inside(tissue, path) for path in state.paths[world.old_paths:] if len(path))])
+        return {"miss": TissuePoint(model, self.target, "target").at(state) - nodes[-1],
                 "force": float(max(-report[needle.name].base_force_in_base[0] for report in world.reports)),
                 "shaft": rounded(shaft), "cut": rounded(cut),
                 "clearance": clearances(model, self.avoid, np.concatenate([shaft, cut]), needle.diameter / 2)}
@@ -136,10 +136,10 @@ def rounded(points):
 
 
 def dense(points):
-    """With more between those that are farther apart than STEP."""
+    """With more between those that are farther apart than DENSE."""
     points = np.asarray(points, dtype=float)
     parts = [points[:1]]
     for a, b in zip(points, points[1:]):
-        count = max(1, int(np.ceil(np.linalg.norm(b - a) / STEP)))
+        count = max(1, int(np.ceil(np.linalg.norm(b - a) / DENSE)))
         parts.append(a + np.arange(1, count + 1)[:, None] / count * (b - a))
     return np.concatenate(parts)

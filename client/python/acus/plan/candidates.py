@@ -19,6 +19,7 @@ from .tissue import extent_of
 ENOUGH = 4e-3  # m of clearance: more is not better
 BEND = 0.1  # m of clearance that a metre between aim and target costs: what bends is less certain
 FORCE = 1e-4  # m of clearance that a newton costs
+ON_SURFACE = 1e-6  # m
 EVEN, STEEPEST = 3e-3, 3.0  # m around an entry, where the surface is not farther from it than so many times that
 SLIP = 4e-3  # m: a tip that enters farther from its line has slipped
 MISS = 0.5  # likewise a metre of miss, which the next correction mends for the most part
@@ -45,7 +46,7 @@ class Problem:
                 and np.arccos(np.clip(candidate.direction @ self.axis, -1, 1)) <= self.tilt + 1e-9)
 
     def lies_in_entry_region(self, point):
-        return self.entry_region is None or bool(self.entry_region.distances(self.model, point)[0] <= 1e-6)
+        return self.entry_region is None or bool(self.entry_region.distances(self.model, point)[0] <= ON_SURFACE)
 
     def is_even(self, entry, direction):
         """Whether the surface goes on for 3 mm to all sides, without an edge over which the tip could slip."""

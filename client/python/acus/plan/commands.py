@@ -7,7 +7,7 @@ import os
 from ..errors import PlanError
 from ..scene import plain
 from ..study.case import Models
-from ..study.world import World
+from ..study.world import World, with_guides
 
 COLUMNS = ("t", "needle", "x", "y", "z", "qw", "qx", "qy", "qz", "spin")
 REST = 0.5  # s at the end of a trajectory, in which a base that lags arrives
@@ -30,14 +30,12 @@ def placed_scene(scene, motion):
     """A copy of the scene with needles and guides where the motion begins."""
     scene = scene.copy()
     model = Models().load(scene)
-    world = World(model, bodies=motion.bodies(model))
-    for number, (needle, before) in enumerate(zip(world.needles, model.needles)):
-        if needle is not before:
-            scene[f"needles[{number}].base.position"] = plain(needle.base_position)
-            scene[f"needles[{number}].base.orientation"] = plain(needle.base_orientation)
-    for number, guide in enumerate(world.guides):
-        scene[f"guides[{number}].pose.position"] = plain(guide.position)
-        scene[f"guides[{number}].pose.orientation"] = plain(guide.orientation)
+    bodies = with_guides(model, motion.bodies(model))
+    places = [*((each.name, f"needles[{number}].base") for number, each in enumerate(model.needles)),
+              *((each.name, f"guides[{number}].pose") for number, each in enumerate(model.guides))]
+    for name, place in places:
+        if name in bodies:
+            scene[f"{place}.position"], scene[f"{place}.orientation"] = map(plain, bodies[name])
     return scene
 
 
@@ -68,9 +66,9 @@ def rows_of(world):
     for tick, commands in world.log:
         for name, (position, orientation, *spin) in commands.items():
             before, *pose = last.get(name, (tick, position, orientation, 0.0))
-            if tick > before + 1:
+            if tick > before:
                 rows.append((tick, name, *pose))
             last[name] = (tick + 1, position, orientation, float(spin[0]) if spin else pose[2])
             rows.append((tick + 1, name, *last[name][1:]))
-    end = max(tick for tick, *_ in rows) + world.ticks_of(REST)
+    end = max(world.state.tick, *(tick for tick, *_ in rows)) + world.ticks_of(REST)
     return sorted([*rows, *((end, name, *pose[1:]) for name, pose in last.items())], key=lambda row: row[0])

@@ -24,7 +24,7 @@ from .uncertain import FACTORS, Factors, draws_of
 @dataclasses.dataclass(frozen=True)
 class Implantation:
     """The needles go in one after the other, each to its deepest seed; then each, in the same order, lays its seeds on the way
-    out. `world.notes["seeds"]` has where, {name: (seeds, 3)} m, at rest."""
+    out. `world.notes["seeds"]` has where, {name: (seeds, 3)} m, at rest; NaN outside the tissue."""
 
     order: tuple  # names
     shifts: tuple  # (3,) m of each in that order, from where the scene has them
@@ -45,7 +45,8 @@ class Implantation:
             for before, depth in zip((depths[0], *depths), depths):
                 go(world, name, before, depth, self.speed)
                 tip = world.state.needle_positions(name)[-1]
-                laid.append(Deformed(world.model, world.state.tissue_positions).at_rest([tip])[0])
+                inside = world.report[name].depth > 0  # a tip that presses on the surface is not
+                laid.append(Deformed(world.model, world.state.tissue_positions).at_rest([tip])[0] if inside else np.full(3, np.nan))
             seeds[name] = np.array(laid)
             go(world, name, depths[-1], 0.0, self.speed)
         world.notes["seeds"] = seeds
@@ -100,7 +101,7 @@ class Implanter:
             if not len(points):
                 raise PlanError(f"seeds[{name}]: expected one target or more")
             for point in points:
-                TissuePoint(self.model, point)
+                TissuePoint(self.model, point, place)
             self.targets[name] = points[np.argsort(-(points @ self.needles[name].axis), kind="stable")]  # the deepest first
         self.orders, self.rounds, self.speed, self.seed = orders, rounds, speed, seed
         self.uncertain = uncertainties(uncertain)
@@ -116,6 +117,8 @@ class Implanter:
         corrected = [self._corrected(self._ordered(straight, order), error) for order, error in zip(orders, first)]
         errors = self._errors("corrected orders", corrected)
         best = int(np.argmin([mean_of(each) for each in errors]))
+        if not np.isfinite(mean_of(errors[best])):
+            raise PlanError(self._lost(errors[best]))
         motion, error = corrected[best], errors[best]
         for number in range(self.rounds):
             tried = self._corrected(motion, error)
@@ -125,8 +128,8 @@ class Implanter:
             motion, error = tried, found
         count, every = len(self.draws), self._errors("samples", [straight, motion], self.draws)
         before, after = every[:count], every[count:]
-        return Implant(self.scene, motion, self._distances(first[0]), self._distances(error), np.array([self._distances(each) for each in before[1:] or before]),
-                       np.array([self._distances(each) for each in after[1:] or after]))
+        return Implant(self.scene, motion, distances_of(first[0]), distances_of(error), np.array([distances_of(each) for each in before[1:] or before]),
+                       np.array([distances_of(each) for each in after[1:] or after]))
 
     # ---- Parts ----
 
@@ -160,7 +163,7 @@ class Implanter:
         """By the errors (seeds, 3) of each needle: aside by their mean, along its axis each seed by its own."""
         shifts, depths = [], []
         for name, shift, way in zip(motion.order, motion.shifts, motion.depths):
-            axis, error = self.needles[name].axis, errors[name]
+            axis, error = self.needles[name].axis, np.nan_to_num(errors[name])  # what lies nowhere corrects nothing
             along = error @ axis
             shifts.append(tuple(np.array(shift) - (error - along[:, None] * axis).mean(axis=0)))
             depths.append(tuple(sorted(np.array(way) - along, reverse=True)))
@@ -182,13 +185,23 @@ class Implanter:
         return [{name: np.array([[row[f"laid.{name}.{i}.{axis}"] for axis in "xyz"] for i in range(len(targets))]) - targets
                  for name, targets in self.targets.items()} for row in study.rows]
 
-    @staticmethod
-    def _distances(errors):
-        return np.concatenate([np.linalg.norm(each, axis=1) for each in errors.values()])
+    def _lost(self, errors):
+        """Of a seed that came to lie outside the tissue."""
+        name = next(name for name, each in errors.items() if not np.all(np.isfinite(each)))
+        target = self.targets[name][np.flatnonzero(~np.all(np.isfinite(errors[name]), axis=1))[0]]
+        return (f"seeds[{name}]: that for {target.tolist()} comes to lie outside the tissue in every order: does '{name}' enter, and is the "
+                "target deep enough?")
+
+
+def distances_of(errors):
+    """m, of all seeds; NaN of one outside the tissue."""
+    return np.concatenate([np.linalg.norm(each, axis=1) for each in errors.values()])
 
 
 def mean_of(errors):
-    return float(np.mean(Implanter._distances(errors)))  # pylint: disable=protected-access
+    """m; infinite where a seed is outside the tissue."""
+    mean = float(np.mean(distances_of(errors)))
+    return mean if np.isfinite(mean) else np.inf
 
 
 def implant(scene, seeds, *, orders=24, rounds=3, samples=8, uncertain=None, speed=0.05, seed=0, folder=None, on=None, workers=None,

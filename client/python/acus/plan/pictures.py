@@ -4,10 +4,10 @@
 import numpy as np
 
 from ..study.pictures import BLUE, GREY, MM, ORANGE, figure, save
-from .tissue import Tetrahedra, tetrahedra_of
+from .shapes import region_of
 
 GREEN, RED = "#009e73", "#cc0000"
-STEP = 4e-4  # m between places at which it is looked for what is to be avoided
+LOOK = 4e-4  # m between places at which it is looked for what is to be avoided
 ROOM = 8e-3  # m around what is drawn
 
 
@@ -94,7 +94,7 @@ def draw_side(axes, plans, plan, known, side):
 
 def draw_cut(axes, problem, place, side, nominal):
     """What is to be avoided, in the surface through the needle that stands upright on the picture; at rest."""
-    x, y = (np.arange(low, high, MM * STEP) for low, high in zip(side.low, side.high))
+    x, y = (np.arange(low, high, MM * LOOK) for low, high in zip(side.low, side.high))
     x, y = np.meshgrid(x, y)
     upright = np.cross(*side.basis)
     deep = np.zeros_like(x)
@@ -105,7 +105,7 @@ def draw_cut(axes, problem, place, side, nominal):
     if place.region is None:
         distances = place.distances(problem.model, places)
     else:
-        within = Tetrahedra(problem.model.rest_positions[tetrahedra_of(problem.model, place.region)])
+        within, _ = region_of(problem.model, place.region)
         distances = np.array([-1.0 if within.find(each) is not None else 1.0 for each in places])
     distances = distances.reshape(x.shape)
     if distances.min() < 0:

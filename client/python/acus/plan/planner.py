@@ -5,7 +5,6 @@ import dataclasses
 import math
 import os
 import sys
-import time
 
 import numpy as np
 
@@ -13,9 +12,9 @@ from ..errors import PlanError
 from ..study import Insertion, Study, table
 from ..study.workers import processors
 from .approach import Approach, Judged, JudgedEnds
-from .candidates import Candidate, Outcome, follow, score
+from .candidates import ON_SURFACE, Candidate, Outcome, follow, score
 from .plans import Plan, Plans
-from .question import FIRST, Question
+from .question import Question, is_bevel
 from .uncertain import FACTORS, Factors
 
 SHARES = {"coarse": 0.2, "search": 0.3}  # of all cases; the rest are samples
@@ -26,6 +25,7 @@ ROUND, PARENTS = 12, 4  # cases of a round of the search; whose neighbours it tr
 MOST_PLANS = 8
 BEYOND = 0.012  # m that an approach may go deeper than the target at rest
 CLOSE = 0.25  # of the radius: a miss that needs no correction
+LEAST, IDLE = 20, 0.85  # cases; of the time, which they take
 LEAST_COARSE = 4  # insertions
 PLACES = 4000  # of the surface, of which entries are chosen
 
@@ -74,14 +74,15 @@ class Planner:
         the way. Candidates whose paths follow from theirs."""
         bevel = is_bevel(self.needle)
         count = max(LEAST_COARSE, int(SHARES["coarse"] * self.cases / (1 + len(FLIPS) / 2 if bevel else 1)))
-        each = min(count, TURNS // 2 + 1) if bevel else 1  # of an entry: half of the sides, and spun
-        entries = self._entries(max(3, count // each))
-        candidates = []
-        for number in range(count if bevel else len(entries)):
-            entry, kind = entries[number % len(entries)], number // len(entries)
-            turn = 2 * math.pi * (2 * kind + number % 2) / TURNS
-            is_spun = bevel and kind == each - 1 if count >= each * len(entries) else bevel and number == count - 1
-            candidates.append(Candidate(entry, self._towards(entry), 0.0 if is_spun or not bevel else turn, self.spin_rate if is_spun else 0.0))
+        entries = self._entries(max(3, count // (TURNS // 2 + 1)) if bevel else count)
+        candidates = [Candidate(entry, self._towards(entry)) for entry in entries]
+        if bevel:
+            sides = [np.roll(np.arange(TURNS), -number)[::2 if len(entries) > 1 else 1] for number in range(len(entries))]
+            ways = [[Candidate(each.entry, each.direction, 2 * math.pi * side / TURNS) for side in sides[number]]
+                    + [Candidate(each.entry, each.direction, spin_rate=self.spin_rate)] for number, each in enumerate(candidates)]
+            candidates = [way for kind in zip(*ways) for way in kind]  # of each entry one, then another of each
+            spun = [each for each in candidates if each.spin_rate][:max(1, count // (TURNS // 2 + 1))]
+            candidates = [*[each for each in candidates if not each.spin_rate][:count - len(spun)], *spun]
         found = self._approach("coarse search", candidates, branch=bevel)
         if not found:
             raise PlanError("no insertion of the coarse search went well; " + self._first_error)
@@ -100,8 +101,7 @@ class Planner:
     @property
     def spin_rate(self):
         """rad/s, of a needle that is to go straight."""
-        number = next(i for i, each in enumerate(self.scene["needles"]) if each.get("name", self.needle.name) == self.needle.name)
-        return min(2 * math.pi * self.speed / PITCH, 0.9 * self.scene[f"needles[{number}].max_spin_speed"])
+        return min(2 * math.pi * self.speed / PITCH, 0.9 * self.question.max_spin)
 
     def _search(self, pool):
         """Rounds of simulated candidates: the best so far are corrected by their miss, and their neighbours tried."""
@@ -110,7 +110,7 @@ class Planner:
         number = 0
         while self.done < budget or not simulated:
             number += 1
-            simulated += self._approach(f"search, round {number}", batch[:max(2, min(ROUND, int(budget - self.done)))])
+            simulated += self._approach(f"search, round {number}", batch[:max(1, min(ROUND, int(budget - self.done)))])
             if not simulated and number > 2:
                 raise PlanError("no insertion of the search went well; " + self._first_error)
             best = sorted(simulated, key=lambda each: -score(self.problem, each))
@@ -142,29 +142,31 @@ class Planner:
         return follow(self.problem, parent, random.normal(scale=0.3) if not parent.spin_rate else 0.0, entry, flips)
 
     def _chosen(self, simulated):
-        """The best, corrected a last time."""
+        """The best ones."""
         left = max(1, (self.cases - self.done) // self.question.samples_of_plan)
         best = sorted(simulated, key=lambda each: -score(self.problem, each))
         chosen = spread_out(self.problem, best, min(left, MOST_PLANS))
-        return [(each, each.end.depth) for each in chosen]
+        return chosen
 
     def _sampled(self, chosen):
         """Plans: each runs in the same draws. After the first ones it is aimed at where these came out on average."""
-        first = self._sample("first samples", chosen, self.draws[:FIRST + 1]) if len(self.draws) > FIRST else {}
+        first = self._sample("first samples", [(each, each.end.depth) for each in chosen], self.question.first) if self.question.first else {}
         aimed = []
-        for number, (candidate, depth) in enumerate(chosen):
+        for number, candidate in enumerate(chosen):
             misses = [outcome.miss for outcome in first.get(number, []) if outcome is not None]
-            aimed.append(self._aimed(candidate, depth, np.mean(misses, axis=0)) if misses else (candidate, depth))
+            aimed.append(self._aimed(candidate, np.mean(misses, axis=0)) if misses else (candidate, candidate.end.depth))
         outcomes = self._sample("samples", aimed, self.draws)
         plans = [Plan(self.question, self._motion(candidate, depth), outcomes[number]) for number, (candidate, depth) in enumerate(aimed)]
-        return Plans(self.question, self.done, sorted(plans, key=lambda plan: (-plan.probability, -min(plan.margin, 1.0), plan.force)))
+        order = sorted(plans, key=lambda plan: (-plan.probability, -np.nan_to_num(min(plan.margin, 1.0), nan=-1.0), np.nan_to_num(plan.force, nan=np.inf)))
+        return Plans(self.question, self.done, order, self._first_error)
 
-    def _aimed(self, candidate, depth, miss):
-        """By the mean miss of samples."""
+    def _aimed(self, candidate, miss):
+        """(candidate, depth), by the mean miss of samples."""
         made = follow(self.problem, dataclasses.replace(candidate, end=dataclasses.replace(candidate.end, miss=miss)))
         if made is None:
-            return candidate, depth
-        return made, depth + float(miss @ candidate.direction)
+            return candidate, candidate.end.depth
+        along = miss + (candidate.entry - made.entry if not self.problem.tilt else 0.0)  # an entry that moves on slanted skin
+        return made, candidate.end.depth + float(along @ candidate.direction)
 
     # ---- Parts ----
 
@@ -189,7 +191,6 @@ class Planner:
                     flip = row[f"end.{number}.flip"]
                     flips = candidate.flips if flip is None else (flip,)
                     found.append(Candidate(candidate.entry, candidate.direction, candidate.turn, candidate.spin_rate, flips, candidate.stop, end))
-        self._first_error = next((row["error"] for row in study.rows if row["error"]), "")
         return found
 
     def _sample(self, label, plans, draws):
@@ -206,7 +207,6 @@ class Planner:
             number, draw = divmod(row["case"], len(draws))
             if not row["error"]:
                 found[number][draw] = Outcome.of(row, "end", self.avoid, plans[number][1])
-        self._first_error = next((row["error"] for row in study.rows if row["error"]), "")
         return found
 
     def _study(self, label, motion, rows, output, names=()):
@@ -216,10 +216,12 @@ class Planner:
         self._tell(f"{label}: {len(rows)} insertions")
         study.run(on=self.question.on, workers=self.question.workers, progress=self.question.progress)
         self.done += len(rows)
+        self._first_error = next((row["error"] for row in study.rows if row["error"]), "")
+        self._wall_time = study.rows[0]["wall_time"]
         return study
 
     def _judged(self):
-        return Judged(tuple(self.problem.target), self.avoid, self.needle.name)
+        return Judged(tuple(self.problem.target), self.avoid)
 
     def _motion(self, candidate, depth):
         return Insertion(max(depth, 1e-3), self.speed, needle=self.needle.name, clearance=self.question.clearance, **candidate.values())
@@ -247,7 +249,7 @@ class Planner:
         facing = np.sum(ways * problem.surface.normals[places], axis=1) < -0.3 * lengths
         able = facing & (lengths < problem.longest) & (ways @ problem.axis > math.cos(problem.tilt) * lengths)
         if problem.entry_region is not None:
-            inside = np.array([problem.lies_in_entry_region(point) for point in points])
+            inside = problem.entry_region.distances(problem.model, points) <= ON_SURFACE
             if not inside.any():
                 raise PlanError("entry_region: no part of the tissue's surface lies in it; " + problem.extent)
             able &= inside
@@ -262,11 +264,10 @@ class Planner:
             sys.stderr.write(text + "\n")
 
     def _cases_in(self, seconds):
-        began = time.monotonic()
-        entry = self._entries(1)[0]
-        self._approach("a first insertion, timed", [Candidate(entry, self._towards(entry))])
-        each = time.monotonic() - began
-        return max(LEAST, int(0.85 * seconds / each * (self.question.workers or processors())))
+        """By the time of a first insertion, of which the row tells when it is there already."""
+        entry, workers = self._entries(1)[0], self.question.workers
+        self._approach("first insertion", [Candidate(entry, self._towards(entry))])
+        return max(LEAST, int(IDLE * seconds / self._wall_time * (processors() if workers is None else max(1, workers))))
 
 
 def spread_out(problem, candidates, count):
@@ -299,7 +300,3 @@ def farthest(points, count):
         chosen.append(int(np.argmax(distances)))
         distances = np.minimum(distances, np.linalg.norm(points - points[chosen[-1]], axis=1))
     return [points[each] for each in chosen]
-
-
-def is_bevel(needle):
-    return bool(np.linalg.norm(np.asarray(needle.cutting_direction)[1:]) > 1e-6)

@@ -16,10 +16,11 @@ from .uncertain import wilson
 class Plans(list):
     """Of acus.plan, the best first. `cases`: how many insertions were simulated; `target` (3,) m."""
 
-    def __init__(self, question, cases, plans):
+    def __init__(self, question, cases, plans, error=""):
+        """`error`: of a sample that failed."""
         super().__init__(plans)
         self.cases, self.target, self.radius, self.problem = cases, question.problem.target, question.problem.radius, question.problem
-        self.folder = question.folder
+        self.folder, self._error = question.folder, error
 
     def __str__(self):
         names = [name for name, _ in self.problem.avoid]
@@ -34,7 +35,8 @@ class Plans(list):
         """Sentences on why nothing succeeds, where that is so."""
         if not self or self[0].probability > 0:
             return []
-        reasons = [(max(plan.entered for plan in self) == 0, "in no plan the tip goes in where it should: it slips, or does not get through the surface"),
+        reasons = [(all(not any(plan.outcomes) for plan in self), f"all samples failed: {self._error}"),
+                   (max(plan.entered for plan in self) == 0, "in no plan the tip goes in where it should: it slips, or does not get through the surface"),
                    (max(plan.hit for plan in self) == 0, f"in no plan the tip comes within {1e3 * self.radius:g} mm of the target"),
                    (max(plan.clear for plan in self) == 0, "no plan keeps clear of " + ", ".join(name for name, _ in self.problem.avoid))]
         return ["no plan succeeds in any sample; " + next((text for holds, text in reasons if holds), "those that hit are not clear")

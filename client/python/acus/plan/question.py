@@ -3,27 +3,28 @@
 
 import math
 import os
-import re
 
 import numpy as np
 
 from ..errors import AcusError, PlanError
 from ..scene import Scene
 from ..study.case import Models
-from ..study.study import scene_of
+from ..study.motions import HALF_TURN
+from ..study.study import name_of, scene_of
 from ..study.values import check_number, check_vector
 from ..study.world import needle_of
 from .approach import TissuePoint
 from .candidates import Problem
 from .shapes import FIELDS, Place
-from .tissue import Surface, centroid_of, extent_of
-from .uncertain import FACTORS, draws_of
+from .tissue import Surface, centroid_of
+from .uncertain import FACTORS, draws_of, number_of
 
 FIRST = 8  # samples after which a plan is aimed once more
 FREE = 5e-3  # m of the needle that stays outside
 FAR = 0.05  # m: a tip that is farther from the tissue in the scene begins nearer
 NEAR = 5e-3  # m
 SAMPLES = 0.5  # of the cases, at least
+LEAST_SPIN = math.pi / HALF_TURN  # rad/s
 
 
 class Question:
@@ -43,18 +44,26 @@ class Question:
             check_whole(name, value, least)
         if minutes is not None:
             check_range("minutes", minutes, 1e-3, 1e6)
+        self.max_spin = self.scene[f"needles[{number_of(self.scene, self.needle.name)}].max_spin_speed"]
+        if is_bevel(self.needle) and self.max_spin < LEAST_SPIN:
+            raise PlanError(f"scene: the needle's max_spin_speed is {self.max_spin:g} rad/s; half a turn in {HALF_TURN} s takes {LEAST_SPIN:.3g} rad/s")
         if folder is not None and not str(folder):
             raise PlanError("folder: expected a path, found nothing")
         self.radius, self.speed, self.cases, self.minutes, self.seed = radius, speed, cases, minutes, seed
         self.uncertain = uncertainties(uncertain)
-        self.samples_of_plan = samples + 1 + (FIRST + 1 if samples > FIRST else 0)
-        if minutes is None:
-            self.check_cases(cases, "cases")
         self.problem = problem_of(model, self.needle, target, entry_region, avoid, tilt, radius)
         self.clearance = clearance_of(self.needle, self.problem.surface)
         self.draws = draws_of(self.uncertain, samples, self.scene, seed)
+        self.first = self.draws[:FIRST + 1] if len(self.draws) > FIRST + 1 else []
+        if minutes is None:
+            self.check_cases(cases, "cases")
         self.on, self.workers, self.progress = on, workers, progress
         self.folder = folder_of(self.scene, folder)
+
+    @property
+    def samples_of_plan(self):
+        """How many insertions it takes to try a plan."""
+        return len(self.first) + len(self.draws)
 
     def check_cases(self, cases, name):
         if self.samples_of_plan > SAMPLES * cases:
@@ -68,7 +77,7 @@ def problem_of(model, needle, target, entry_region, avoid, tilt, radius):
             raise PlanError(f"target: the tissue has no region '{target}'; it has {', '.join(model.regions)}")
         target = centroid_of(model, target)
     target = np.array(named("target", lambda: check_vector("target", target)))
-    TissuePoint(model, target)
+    TissuePoint(model, target, "target")
     places = tuple((name, Place(f"avoid[{name}]", given)) for name, given in each_of(avoid).items())
     entries = None if entry_region is None else Place("entry_region", entry_region)
     for place in [*(place for _, place in places), *([entries] if entries else [])]:
@@ -78,6 +87,10 @@ def problem_of(model, needle, target, entry_region, avoid, tilt, radius):
         if clearance <= 0:
             raise PlanError(f"avoid[{name}]: the target {target.tolist()} lies in it, or too near for the needle")
     return problem
+
+
+def is_bevel(needle):
+    return bool(np.linalg.norm(np.asarray(needle.cutting_direction)[1:]) > 1e-6)
 
 
 def clearance_of(needle, surface):
@@ -110,8 +123,7 @@ def scene_named(name, given):
 
 
 def folder_of(scene, folder):
-    name = re.sub(r"\W+", "_", str(scene.fields.get("name", "scene"))).strip("_") or "scene"
-    return os.path.abspath(folder or os.path.join("plans", name))
+    return os.path.abspath(folder or os.path.join("plans", name_of(scene)))
 
 
 def uncertainties(given):

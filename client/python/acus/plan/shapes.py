@@ -3,6 +3,7 @@
 of regions of the tissue; distances of points to their surface, negative inside. All in m, in the world, at rest."""
 
 import dataclasses
+import functools
 import math
 
 import numpy as np
@@ -44,10 +45,16 @@ class Place:
         points = np.asarray(points, dtype=float).reshape(-1, 3)
         if self.region is None:
             return np.max([part(points) for part in parts_of(self.field, self.given)], axis=0)
-        nodes, tetrahedra = model.rest_positions, tetrahedra_of(model, self.region)
-        within = Tetrahedra(nodes[tetrahedra])
+        within, triangles = region_of(model, self.region)
         inside = np.array([within.find(point) is not None for point in points], dtype=bool)
-        return np.where(inside, -1, 1) * distances_to_triangles(points, nodes[boundary_of(tetrahedra)])
+        return np.where(inside, -1, 1) * distances_to_triangles(points, triangles)
+
+
+@functools.lru_cache(16)
+def region_of(model, name):
+    """Of a region at rest: its Tetrahedra, its boundary's triangles (n, 3, 3)."""
+    tetrahedra = tetrahedra_of(model, name)
+    return Tetrahedra(model.rest_positions[tetrahedra]), model.rest_positions[boundary_of(tetrahedra)]
 
 
 def parts_of(field, given):

@@ -25,7 +25,8 @@ GOOD = 1e-4  # m: a miss that needs no correction
 TURN, SHIFT = 0.3, 3e-3  # rad, m: of bevel and flip, by which is found what they change
 MOST_TURN, MOST_SHIFT = 1.5, 0.02  # rad, m of a correction
 LAST = 5e-3  # m before the end, in which nothing flips: a tip springs aside when its bevel turns
-LONGEST = 0.5  # m of a course
+LEAST_WAY = 1e-6  # m of a stride
+FREE = 5e-3  # m of the needle that stays outside
 
 
 class Steering:
@@ -50,7 +51,7 @@ class Steering:
         self.stride, self.start = stride, motion.clearance + start
         world = self.beliefs[0].world
         self.course = Course(0.0, 0.0, tuple(motion.clearance + flip for flip in motion.flips), motion.speed * world.time_step, world.time_step)
-        self.done, self.expected = False, None
+        self.done, self.expected, self.reached = False, None, False
 
     # ---- For who steers ----
 
@@ -58,14 +59,16 @@ class Steering:
         """[(advance in m, spin in rad)], what to command in the next ticks, of the believed scene's rate; empty at the
         target. `measured`: [(count, tip)] or [(count, tip, target)] that have come since the last call: how many of all places
         had been commanded by then, and (3,) m, world. A target that is measured, too, may move otherwise than is believed.
-        `expected` is then the miss (3,) m that is left, as far as is known."""
+        `expected` is then the miss (3,) m that is left, as far as is known, `reached` whether the needle comes to the target."""
+        measured = list(measured)
         for belief in self.beliefs:
             belief.compare(measured)
+        self.done = self.done or self.course.way >= self.beliefs[0].longest - LEAST_WAY
         if self.done:
             return []
-        turn, end = 0.0, None
-        if self.course.way + self.stride >= self.start:
-            self.course, turn, end = self._corrected()
+        best = self._corrected()
+        self.course, turn, end = best.course, best.turn, best.end
+        self.expected, self.reached = best.miss, best.passed
         places, self.course, self.done = self.course.stride(self.stride, turn, end)
         for belief in self.beliefs:
             belief.go(places)
@@ -79,13 +82,12 @@ class Steering:
     # ---- Parts ----
 
     def _corrected(self):
-        """(course, turn in rad, way in m at which it ends)"""
+        """The best Trial."""
         belief = self.belief
         best = Trial(belief, self.course, 0.0, self.stride)
-        if best.size > GOOD and best.end - self.course.way > self.stride:
-            best = min([best, *self._corrections(belief, best)], key=lambda each: each.size)
-        self.expected = best.miss
-        return best.course, best.turn, best.end
+        if best.size > GOOD and self.start <= self.course.way + 1e-9 < best.end - self.stride:
+            best = min([best, *self._corrections(belief, best)], key=lambda each: (not each.passed, each.size))
+        return best
 
     def _corrections(self, belief, now):
         """Trials of the whole and half the correction that follows from how turn and flip change the miss."""
@@ -145,7 +147,8 @@ class Belief:
         model = Models().load(scene)
         self.factors, self.world = factors, World(model, bodies=motion.bodies(model))
         self.needle = self.world.needle(motion.needle)
-        self.target = TissuePoint(model, check_vector("target", target))
+        self.target = TissuePoint(model, check_vector("target", target), "target")
+        self.longest = motion.clearance + self.needle.length - FREE  # m of way
         self.track = Track()
         self.track.add(0.0, self.world, self)
         self._differences = []  # (way, measured - believed)
@@ -198,11 +201,13 @@ class Trial:
         self.course, self.turn = course, turn
         self._belief, self._track = belief, Track()
         world = belief.world.branch()
-        places, _, _ = course.stride(LONGEST, turn)
+        places, _, _ = course.stride(belief.longest - course.way, turn)
+        self.passed = False
         for place in places:
             belief.step(world, place)
             self._track.add(place[0], world, belief)
-            if self._passes(stride):
+            self.passed = self._passes(stride)
+            if self.passed:
                 break
         left, heading = self._left(), self._heading()
         self.miss = left - (left @ heading) * heading

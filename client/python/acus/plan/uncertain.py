@@ -10,6 +10,7 @@ from ..errors import PlanError, SceneError
 from ..study.designs import latin_hypercube, quantiles_of
 
 FACTORS = {"stiffness": LogUniform(0.8, 1.25), "friction": LogUniform(0.8, 1.25), "bevel": LogUniform(0.9, 1.1)}
+UNNAMED = "needle"  # the name of a needle without one
 FRICTION = ("friction_static", "friction_dynamic", "friction_viscous")
 
 
@@ -26,9 +27,14 @@ class Factors:
             for name in FRICTION:
                 scale(scene, f"tissue.regions[{region}].interaction.{name}", values.get("friction", 1))
         for number, needle in enumerate(scene["needles"]):
-            if "cutting_direction" in needle and self.needle in (None, needle.get("name")):
+            if "cutting_direction" in needle and self.needle in (None, needle.get("name", UNNAMED)):
                 for axis in (1, 2):
                     scale(scene, f"needles[{number}].cutting_direction[{axis}]", values.get("bevel", 1))
+
+
+def number_of(scene, name):
+    """Of a needle in the scene."""
+    return next(number for number, each in enumerate(scene["needles"]) if each.get("name", UNNAMED) == name)
 
 
 def scale(scene, place, factor):

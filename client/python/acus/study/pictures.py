@@ -95,6 +95,7 @@ def draw_tornado(axes, output, found, values):
     axes.set_yticks(range(len(names)), [short(name) for name in reversed(names)], fontsize=7)
     axes.set_xlabel(f"change from mean {middle:.5g} of {label}", fontsize=8)
     axes.set_title("at low (blue), high (orange) values", fontsize=7)
+    axes.locator_params(axis="x", nbins=5)
     axes.tick_params(labelsize=7, which="both")
 
 

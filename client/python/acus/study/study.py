@@ -44,8 +44,7 @@ class Study:
     def __init__(self, scene, motion, parameters, outputs=("peak_force", "tip"), *, folder=None, seed=0, prepare=None):
         scene = scene_of(scene)
         self.definition = Definition(scene, policy_of(motion), design_of(parameters), outputs_of(outputs), seed, prepare)
-        name = re.sub(r"\W+", "_", str(scene.fields.get("name", "scene"))).strip("_")[:LONGEST_NAME] or "scene"
-        self.folder = os.path.abspath(folder or os.path.join("studies", name))
+        self.folder = os.path.abspath(folder or os.path.join("studies", name_of(scene)))
         self._store = Store(self.folder)
         self._rows = None
 
@@ -299,6 +298,11 @@ def scene_of(given):
         return given.copy()
     path = os.fspath(given)
     return Scene.read(path if os.path.exists(path) or os.sep in path else find_scene(path))
+
+
+def name_of(scene):
+    """As part of a path."""
+    return re.sub(r"\W+", "_", str(scene.fields.get("name", "scene"))).strip("_")[:LONGEST_NAME] or "scene"
 
 
 def write_csv(path, columns, rows):

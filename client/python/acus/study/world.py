@@ -33,6 +33,7 @@ class World:
         self.guides = [placed(each, "position", "orientation", bodies) for each in model.guides]
         self._axes = {each.name: each.axis for each in self.needles}
         self.report = self.state.report
+        self.old_paths = len(self.state.paths)  # that were there before anything moved
         self.reports, self.tick_times, self.notes = [], [], {}  # of each tick; s, of each
         self._commands = {}
         self._told = {each.name: (each.base_position, each.base_orientation) for each in self.needles}
