@@ -101,9 +101,9 @@ class Outcome:
         """Of a row of a study with the output Judged or JudgedEnds."""
         def value(name):
             return row[f"{prefix}.{name}"]
-        return cls(np.array([value(f"miss.{axis}") for axis in "xyz"]), value("force"),
-                   *(np.array(json.loads(value(each))).reshape(-1, 3) for each in ("shaft", "cut")), {name: value(f"clearance.{name}") for name, _ in avoid},
-                   value("depth") if depth is None else depth)
+        lines = [np.array(json.loads(value(each))).reshape(-1, 3) for each in ("shaft", "cut")]
+        return cls(np.array([value(f"miss.{axis}") for axis in "xyz"]), value("force"), *lines,
+                   {name: value(f"clearance.{name}") for name, _ in avoid}, value("depth") if depth is None else depth)
 
     @property
     def margin(self):

@@ -128,8 +128,8 @@ class Implanter:
             motion, error = tried, found
         count, every = len(self.draws), self._errors("samples", [straight, motion], self.draws)
         before, after = every[:count], every[count:]
-        return Implant(self.scene, motion, distances_of(first[0]), distances_of(error), np.array([distances_of(each) for each in before[1:] or before]),
-                       np.array([distances_of(each) for each in after[1:] or after]))
+        samples = [np.array([distances_of(each) for each in every[1:] or every]) for every in (before, after)]
+        return Implant(self.scene, motion, distances_of(first[0]), distances_of(error), *samples)
 
     # ---- Parts ----
 
@@ -157,7 +157,8 @@ class Implanter:
     @staticmethod
     def _ordered(motion, order):
         at = [motion.order.index(name) for name in order]
-        return dataclasses.replace(motion, order=tuple(order), shifts=tuple(motion.shifts[i] for i in at), depths=tuple(motion.depths[i] for i in at))
+        shifts, depths = (tuple(each[i] for i in at) for each in (motion.shifts, motion.depths))
+        return dataclasses.replace(motion, order=tuple(order), shifts=shifts, depths=depths)
 
     def _corrected(self, motion, errors):
         """By the errors (seeds, 3) of each needle: aside by their mean, along its axis each seed by its own."""
@@ -175,8 +176,8 @@ class Implanter:
         rows = [{**{f"motion.{field}": getattr(motion, field) for field in ("order", "shifts", "depths")}, "draw": number,
                  **{name: draw.get(name, 1.0 if name in FACTORS else self.scene[name]) for name in names}}
                 for motion in motions for number, draw in enumerate(draws)]
-        study = Study(self.scene, motions[0], table(rows), {"laid": laid}, folder=os.path.join(self.folder, label.split(",")[0].replace(" ", "_")),
-                      seed=self.seed, prepare=Factors())
+        folder = os.path.join(self.folder, label.split(",")[0].replace(" ", "_"))
+        study = Study(self.scene, motions[0], table(rows), {"laid": laid}, folder=folder, seed=self.seed, prepare=Factors())
         if self.progress:
             sys.stderr.write(f"{label}: {len(rows)} implants of {sum(map(len, self.targets.values()))} seeds\n")
         study.run(on=self.on, workers=self.workers, progress=self.progress)

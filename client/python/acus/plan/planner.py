@@ -12,7 +12,8 @@ from ..errors import PlanError
 from ..study import Insertion, Study, table
 from ..study.workers import processors
 from .approach import Approach, Judged, JudgedEnds
-from .candidates import ON_SURFACE, Candidate, Outcome, follow, score
+from .candidates import Candidate, Outcome, follow, score
+from .entries import entries_of
 from .plans import Plan, Plans
 from .question import Question, is_bevel
 from .uncertain import FACTORS, Factors
@@ -27,7 +28,6 @@ BEYOND = 0.012  # m that an approach may go deeper than the target at rest
 CLOSE = 0.25  # of the radius: a miss that needs no correction
 LEAST, IDLE = 20, 0.85  # cases; of the time, which they take
 LEAST_COARSE = 4  # insertions
-PLACES = 4000  # of the surface, of which entries are chosen
 
 
 def plan(scene, target, entry_region=None, avoid=None, samples=30, *, radius=2e-3, uncertain=None, tilt=0.6, speed=0.02, needle=None,
@@ -45,14 +45,16 @@ def plan(scene, target, entry_region=None, avoid=None, samples=30, *, radius=2e-
     much is simulated. folder, on, workers, progress: as Study and its run() have them. Raises PlanError, SceneError,
     StudyError.
     """
-    return Planner(Question(scene, target, entry_region, avoid, samples, radius=radius, uncertain=uncertain, tilt=tilt, speed=speed, needle=needle,
-                            cases=cases, minutes=minutes, seed=seed, folder=folder, on=on, workers=workers, progress=progress)).run()
+    question = Question(scene, target, entry_region, avoid, samples, radius=radius, uncertain=uncertain, tilt=tilt, speed=speed,
+                        needle=needle, cases=cases, minutes=minutes, seed=seed, folder=folder, on=on, workers=workers, progress=progress)
+    return Planner(question).run()
 
 
 class Planner:
     def __init__(self, question):
         self.question, self.problem, self.draws = question, question.problem, question.draws
-        self.scene, self.needle, self.speed, self.cases, self.avoid = question.scene, question.needle, question.speed, question.cases, question.problem.avoid
+        self.scene, self.needle, self.avoid = question.scene, question.needle, question.problem.avoid
+        self.speed, self.cases = question.speed, question.cases
         self.random = np.random.default_rng(question.seed)
         self.done = 0  # cases
         self._first_error = ""
@@ -87,15 +89,15 @@ class Planner:
         if not found:
             raise PlanError("no insertion of the coarse search went well; " + self._first_error)
         if not any(len(each.end.cut) for each in found):
-            raise PlanError(f"the tip of '{self.needle.name}' enters the tissue nowhere; the largest force was {max(each.end.force for each in found):.3g} N: "
-                            "is the puncture_force of a region larger?")
+            raise PlanError(f"the tip of '{self.needle.name}' enters the tissue nowhere; the largest force was "
+                            f"{max(each.end.force for each in found):.3g} N: is the puncture_force of a region larger?")
         made = [follow(self.problem, each) for each in found]
         made += [follow(self.problem, each, turn) for each in found if bevel and not each.spin_rate
                  for turn in (2 * math.pi / TURNS, math.pi / TURNS)]
         made = [each for each in made if each is not None]
         if not made:
-            raise PlanError(f"tilt: no direction within {self.problem.tilt:.3g} rad of the scene's needle leads from the entry region to the target; "
-                            "give a larger tilt or another entry_region")
+            raise PlanError(f"tilt: no direction within {self.problem.tilt:.3g} rad of the scene's needle leads from the entry region "
+                            "to the target; give a larger tilt or another entry_region")
         return made
 
     @property
@@ -157,8 +159,7 @@ class Planner:
             aimed.append(self._aimed(candidate, np.mean(misses, axis=0)) if misses else (candidate, candidate.end.depth))
         outcomes = self._sample("samples", aimed, self.draws)
         plans = [Plan(self.question, self._motion(candidate, depth), outcomes[number]) for number, (candidate, depth) in enumerate(aimed)]
-        order = sorted(plans, key=lambda plan: (-plan.probability, -np.nan_to_num(min(plan.margin, 1.0), nan=-1.0), np.nan_to_num(plan.force, nan=np.inf)))
-        return Plans(self.question, self.done, order, self._first_error)
+        return Plans(self.question, self.done, sorted(plans, key=rank), self._first_error)
 
     def _aimed(self, candidate, miss):
         """(candidate, depth), by the mean miss of samples."""
@@ -190,7 +191,7 @@ class Planner:
                     end = Outcome.of(row, f"end.{number}", self.avoid)
                     flip = row[f"end.{number}.flip"]
                     flips = candidate.flips if flip is None else (flip,)
-                    found.append(Candidate(candidate.entry, candidate.direction, candidate.turn, candidate.spin_rate, flips, candidate.stop, end))
+                    found.append(dataclasses.replace(candidate, flips=flips, end=end))
         return found
 
     def _sample(self, label, plans, draws):
@@ -211,8 +212,9 @@ class Planner:
 
     def _study(self, label, motion, rows, output, names=()):
         rows = [{name if name in names or name == "plan" else "motion." + name: value for name, value in row.items()} for row in rows]
-        study = Study(self.scene, motion, table(rows), {"end": output}, folder=os.path.join(self.question.folder, label.split(",")[0].replace(" ", "_")),
-                      seed=self.question.seed, prepare=Factors(self.needle.name) if "plan" in rows[0] else None)
+        folder = os.path.join(self.question.folder, label.split(",")[0].replace(" ", "_"))
+        prepare = Factors(self.needle.name) if "plan" in rows[0] else None
+        study = Study(self.scene, motion, table(rows), {"end": output}, folder=folder, seed=self.question.seed, prepare=prepare)
         self._tell(f"{label}: {len(rows)} insertions")
         study.run(on=self.question.on, workers=self.question.workers, progress=self.question.progress)
         self.done += len(rows)
@@ -236,28 +238,7 @@ class Planner:
         return way / np.linalg.norm(way)
 
     def _entries(self, count):
-        """Points of the surface, as far from each other as so many can be."""
-        problem = self.problem
-        if not problem.tilt:
-            found = problem.surface.hit(problem.target, problem.axis)
-            if found is None:
-                raise PlanError("the needle does not meet the tissue on its way to the target; give tilt= or another scene")
-            return [found[0]]
-        points, places = problem.surface.points(PLACES, self.question.seed)
-        ways = problem.target - points
-        lengths = np.linalg.norm(ways, axis=1)
-        facing = np.sum(ways * problem.surface.normals[places], axis=1) < -0.3 * lengths
-        able = facing & (lengths < problem.longest) & (ways @ problem.axis > math.cos(problem.tilt) * lengths)
-        if problem.entry_region is not None:
-            inside = problem.entry_region.distances(problem.model, points) <= ON_SURFACE
-            if not inside.any():
-                raise PlanError("entry_region: no part of the tissue's surface lies in it; " + problem.extent)
-            able &= inside
-        able = [point for point, way in zip(points[able], ways[able]) if problem.is_even(point, way / np.linalg.norm(way))]
-        if not able:
-            raise PlanError(f"entry_region: from nowhere in it the needle, {self.needle.length:g} m long, reaches the target within tilt={problem.tilt:.3g} rad "
-                            "of the scene's direction; give a larger tilt, another region or a longer needle")
-        return farthest(np.array(able), count)
+        return entries_of(self.problem, count, self.question.seed)
 
     def _tell(self, text):
         if self.question.progress:
@@ -268,6 +249,11 @@ class Planner:
         entry, workers = self._entries(1)[0], self.question.workers
         self._approach("first insertion", [Candidate(entry, self._towards(entry))])
         return max(LEAST, int(IDLE * seconds / self._wall_time * (processors() if workers is None else max(1, workers))))
+
+
+def rank(plan):
+    """What succeeds more often, then what has more clearance, then what takes less force."""
+    return -plan.probability, -np.nan_to_num(min(plan.margin, 1.0), nan=-1.0), np.nan_to_num(plan.force, nan=np.inf)
 
 
 def spread_out(problem, candidates, count):
@@ -290,13 +276,3 @@ def alike(a, b):
     turn = abs((a.turn - b.turn + math.pi) % (2 * math.pi) - math.pi)
     return (a.kind == b.kind and np.linalg.norm(a.entry - b.entry) < 2e-3 and (a.spin_rate or turn < 0.2)
             and all(abs(x - y) < 5e-3 for x, y in zip(a.flips, b.flips)))
-
-
-def farthest(points, count):
-    """So many of the points: each is as far as can be from those before it, the first from their middle the nearest."""
-    chosen = [int(np.argmin(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
-    distances = np.linalg.norm(points - points[chosen[0]], axis=1)
-    while len(chosen) < count and distances.max() > 1e-3:
-        chosen.append(int(np.argmax(distances)))
-        distances = np.minimum(distances, np.linalg.norm(points - points[chosen[-1]], axis=1))
-    return [points[each] for each in chosen]

@@ -36,7 +36,8 @@ class Plans(list):
         if not self or self[0].probability > 0:
             return []
         reasons = [(all(not any(plan.outcomes) for plan in self), f"all samples failed: {self._error}"),
-                   (max(plan.entered for plan in self) == 0, "in no plan the tip goes in where it should: it slips, or does not get through the surface"),
+                   (max(plan.entered for plan in self) == 0,
+                    "in no plan the tip goes in where it should: it slips, or does not get through the surface"),
                    (max(plan.hit for plan in self) == 0, f"in no plan the tip comes within {1e3 * self.radius:g} mm of the target"),
                    (max(plan.clear for plan in self) == 0, "no plan keeps clear of " + ", ".join(name for name, _ in self.problem.avoid))]
         return ["no plan succeeds in any sample; " + next((text for holds, text in reasons if holds), "those that hit are not clear")
@@ -91,7 +92,8 @@ class Plan:
         return float(np.arccos(np.clip(np.array(self.motion.direction) @ self._question.problem.axis, -1, 1)))
 
     def __repr__(self):
-        return f"<plan: succeeds with {self.probability:.2f} ({self.interval[0]:.2f} to {self.interval[1]:.2f}), misses by {1e3 * self.miss:.2f} mm>"
+        low, high = self.interval
+        return f"<plan: succeeds with {self.probability:.2f} ({low:.2f} to {high:.2f}), misses by {1e3 * self.miss:.2f} mm>"
 
     def cells(self):
         motion = self.motion

@@ -46,7 +46,8 @@ class Question:
             check_range("minutes", minutes, 1e-3, 1e6)
         self.max_spin = self.scene[f"needles[{number_of(self.scene, self.needle.name)}].max_spin_speed"]
         if is_bevel(self.needle) and self.max_spin < LEAST_SPIN:
-            raise PlanError(f"scene: the needle's max_spin_speed is {self.max_spin:g} rad/s; half a turn in {HALF_TURN} s takes {LEAST_SPIN:.3g} rad/s")
+            raise PlanError(f"scene: the needle's max_spin_speed is {self.max_spin:g} rad/s; half a turn in {HALF_TURN} s takes "
+                            f"{LEAST_SPIN:.3g} rad/s")
         if folder is not None and not str(folder):
             raise PlanError("folder: expected a path, found nothing")
         self.radius, self.speed, self.cases, self.minutes, self.seed = radius, speed, cases, minutes, seed
@@ -67,8 +68,8 @@ class Question:
 
     def check_cases(self, cases, name):
         if self.samples_of_plan > SAMPLES * cases:
-            raise PlanError(f"{name}: {cases} insertions are too few; to try one plan in its samples takes {self.samples_of_plan}, and half of all are for the "
-                            f"search: give at least {math.ceil(self.samples_of_plan / SAMPLES)}, or fewer samples")
+            raise PlanError(f"{name}: {cases} insertions are too few; to try one plan in its samples takes {self.samples_of_plan}, and half "
+                            f"of all are for the search: give at least {math.ceil(self.samples_of_plan / SAMPLES)}, or fewer samples")
 
 
 def problem_of(model, needle, target, entry_region, avoid, tilt, radius):

@@ -33,11 +33,12 @@ class Steering:
     """Receding horizon on branches of worlds of what is believed.
 
     `scene`: what is believed of tissue and needle; coarser and slower ticks do. `motion`: the planned Insertion. One world goes
-    along for each of `beliefs`, factors "stiffness", "friction", "bevel" by which the truth may differ. Each `stride` (m), next() is told where the tip was
-    measured; the world that was nearest to it over the last 20 mm counts. What is measured differs from that one, too, by a +
-    b s over the commanded way s (least squares), which is taken to go on. From `start` (m behind the entry) on, branches of
-    that world go on to the target: as is intended, with the bevel turned a little, and with the next flip a little later. The
-    turn and the flip with which the tip meets the target follow (Gauss-Newton). Raises PlanError, SceneError.
+    along for each of `beliefs`, factors "stiffness", "friction", "bevel" by which the truth may differ. Each `stride` (m),
+    next() is told where the tip was measured; the world that was nearest to it over the last 20 mm counts. What is measured
+    differs from that one, too, by a + b s over the commanded way s (least squares), which is taken to go on. From `start` (m
+    behind the entry) on, branches of that world go on to the target: as is intended, with the bevel turned a little, and with
+    the next flip a little later. The turn and the flip with which the tip meets the target follow (Gauss-Newton). Raises
+    PlanError, SceneError.
     """
 
     def __init__(self, scene, target, motion, *, beliefs=BELIEFS, stride=5e-3, start=0.01):

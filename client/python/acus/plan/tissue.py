@@ -29,7 +29,8 @@ def centroid_of(model, region):
 def extent_of(model):
     """In words: where the tissue lies at rest."""
     low, high = model.rest_positions.min(axis=0), model.rest_positions.max(axis=0)
-    return "the tissue lies between " + " and ".join("(" + ", ".join(f"{each:.4g}" for each in corner) + ")" for corner in (low, high)) + " m in the world"
+    corners = [", ".join(f"{each:.4g}" for each in corner) for corner in (low, high)]
+    return f"the tissue lies between ({corners[0]}) and ({corners[1]}) m in the world"
 
 
 def distances_to_triangles(points, triangles):
