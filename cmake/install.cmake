@@ -55,7 +55,7 @@ if(TARGET acus_engine_python)
   install(TARGETS acus_engine_python LIBRARY DESTINATION lib/python3/dist-packages COMPONENT pyengine)
 endif()
 install(DIRECTORY client/python/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-acus COMPONENT python
-        FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
+        FILES_MATCHING PATTERN "*.py" PATTERN "*.ipynb" PATTERN __pycache__ EXCLUDE)
 if(TARGET acus-server)
   install(TARGETS acus-server acus-export RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT server)
   if(TARGET acus-mesh)
