@@ -12,7 +12,7 @@ from small_scene import PATIENCE, ROOT, InTemporaryFolder
 from acus import engine  # noqa: E402
 
 NOTEBOOKS = os.path.join(ROOT, "client", "python", "examples", "notebooks")
-FEWER = ((r", 64\)", ", 8)"), (r"case\(17\)", "case(7)"), (r"cases=\d+", "cases=20, samples=2, speed=0.1"))
+FEWER = ((r", 64\)", ", 8)"), (r"case\(17\)", "case(7)"), (r"cases=\d+", "cases=20, samples=2, speed=0.2"))
 
 
 @unittest.skipUnless(all(map(importlib.util.find_spec, ("nbclient", "ipykernel"))), "SKIPPED: python3-nbclient or python3-ipykernel is missing")
