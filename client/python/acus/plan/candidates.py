@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Insertions that a planner considers, and how one follows from another without simulating it.
 
-An insertion goes in at `entry` towards `aim` (m, world, at rest), which lies beside the target by as much as the needle bends
-away. A tip that missed by m is corrected by aim += m, or, where the direction is given, by entry += m. A cut path turns and
-moves with the needle that makes it, as in tissue that is alike everywhere; what the tissue does else, the next simulation
-tells.
+A path turns and moves with the needle that cuts it, as in tissue that is alike everywhere. So a tip that missed is corrected
+by the direction that takes it to the target, or, where the direction is given, by the entry; what the tissue does else, the
+next simulation tells.
 """
 
 import dataclasses
@@ -17,7 +16,7 @@ from .approach import clearances
 from .tissue import extent_of
 
 ENOUGH = 4e-3  # m of clearance: more is not better
-BEND = 0.1  # m of clearance that a metre between aim and target costs: what bends is less certain
+BEND = 0.1  # m of clearance that a metre between the straight line and the target costs: what bends is less certain
 FORCE = 1e-4  # m of clearance that a newton costs
 ON_SURFACE = 1e-6  # m
 EVEN, STEEPEST = 3e-3, 3.0  # m around an entry, where the surface is not farther from it than so many times that

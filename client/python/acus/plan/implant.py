@@ -15,10 +15,11 @@ from ..study.motions import Insertion
 from ..study.values import check_vector
 from ..study.world import needle_of
 from .approach import TissuePoint
+from .checks import check_range, check_whole, named
 from .commands import write_motion
-from .question import check_range, check_whole, folder_of, named, scene_named, uncertainties
+from .question import folder_of, scene_named, uncertainties
 from .tissue import Deformed
-from .uncertain import FACTORS, Factors, draws_of
+from .uncertain import Factors, draws_of, neutral
 
 
 @dataclasses.dataclass(frozen=True)
@@ -174,7 +175,7 @@ class Implanter:
         """{needle: (seeds, 3) m, from target to seed} of each motion, in each draw."""
         names = sorted(self.uncertain) if len(draws) > 1 else []
         rows = [{**{f"motion.{field}": getattr(motion, field) for field in ("order", "shifts", "depths")}, "draw": number,
-                 **{name: draw.get(name, 1.0 if name in FACTORS else self.scene[name]) for name in names}}
+                 **{name: draw.get(name, neutral(name, self.scene)) for name in names}}
                 for motion in motions for number, draw in enumerate(draws)]
         folder = os.path.join(self.folder, label.split(",")[0].replace(" ", "_"))
         study = Study(self.scene, motions[0], table(rows), {"laid": laid}, folder=folder, seed=self.seed, prepare=Factors())

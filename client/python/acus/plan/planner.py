@@ -16,7 +16,7 @@ from .candidates import Candidate, Outcome, follow, score
 from .entries import entries_of
 from .plans import Plan, Plans
 from .question import Question, is_bevel
-from .uncertain import FACTORS, Factors
+from .uncertain import Factors, neutral
 
 SHARES = {"coarse": 0.2, "search": 0.3}  # of all cases; the rest are samples
 TURNS = 8  # sides of a bevel that a coarse search tries
@@ -115,8 +115,7 @@ class Planner:
             simulated += self._approach(f"search, round {number}", batch[:max(1, min(ROUND, int(budget - self.done)))])
             if not simulated and number > 2:
                 raise PlanError("no insertion of the search went well; " + self._first_error)
-            best = sorted(simulated, key=lambda each: -score(self.problem, each))
-            batch = self._next(spread_out(self.problem, best, PARENTS), corrected) or spread_out(self.problem, pool, ROUND)
+            batch = self._next(spread_out(self.problem, simulated, PARENTS), corrected) or spread_out(self.problem, pool, ROUND)
         return simulated
 
     def _next(self, parents, corrected):
@@ -146,9 +145,7 @@ class Planner:
     def _chosen(self, simulated):
         """The best ones."""
         left = max(1, (self.cases - self.done) // self.question.samples_of_plan)
-        best = sorted(simulated, key=lambda each: -score(self.problem, each))
-        chosen = spread_out(self.problem, best, min(left, MOST_PLANS))
-        return chosen
+        return spread_out(self.problem, simulated, min(left, MOST_PLANS))
 
     def _sampled(self, chosen):
         """Plans: each runs in the same draws. After the first ones it is aimed at where these came out on average."""
@@ -199,7 +196,7 @@ class Planner:
         rows, names = [], sorted(self.question.uncertain)
         for number, (candidate, depth) in enumerate(plans):
             for draw in draws:
-                values = {name: draw.get(name, self._neutral(name)) for name in names}
+                values = {name: draw.get(name, neutral(name, self.scene)) for name in names}
                 rows.append({**candidate.values(), "depth": max(depth, 1e-3), "plan": number, **values})
         motion = Insertion(1.0, self.speed, needle=self.needle.name, clearance=self.question.clearance)
         study = self._study(label, motion, rows, self._judged(), names)
@@ -227,9 +224,6 @@ class Planner:
 
     def _motion(self, candidate, depth):
         return Insertion(max(depth, 1e-3), self.speed, needle=self.needle.name, clearance=self.question.clearance, **candidate.values())
-
-    def _neutral(self, name):
-        return 1.0 if name in FACTORS else self.scene[name]
 
     def _towards(self, entry):
         if not self.problem.tilt:

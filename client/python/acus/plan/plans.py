@@ -5,10 +5,8 @@ import os
 
 import numpy as np
 
-from ..study.case import Models
-from ..study.outputs import Result
+from ..study.case import Models, carried_out
 from ..study.study import scene_of
-from ..study.world import World
 from .commands import placed_scene, write_motion
 from .uncertain import wilson
 
@@ -106,15 +104,8 @@ class Plan:
     def run(self, recording=None):
         """Simulates it in the scene as it is: a Result of acus.study. `recording`: the path of a new file, which acus-view
         shows."""
-        model = Models().load(self._question.scene)
-        world = World(model, bodies=self.motion.bodies(model))
-        if recording:
-            world.state.record(os.fspath(recording))
-        try:
-            self.motion(world)
-        finally:
-            world.state.end_recording()
-        return Result(world, self.motion.needle)
+        recording = None if recording is None else os.fspath(recording)
+        return carried_out(self.motion, Models().load(self._question.scene), recording=recording)
 
     def place(self, scene=None):
         """A copy of the planned scene, or of another one with this needle, with needle and guides where the plan begins."""

@@ -6,15 +6,16 @@ import os
 
 import numpy as np
 
-from ..errors import AcusError, PlanError
+from ..errors import PlanError
 from ..scene import Scene
 from ..study.case import Models
 from ..study.motions import HALF_TURN
 from ..study.study import name_of, scene_of
-from ..study.values import check_number, check_vector
+from ..study.values import check_vector
 from ..study.world import needle_of
 from .approach import TissuePoint
 from .candidates import Problem
+from .checks import check_range, check_whole, named
 from .shapes import FIELDS, Place
 from .tissue import Surface, centroid_of
 from .uncertain import FACTORS, draws_of, number_of
@@ -134,23 +135,3 @@ def uncertainties(given):
     if not isinstance(given, dict):
         raise PlanError(f"uncertain: expected {{name: range}}, found {given!r}")
     return dict(given)
-
-
-def named(name, check):
-    """What check() returns; its error begins with the argument's name."""
-    try:
-        return check()
-    except AcusError as error:
-        text = str(error)
-        raise PlanError(text if text.startswith(name) else f"{name}: {text}") from None
-
-
-def check_range(name, value, least, most):
-    named(name, lambda: check_number(name, value))
-    if not least <= value <= most:
-        raise PlanError(f"{name}: expected {least:g} to {most:g}, found {value!r}")
-
-
-def check_whole(name, value, least):
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value < least:
-        raise PlanError(f"{name}: expected a whole number, at least {least}, found {value!r}")

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import PlanError
 from ..study.values import check_vector
+from .checks import check_positive, named
 from .tissue import Tetrahedra, boundary_of, distances_to_triangles, extent_of, tetrahedra_of
 
 FIELDS = {"sphere": {"center", "radius"}, "box": {"min", "max"}, "half_space": {"point", "normal"},
@@ -116,10 +117,7 @@ MAKERS = {"sphere": sphere, "box": box, "half_space": half_space, "cylinder": cy
 
 
 def vector(field, value):
-    try:
-        return np.array(check_vector(field, value))
-    except Exception as error:
-        raise PlanError(str(error)) from None
+    return np.array(named(field, lambda: check_vector(field, value)))
 
 
 def bounds(field, value):
@@ -133,6 +131,5 @@ def bounds(field, value):
 
 
 def positive(field, value):
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not 0 < value < math.inf:
-        raise PlanError(f"{field}: expected a number above 0, found {value!r}")
+    check_positive(field, value)
     return float(value)

@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 
-from ..errors import PlanError, StudyError
+from ..errors import PlanError
 from ..study import Insertion
 from ..study.case import Models
 from ..study.study import scene_of
-from ..study.values import check_number, check_vector
+from ..study.values import check_vector
 from ..study.world import World
 from .approach import TissuePoint
+from .checks import check_positive
 from .uncertain import FACTORS, Factors
 
 BELIEFS = ({}, {"stiffness": 0.25}, {"stiffness": 0.5}, {"stiffness": 2.0}, {"stiffness": 4.0}, {"bevel": 0.75}, {"bevel": 1.33})
@@ -257,12 +258,3 @@ def checked(beliefs):
         for name, value in each.items():
             check_positive(f"beliefs: {name}", value)
     return beliefs
-
-
-def check_positive(name, value):
-    try:
-        check_number(name, value)
-    except StudyError as error:
-        raise PlanError(str(error)) from None
-    if value <= 0:
-        raise PlanError(f"{name}: expected a number above 0, found {value!r}")

@@ -59,6 +59,11 @@ def draws_of(uncertain, count, scene, seed):
     return [{}, *(design[case] for case in range(count))]
 
 
+def neutral(name, scene):
+    """The value of a factor or a field that changes nothing."""
+    return 1.0 if name in FACTORS else scene[name]
+
+
 def check_factor(name, given):
     if any(quantiles_of({name: given})[name].at(u) <= 0 for u in (0.0, 0.001, 0.5)):
         raise PlanError(f"uncertain: {name}: expected factors above 0, found {given!r}")

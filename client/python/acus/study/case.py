@@ -179,9 +179,13 @@ class Models:
 
 def simulate(definition, case, model, recording=None):
     """The Result of a case on the model of its scene. `recording`: the path of a new file."""
-    motion = definition.motion_of(case)
+    return carried_out(definition.motion_of(case), model, definition.design[case], definition.seed_of(case), recording)
+
+
+def carried_out(motion, model, parameters=None, seed=0, recording=None):
+    """The Result of a motion."""
     bodies = motion.bodies(model) if hasattr(motion, "bodies") else None
-    world = World(model, definition.design[case], definition.seed_of(case), bodies)
+    world = World(model, parameters, seed, bodies)
     if recording:
         world.state.record(recording)
     try:
