@@ -43,11 +43,14 @@ if(TARGET acus-view)
 endif()
 # The Python programs are modules of the package, and links to one launcher.
 install(PROGRAMS client/python/launch DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/client COMPONENT client)
-foreach(script plot picture top study)
+foreach(script plot picture top study cloud)
   file(RELATIVE_PATH target ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_DATADIR}/acus/client/launch)
   file(CREATE_LINK ${target} ${PROJECT_BINARY_DIR}/acus-${script} SYMBOLIC)
   install(FILES ${PROJECT_BINARY_DIR}/acus-${script} DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT client)
 endforeach()
+# acus-view looks for it beside itself, in a build, too.
+file(MAKE_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY})
+file(CREATE_LINK ${PROJECT_SOURCE_DIR}/client/python/launch ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/acus-cloud SYMBOLIC)
 # Python itself finds the package there below /usr; the programs above also below other prefixes.
 install(DIRECTORY client/python/acus DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN "*.py" PATTERN py.typed PATTERN __pycache__ EXCLUDE)

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <boost/asio/signal_set.hpp>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -36,6 +37,7 @@ constexpr const char* kDescription =
 constexpr const char* kFooter =
     "Examples:\n"
     "  acus-view insertion_pullback        an installed scene, or a file, with a server of its own\n"
+    "  acus-view liver.yaml --cloud 8      with the tips of eight worlds that differ a little\n"
     "  acus-view run.acus                  a recording, of acus-server --record or of the page\n"
     "  acus-view run.acus --export run.mp4 the recording as a film\n"
     "  acus-view                           the server at the default endpoints\n"
@@ -55,8 +57,29 @@ struct Arguments {
   client::KeyFiles keys;
   unsigned short port = 0;
   bool no_browser = false, lockstep = false, play = false;
+  std::string cloud;       // as check_cloud() takes it
   view::FilmOptions film;  // no target: none
 };
+// A number of worlds, or where a cloud is published already.
+std::optional<int> worlds_of(const std::string& cloud) {
+  int worlds = 0;
+  const auto [end, error] = std::from_chars(cloud.data(), cloud.data() + cloud.size(), worlds);
+  if (error != std::errc() || end != cloud.data() + cloud.size()) return {};
+  return worlds;
+}
+
+std::string check_cloud(const std::string& cloud) {
+  const std::optional<int> worlds = worlds_of(cloud);
+  if (!worlds) return client::check_endpoint(cloud);
+  return *worlds >= 2 && *worlds <= 1000 ? "" : "expected 2 to 1000 worlds, or an endpoint";
+}
+
+std::optional<view::CloudOptions> cloud_of(const Arguments& arguments) {
+  if (arguments.cloud.empty()) return {};
+  if (const std::optional<int> worlds = worlds_of(arguments.cloud))
+    return view::CloudOptions{*worlds, "", arguments.scene};
+  return view::CloudOptions{0, arguments.cloud, ""};
+}
 
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
@@ -79,6 +102,11 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->needs(scene);
   app.add_flag("--play", arguments.play, "Play the motion that is made for the scene once the page is open")
       ->needs(scene);
+  app.add_option("--cloud", arguments.cloud,
+                 "Draw where the tip may be if tissue and needle are a little other than in the scene: of so many "
+                 "worlds, with an acus-cloud of its own, or of one that publishes there")
+      ->type_name("WORLDS|ENDPOINT")
+      ->check(check_cloud);
   CLI::Option* film = app.add_option("--export", arguments.film.target,
                                      "Show nothing: make pictures of the recording into a folder, or a film if the "
                                      "name ends in .mp4, .webm or .mkv, and end. Needs chromium, films ffmpeg too")
@@ -103,7 +131,7 @@ void open_browser(const std::string& url) {
   if (std::system(command.c_str()) != 0) std::fprintf(stderr, "acus-view: no program opened the page; open its URL\n");
 }
 
-std::vector<std::string> replay_options(const Arguments& arguments, const view::ServerAddress& server) {
+std::vector<std::string> options_to_server(const Arguments& arguments, const view::ServerAddress& server) {
   std::vector<std::string> options{"--commands", server.commands, "--states", server.states};
   if (!arguments.keys.server.empty())
     options.insert(options.end(),
@@ -122,7 +150,9 @@ std::string problem_with(const Arguments& arguments) {
       return "--export " + arguments.film.target + ": " + problem;
   }
   if (client::is_recording(arguments.scene))
-    return arguments.play || arguments.lockstep ? "--play and --lockstep are for scenes, and this is a recording" : "";
+    return arguments.play || arguments.lockstep || !arguments.cloud.empty()
+               ? "--play, --lockstep and --cloud are for scenes, and this is a recording"
+               : "";
   return view::look_around(arguments.scene).path.empty()
              ? "expected the file of a scene or a recording, or the name of an installed scene"
              : "";
@@ -211,7 +241,8 @@ int run(const Arguments& arguments) {
     if (arguments.play)
       options.first_motion = motion_for(options.scenes, std::filesystem::path(arguments.scene).stem().string());
   }
-  options.replay = replay_options(arguments, options.server);
+  options.to_server = options_to_server(arguments, options.server);
+  options.cloud = cloud_of(arguments);
   setpriority(PRIO_PROCESS, 0, 5);  // ticks come first
   std::optional<view::Gateway> gateway;
   try {

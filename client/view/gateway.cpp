@@ -165,7 +165,7 @@ Gateway::Gateway(asio::io_context& context, Options options)
       acceptor_(context, tcp::endpoint(asio::ip::address_v4::loopback(), options_.port)),
       pause_(context),
       context_(context),
-      player_(context, options_.replay, [this](const std::string& why) { say(why); }) {
+      player_(context, options_.to_server, [this](const std::string& why) { say(why); }) {
   nlohmann::json scenes = nlohmann::json::object();
   for (const std::string& scene : options_.scenes.scenes) scenes[scene] = motion_for(options_.scenes, scene);
   choices_ =
@@ -178,6 +178,7 @@ Gateway::Gateway(asio::io_context& context, Options options)
   } else {
     begin_run();
   }
+  begin_cloud();
   fcntl(acceptor_.native_handle(), F_SETFD, FD_CLOEXEC);  // the browser that is opened must not inherit it
   accept();
 }
@@ -255,6 +256,16 @@ Source::Listener Gateway::listener() {
             if (driver_ != nullptr) driver_->put(frame);
           },
           [this] { play_first(); }};
+}
+
+void Gateway::begin_cloud() {
+  if (!options_.cloud) return;
+  cloud_ = std::make_unique<CloudLink>(
+      context_, *options_.cloud, options_.to_server,
+      [this](const Frame& frame) {
+        for (Viewer* viewer : viewers_) viewer->put(frame);
+      },
+      [this](const std::string& why) { say(why); });
 }
 
 void Gateway::begin_run() {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Serves the page and its WebSockets on one port of this machine, and passes between them and the server.
 //
-// On a WebSocket (`/link`), binary messages are the server's own, unchanged (protocol/README.md): states and, to the
-// one that drives, answers; from the one that drives, requests and streams. Text messages are the gateway's, JSON:
+// On a WebSocket (`/link`), binary messages are the server's own, unchanged (protocol/README.md): states, acus-cloud's
+// among them, and, to the one that drives, answers; from the one that drives, requests and streams. Text messages are
+// the gateway's, JSON:
 //
 //   page     {"token": "..."}     first of all: that of the URL
 //            {"drive": true}      asks to drive; {"drive": false} gives it back
@@ -36,12 +37,14 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "client/view/cloud_link.h"
 #include "client/view/motion_player.h"
 #include "client/view/page_files.h"
 #include "client/view/playback.h"
@@ -78,7 +81,8 @@ class Gateway {
     std::map<std::string, PageFile> page;
     SceneFolder scenes;
     std::string recordings;           // folder that the server records into; empty: not known
-    std::vector<std::string> replay;  // options that tell acus-replay where the server is
+    std::vector<std::string> to_server;  // options that tell a program where the server is
+    std::optional<CloudOptions> cloud;   // none: no cloud is drawn
     std::string first_motion;         // to be played once the first page looks; empty: none
   };
 
@@ -117,6 +121,7 @@ class Gateway {
   void accept_later();
   bool others_drive(const Viewer& viewer) const { return driver_ != nullptr && driver_ != &viewer; }
   Source::Listener listener();
+  void begin_cloud();
   void begin_run();
   void show(Source& source);
   void go_live();
@@ -138,6 +143,7 @@ class Gateway {
   std::unique_ptr<StartedServer> branched_;
   std::unique_ptr<ServerLink> server_;
   Source* source_ = nullptr;  // one of them
+  std::unique_ptr<CloudLink> cloud_;
   MotionPlayer player_;
 };
 

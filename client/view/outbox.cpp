@@ -55,7 +55,7 @@ void Outbox::put(const Frame& frame) {
     if (is_new || frame.force > forces.most.frame.force) forces.most = now;
     forces.last = now;
     add_step(forces, now);
-  } else if (frame.topic == "needle" || frame.topic == "tissue" || frame.topic == "stats") {
+  } else if (frame.topic == "needle" || frame.topic == "tissue" || frame.topic == "stats" || frame.topic == "cloud") {
     newest_[{frame.topic, frame.needle}] = frame;
   } else if (frame.topic == "event") {
     events_.push_back(frame);

@@ -7,7 +7,7 @@
 //                    each kStep of simulation time, too, so that curves have no gaps; of a delay beyond kMostSteps of
 //                    them fewer
 //   needle, tissue,  the newest of each needle, or the newest
-//   stats
+//   stats, cloud
 //   event            all; of those beyond kMostEvents the oldest are left out, and counted
 //   anything else    all, as far as kMostOthers and kMostBytes
 //

@@ -152,6 +152,63 @@ class Values(Engine):
         self.assertLess(np.linalg.norm(path[-1] - reports[-1]["needle"].tip_position), 3e-3)
 
 
+class Adoption(Engine):
+    def other(self, **fields):
+        scene = acus.Scene.read(self.path)
+        for place, value in fields.items():
+            scene[place] = value
+        return engine.load(scene)
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.pushed, _ = pushed(cls.model, 700)
+
+    def test_where_nothing_differs_the_bits_go_on(self):
+        state = self.pushed.copy()
+        other = self.other()
+        adopted = other.adopt(state)
+        self.assertEqual(adopted.hash, state.hash)
+        for model, each in ((self.model, state), (other, adopted)):
+            engine.step(model, each, push(self.model, 800), ticks=50)
+        self.assertEqual(adopted.hash, state.hash)
+
+    def test_time_goes_on_at_another_rate(self):
+        state = self.pushed.copy()
+        engine.step(self.model, state, push(self.model, 703), ticks=3)
+        slow = self.other(rate=50)
+        adopted = slow.adopt(state)
+        self.assertAlmostEqual(adopted.time, state.time, delta=0.01)
+        for tick in range(710, 810, 10):
+            last = engine.step(slow, adopted, push(self.model, tick))["needle"]
+            for each in range(tick - 9, tick + 1):
+                report = engine.step(self.model, state, push(self.model, each))["needle"]
+        np.testing.assert_allclose(last.tip_position, report.tip_position, atol=3e-4)  # m, of them 0.02 of a tick's way
+        np.testing.assert_allclose(last.base_force, report.base_force, atol=0.03 * np.linalg.norm(report.base_force))
+
+    def test_other_numbers_count_from_then_on(self):
+        state = self.pushed.copy()
+        scene = acus.Scene.read(self.path)
+        softer = self.other(**{"tissue.regions[0].material.young_modulus": 0.5 * scene["tissue.regions[0].material.young_modulus"]})
+        adopted, all_along = softer.adopt(state), pushed(softer, 700)[0]
+        np.testing.assert_array_equal(adopted.tissue_positions, state.tissue_positions)
+        forces = []
+        for model, each in ((softer, adopted), (softer, all_along), (self.model, state)):
+            for tick in range(701, 951):  # 10 mm, after which the tissue has been dragged along as far
+                report = engine.step(model, each, push(self.model, tick))
+            forces.append(report["needle"].base_force[2])
+        self.assertAlmostEqual(forces[0], forces[1], delta=0.005 * forces[1])
+        self.assertGreater(forces[2], 1.04 * forces[1])
+
+    def test_more_than_numbers_is_refused(self):
+        state = self.model.start()
+        scene = acus.Scene.read(self.path)
+        for fields, what in (({"needles[0].beams": 7}, "beams of 'needle'"), ({"needles[0].length": 0.14}, "length"), ({"needles[0].name": "other"}, "names of needles"),
+                             ({"tissue.mesh.box.cells": [5, 5, 5]}, "another mesh")):
+            self.assertRaisesRegex(ValueError, what, self.other(**fields).adopt, state)
+        self.assertRaises(TypeError, self.model.adopt, b"bytes")
+
+
 class Placement(Engine):
     def test_a_needle_elsewhere_is_as_if_the_scene_had_it_there(self):
         scene, needle = acus.Scene.read(self.path), self.model.needles[0]

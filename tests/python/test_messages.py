@@ -116,7 +116,7 @@ class Page(unittest.TestCase):
                 words.update(re.findall(r"\w+", file.read()))
         for of in (acus, acus.Client, acus.Server, acus.Run, acus.Track, acus.Scene, rotation, env, env.NeedleEnv, study, acus.Study,
                    study.World, study.Result, acus.plan, acus.plan.Plans, acus.plan.Plan,
-                   acus.plan.Steering, acus.plan.Implant):
+                   acus.plan.Steering, acus.plan.Implant, acus.plan.Cloud):
             names = set(public_names(of)) - {"np", "close"}
             self.assertEqual(names - words, set(), of.__name__)
 

@@ -41,6 +41,12 @@ TEST_CASE("a state leaves once, whatever it is") {
   CHECK(taken(outbox) == Texts{"first", "second"});
 }
 
+TEST_CASE("of tips of other worlds the newest leave") {
+  Outbox outbox;
+  for (const char* bytes : {"first", "second"}) outbox.put(frame("cloud", "", bytes));
+  CHECK(taken(outbox) == Texts{"second"});
+}
+
 TEST_CASE("no peak is lost, wherever departures fall") {
   for (int departure = 1; departure < 40; ++departure) {
     Outbox outbox;

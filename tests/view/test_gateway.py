@@ -16,6 +16,22 @@ from viewed import PATIENCE, WithGateway, scene
 
 
 class Gateway(WithGateway):
+    def test_a_cloud_is_of_worlds_or_of_an_endpoint(self):
+        for cloud, what in (("1", "2 to 1000 worlds"), ("some", "endpoint 'some'")):
+            process = self.launch("acus-view", "--no-browser", scene("insertion_pullback"), "--cloud", cloud)
+            self.assertEqual(process.wait(PATIENCE), 1)
+            self.assertIn(what, process.stderr.read())
+
+    def test_a_cloud_that_is_started_ends_with_the_gateway(self):
+        process, _ = self.view(scene("insertion_pullback"), "--lockstep", "--cloud", "2")
+        line = process.stderr.readline()
+        while line and "acus-cloud" not in line:
+            line = process.stderr.readline()
+        self.assertIn("acus-cloud: ", line)
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(process.wait(PATIENCE), 0)
+        self.assertEqual(glob.glob(os.path.join(self.folder, "acus-view-*")), [])
+
     def ask(self, url, path, **headers):
         connection = http.client.HTTPConnection("127.0.0.1", urlsplit(url).port, timeout=PATIENCE)
         self.addCleanup(connection.close)
@@ -215,7 +231,7 @@ class Gateway(WithGateway):
         for arguments, status, words in (
             (["no_such_scene.yaml"], 1, "no_such_scene.yaml: expected the file of a scene or a recording"),
             ([self.write("bad.yaml", "needles: none")], 2, "the server has ended with status 2"),
-            ([recording, "--play"], 1, "--play and --lockstep are for scenes"),
+            ([recording, "--play"], 1, "--play, --lockstep and --cloud are for scenes"),
             (["--page", "/nowhere", scene("insertion_pullback")], 3, "/nowhere/index.html: expected a file of the page"),
             (["--commands", "nonsense"], 1, "--commands"),
             ([scene("insertion_pullback"), "--commands", "tcp://127.0.0.1:5750"], 1, "excludes"),

@@ -232,6 +232,36 @@ class Together(Page):
         self.press("hold", other)
         self.wait_for("acus.hands.holding", other)
 
+    def test_the_tips_of_other_worlds_are_drawn_about_the_needles(self):
+        context = zmq.Context()
+        self.addCleanup(context.destroy, linger=0)
+        worlds = context.socket(zmq.PUB)
+        worlds.bind(f"ipc://{self.folder}/cloud")
+        self.look(self.view(scene("insertion_pullback"), "--lockstep", "--cloud", f"ipc://{self.folder}/cloud")[1])
+        self.wait_for("acus.hello && acus.standing.server && acus.hello.scene")
+        self.take()
+        self.step(1)
+        self.assertFalse(self.browser.find_element(By.ID, "cloud").is_displayed())
+        apart = 1e-3 * numpy.array([[0, 0, 0], [20, 0, 0], [-20, 0, 0], [0, 0, 20], [0, 15, 0]])  # m, of which one lies along the needle
+        needle = {"name": "needle", "tips": (apart + [1, 2, 3]).tobytes(), "spread": 0.0123, "error": 0.0}
+        message = {"v": 2, "type": "cloud", "epoch": 0, "tick": 1, "time": 0.002, "behind": 0.0, "needles": [needle]}
+        before = self.share(self.picture(), self.is_purple)
+        deadline = time.monotonic() + PATIENCE
+        while not self.text("spread") and time.monotonic() < deadline:
+            worlds.send_multipart([b"cloud", msgpack.packb(message)])
+            self.drawn()
+        self.assertEqual(self.text("spread"), "tips of 5 worlds, seen along the needle; ring 20 mm, spread 12.30 mm")
+        places = self.get("[...document.querySelectorAll('#tips circle:not(.ring)')].map((c) => Math.hypot(c.getAttribute('cx'), c.getAttribute('cy')))")
+        numpy.testing.assert_allclose(places, [0, 36, 36, 0, 27], atol=0.1)
+        self.assertGreater(self.share(self.picture(), self.is_purple), before + 4 * 10 / (SIZE[0] * SIZE[1]))
+        self.assertEqual(self.errors(), [])
+        self.browser.execute_async_script("acus.link.request('reset').then(arguments[0])")
+        self.wait_for("document.getElementById('cloud').hidden")
+
+    @staticmethod
+    def is_purple(red, green, blue):
+        return blue > green + 60 and red > green + 40 and blue > red
+
     def test_the_page_reads_what_the_server_wrote(self):
         """Every field of a force, and all coordinates, against Python's msgpack."""
         self.serve(scene("through"), "--lockstep")

@@ -114,6 +114,11 @@ class Model:
             raise TypeError(f"a snapshot: expected bytes, found {type(snapshot).__name__}")
         return self._loaded.state(bytes(snapshot))
 
+    def adopt(self, state):
+        """A copy of a state of another scene, to go on in this one, which differs in numbers alone: materials,
+        interactions, a bevel's direction, the rate. Raises ValueError for what differs in more."""
+        return self._loaded.adopt(state)
+
 
 def load(scene):
     """Model of a Scene, a scene file, or YAML with more than one line. Raises SceneError, ProgramNotFound."""

@@ -2,6 +2,7 @@
 // The page: takes what the gateway sends, keeps the newest, and draws it.
 import { Group, Mesh, Vector3 } from "./vendor/libraries.js";
 import { chosenMotion, chosenScene, offer, recordingName, showChoice, takeHome } from "./choices.js";
+import { Cloud } from "./cloud.js";
 import { Hands } from "./hands.js";
 import { Link } from "./link.js";
 import { Marks } from "./marks.js";
@@ -29,9 +30,10 @@ let follows = false; // a server goes on from the moment of the recording that i
 let built = ""; // what of the scene is drawn
 const guides = new Group();
 const marks = new Marks();
+const cloud = new Cloud();
 const plots = new Plots(element("plots"));
 const stage = new Stage(element("stage"), beforeDrawing);
-stage.scene.add(marks.group, guides);
+stage.scene.add(marks.group, guides, cloud.group);
 const link = new Link(location.hash.slice(1), { message, standing: stand, choices: chooseFrom, notice, jumped: forget, lost, damaged });
 const timeline = new Timeline(link);
 const hands = new Hands(stage, link, () => needles.get(hands.holding ?? chosen()));
@@ -57,6 +59,7 @@ function beforeDrawing(): void {
     marks.arrow(each.needle + " base", base, new Vector3(...each.base_force), length, 0xf08a24);
     marks.arrow(each.needle + " tip", tip, new Vector3(...each.tip_force), length, 0xd7263d);
   }
+  cloud.draw(needles, chosen());
   showFelt(force ?? null);
   if (replayed()) showFigures(hello, force ?? null, stats); // show() comes before the forces
   hands.felt = force ? Math.hypot(...force.haptic_force) : 0;
@@ -75,6 +78,7 @@ function forget(): void {
   shapes = 0;
   forces = new Map();
   marks.clear();
+  cloud.clear();
   plots.clear();
   clearEvents();
 }
@@ -168,6 +172,11 @@ function message(message: Message): void {
     case "event":
       marks.event(message);
       addEvent(message);
+      break;
+    case "cloud":
+      if (message.epoch !== epoch) break;
+      cloud.take(message);
+      stage.draw();
       break;
     case "stats":
       stats = message;

@@ -33,12 +33,16 @@ export interface Stats {
   type: "stats"; epoch: number; period: number; paused: boolean; ticks: number; late: number; end_p99: number; tick_p50: number;
   overruns: number; dropped: number; rows: number; flags: number; recording: string;
 }
+export interface CloudOfTips { // of acus-cloud
+  type: "cloud"; epoch: number; tick: number; time: number; behind: number;
+  needles: { name: string; tips: Uint8Array; spread: number; error: number }[];
+}
 export interface ServerError { type: "error"; seq?: number; rejected?: string; code: string; message: string }
 export interface Done { type: "done"; seq: number; epoch: number; tick: number }
 export interface Holding { type: "holding"; seq: number; needles: string[] }
 export interface SnapshotReply { type: "snapshot_reply"; seq: number; snapshot: Uint8Array; time: number }
 export type Message =
-  | HelloReply | DescribeReply | Force | NeedleShape | TissueShape | Event | Stats | ServerError | Done | Holding | SnapshotReply;
+  | HelloReply | DescribeReply | Force | NeedleShape | TissueShape | Event | Stats | CloudOfTips | ServerError | Done | Holding | SnapshotReply;
 
 // What the gateway says (client/view/gateway.h).
 export interface Standing { server: boolean; driving: boolean; driven: boolean; playing: string; viewers: number; lost: number; run: Run | null }

@@ -14,6 +14,7 @@
 #include "server/engine/python/engine_state.h"
 #include "server/engine/scene/mesh_process.h"
 #include "server/engine/scene/scene_error.h"
+#include "server/engine/state/adoption.h"
 #include "server/engine/state/placement.h"
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
@@ -204,6 +205,14 @@ EngineState from_bytes(const std::shared_ptr<EngineModel>& model, const py::byte
   }
 }
 
+EngineState adopted(const std::shared_ptr<EngineModel>& model, const EngineState& state) {
+  try {
+    return {model, adopt(model->model(), state.model->model(), resting(state).state)};
+  } catch (const AdoptionError& error) {
+    throw py::value_error(error.what());
+  }
+}
+
 Array orientations(const EngineState& state, const std::string& needle) {
   const auto& q = resting(state).state.needles[static_cast<std::size_t>(state.model->needle(needle))].q;
   Array all({q.size(), std::size_t{4}});
@@ -309,6 +318,8 @@ void declare_model(py::module_& module) {
            "The State after loading; {name: (position, orientation)} puts needles and guides elsewhere.")
       .def("state", from_bytes, py::arg("bytes"),
            "The State of a snapshot: of State.bytes(), or of a server with the same scene.")
+      .def("adopt", adopted, py::arg("state"),
+           "A copy of a State of another scene that differs in numbers alone, to go on in this one.")
       .def_property_readonly("name", [](const EngineModel& of) { return of.scene().name; })
       .def_property_readonly(
           "rate", [](const EngineModel& of) { return of.scene().rate; }, "Hz, ticks a second.")

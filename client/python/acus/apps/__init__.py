@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""The programs of the package: `main()` of plot, picture and top is acus-plot, acus-picture and acus-top."""
+"""The programs of the package: `main()` of plot is acus-plot, likewise of picture, top, study and cloud."""

@@ -4,6 +4,7 @@
 import sys
 import types
 
+from .cloud import Cloud
 from .implant import Implant, Implantation, implant
 from .planner import plan
 from .plans import Plan, Plans

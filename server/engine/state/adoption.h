@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A state of one scene goes on in another that differs in numbers alone: materials, interactions, the direction of a bevel,
+// the rate. So worlds of what may be true branch from one that runs.
+//
+// Places, velocities, paths and forces of the laws stay; the first ticks carry what the other numbers make of them. Where
+// the rate differs, ticks are counted so that simulation time goes on, to half a tick, and the rhythm of commands begins
+// anew.
+#pragma once
+
+#include <stdexcept>
+
+#include "server/engine/state/model.h"
+#include "server/engine/state/state.h"
+
+namespace acus {
+
+// The two scenes differ in more; what() says in what.
+struct AdoptionError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// `state` is of `from`. Throws AdoptionError.
+State adopt(const Model& model, const Model& from, const State& state);
+
+}  // namespace acus
