@@ -5,9 +5,12 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "server/engine/math/lanes.h"
@@ -30,6 +33,15 @@ std::vector<double> numbers(Random& random, int count) {
   return list;
 }
 
+template <class Real>
+Real rounded_to(double number) {
+  if constexpr (std::is_same_v<Real, Bfloat16>) {
+    return {static_cast<unsigned short>(std::bit_cast<std::uint32_t>(static_cast<float>(number)) >> 16)};
+  } else {
+    return static_cast<Real>(number);
+  }
+}
+
 // The strips of a panel, of random numbers.
 template <class Real>
 std::vector<Real> random_panel(Random& random, int columns, int below) {
@@ -39,7 +51,7 @@ std::vector<Real> random_panel(Random& random, int columns, int below) {
     size += strip_size(width, columns - j - width + below);
   }
   std::vector<Real> panel;
-  for (const double number : numbers(random, size)) panel.push_back(static_cast<Real>(number));
+  for (const double number : numbers(random, size)) panel.push_back(rounded_to<Real>(number));
   return panel;
 }
 
@@ -72,6 +84,7 @@ TEST_CASE("substitutions with panels give the same bits with wide registers") {
   if (test::only_one_set()) return;
   check_panels<float>();
   check_panels<double>();
+  check_panels<Bfloat16>();
 }
 
 // Tetrahedra at random places, in any state from unturned to inside out.

@@ -18,9 +18,7 @@ constexpr double kHeight = 0.1;
 constexpr TissueMatrix kMatrices[] = {TissueMatrix::turned, TissueMatrix::refactorized, TissueMatrix::constant};
 
 // What L as rounded may differ by, of the largest number in question.
-double rounding(const TissueMotion& motion) {
-  return motion.precision() == Precision::single_precision ? 1e-6 : 1e-11;
-}
+double rounding(const TissueMotion& motion) { return motion.precision() == Precision::double_precision ? 1e-11 : 1e-6; }
 
 // W_t and the free displacements of the rows of a tick.
 struct Compliance {
@@ -540,6 +538,44 @@ TEST_CASE("materials that differ by many orders of magnitude: double precision w
     MESSAGE("stiffness ratio " << ratio << ": compliance off by " << error);
     CHECK(error < 2 * TissueSystem::kSinglePrecisionError);
   }
+}
+
+// A point that is pushed for 60 ticks of `iterations` each, and then left alone for 60; of each the displacement.
+std::vector<Vector3> pushed(BenchMotion& motion, const TissueModel& model, int iterations) {
+  const MaterialPoint point{model.mesh->tetrahedron_count() - 1, Eigen::Vector4d(0.1, 0.2, 0.3, 0.4)};
+  const Vector3 rest = material_position(*model.mesh, model.mesh->nodes, point);
+  TissueState state = make_tissue_state(model);
+  std::vector<Vector3> displacements;
+  for (int i = 0; i < 120; ++i) {
+    motion.begin(state);
+    for (int iteration = 0; iteration < iterations; ++iteration) {
+      motion.linearize(state);
+      motion.clear_rows();
+      REQUIRE(motion.add_row(TissuePoint{point, {}, 0}, Vector3(1, 0, -1).normalized()) == 0);
+      const double force[] = {i < 60 ? 0.01 : 0.0};  // N
+      motion.correct(force);
+    }
+    motion.commit(state);
+    displacements.push_back(material_position(*model.mesh, state.x, point) - rest);
+  }
+  return displacements;
+}
+
+TEST_CASE("a large factor in few bits moves the tissue as converged ticks do" * doctest::test_suite("gate")) {
+  const TetrahedralMesh mesh = make_box_mesh({0.1, 0.1, 0.1}, {14, 14, 14});
+  const TissueModel model = bench_tissue(mesh, damped_material(0.45), [](const Vector3& p) { return p.z() < -0.0499; });
+  BenchMotion motion(model, 1e-3, TissueMatrix::turned, 1, 8), converged(model, 1e-3, TissueMatrix::turned, 1, 8);
+  REQUIRE(motion.precision() == Precision::bfloat16);
+  const std::vector<Vector3> once = pushed(motion, model, 1), often = pushed(converged, model, 6);
+  double largest = 0, apart = 0;
+  for (std::size_t i = 0; i < once.size(); ++i) {
+    largest = std::max(largest, often[i].norm());
+    apart = std::max(apart, (once[i] - often[i]).norm());
+  }
+  MESSAGE("largest " << largest << " m, apart " << apart << " m");
+  CHECK(largest > 1e-4);
+  CHECK(apart < 0.01 * largest);
+  CHECK((once.back() - often.back()).norm() < 5e-3 * largest);
 }
 
 TEST_CASE("nodes made ready one at a time are those that rows on the tetrahedron need") {

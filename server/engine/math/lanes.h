@@ -28,6 +28,11 @@ struct alignas(kLanes * sizeof(double)) Octet {
   const double& operator[](int i) const { return at[i]; }
 };
 
+// The upper half of a float: eight bits of mantissa.
+struct Bfloat16 {
+  unsigned short bits;
+};
+
 inline namespace ACUS_KERNEL {
 
 using Quad = double __attribute__((vector_size(4 * sizeof(double))));
@@ -76,6 +81,7 @@ struct Lanes : Halves {
 
   static Lanes load(const double* p);
   static Lanes load(const float* p);
+  static Lanes load(const Bfloat16* p);
   void store(double* p) const;
 
   friend Lanes operator+(const Lanes& a, const Lanes& b) {
@@ -136,6 +142,25 @@ inline Lanes Lanes::load(const float* p) {
   __builtin_memcpy(&low, p, sizeof low);
   __builtin_memcpy(&high, p + 4, sizeof high);
   return Halves{__builtin_convertvector(low, Quad), __builtin_convertvector(high, Quad)};
+#endif
+}
+
+inline Lanes Lanes::load(const Bfloat16* p) {
+#if defined(__AVX512F__)
+  const __m256i bits =
+      _mm256_slli_epi32(_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))), 16);
+  return Halves{_mm512_maskz_cvtps_pd(0xff, _mm256_castsi256_ps(bits))};
+#elif defined(__AVX__)
+  const __m128i bits = _mm_loadu_si128(reinterpret_cast<const __m128i*>(p)), zero = _mm_setzero_si128();
+  return Halves{_mm256_cvtps_pd(_mm_castsi128_ps(_mm_unpacklo_epi16(zero, bits))),
+                _mm256_cvtps_pd(_mm_castsi128_ps(_mm_unpackhi_epi16(zero, bits)))};
+#else
+  float numbers[kLanes];
+  for (int i = 0; i < kLanes; ++i) {
+    const unsigned bits = static_cast<unsigned>(p[i].bits) << 16;
+    __builtin_memcpy(numbers + i, &bits, sizeof bits);
+  }
+  return load(numbers);
 #endif
 }
 

@@ -129,6 +129,8 @@ void backward(const Real* strip, int columns, int below, double* w) {
 }  // namespace
 
 extern const PanelKernel<float> panel_kernel_of_float{forward_one<float>, forward<3, float>, backward<float>};
+extern const PanelKernel<Bfloat16> panel_kernel_of_bfloat16{forward_one<Bfloat16>, forward<3, Bfloat16>,
+                                                            backward<Bfloat16>};
 extern const PanelKernel<double> panel_kernel_of_double{forward_one<double>, forward<3, double>, backward<double>};
 
 }  // namespace ACUS_KERNEL

@@ -2,7 +2,9 @@
 #include "server/engine/math/panel_values.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "server/engine/math/kernel_set.h"
@@ -12,11 +14,13 @@ namespace acus {
 namespace baseline {
 extern const PanelKernel<float> panel_kernel_of_float;
 extern const PanelKernel<double> panel_kernel_of_double;
+extern const PanelKernel<Bfloat16> panel_kernel_of_bfloat16;
 }  // namespace baseline
 #if ACUS_KERNELS_V4
 namespace v4 {
 extern const PanelKernel<float> panel_kernel_of_float;
 extern const PanelKernel<double> panel_kernel_of_double;
+extern const PanelKernel<Bfloat16> panel_kernel_of_bfloat16;
 }  // namespace v4
 #else
 namespace v4 = baseline;
@@ -29,6 +33,11 @@ const PanelKernel<float>& panel_kernel() {
 template <>
 const PanelKernel<double>& panel_kernel() {
   return kernel_set() == KernelSet::v4 ? v4::panel_kernel_of_double : baseline::panel_kernel_of_double;
+}
+
+template <>
+const PanelKernel<Bfloat16>& panel_kernel() {
+  return kernel_set() == KernelSet::v4 ? v4::panel_kernel_of_bfloat16 : baseline::panel_kernel_of_bfloat16;
 }
 
 namespace {
@@ -52,6 +61,13 @@ std::ptrdiff_t panel_size(const PanelTree::Panel& panel) {
 template <class Real>
 Real rounded(double value) {
   return std::abs(value) < std::numeric_limits<Real>::min() ? Real{0} : static_cast<Real>(value);
+}
+
+// To the nearest; of two as near, to the even one.
+template <>
+Bfloat16 rounded(double value) {
+  const auto bits = std::bit_cast<std::uint32_t>(rounded<float>(value));
+  return {static_cast<unsigned short>((bits + 0x7fff + (bits >> 16 & 1)) >> 16)};
 }
 
 // `columns` points to the diagonal entry of the strip's first column, columns are `rows` apart.
@@ -82,7 +98,7 @@ void PanelValues<Real>::pack(const PanelTree& tree, const double* x, const int* 
     size += panel_size(panel);
   }
   start_.push_back(size);
-  values_.setZero(size);
+  values_.assign(static_cast<std::size_t>(size), Real{});
   for (std::size_t s = 0; s < tree.panels.size(); ++s) {
     const PanelTree::Panel& panel = tree.panels[s];
     const int rows = panel.columns + panel.below;
@@ -111,5 +127,6 @@ void PanelValues<Real>::backward(const PanelTree& tree, int s, double* w) const 
 
 template class PanelValues<float>;
 template class PanelValues<double>;
+template class PanelValues<Bfloat16>;
 
 }  // namespace acus

@@ -139,15 +139,19 @@ bool SparseCholesky::factorize(const SparseMatrix& lower, Precision precision) {
   cholmod_sparse view = view_of(lower);
   cholmod_factorize(&view, f.L, &f.common);
   if (f.common.status != CHOLMOD_OK) return false;
-  if (precision == Precision::single_precision) {
-    if (values_.index() != 0) values_.emplace<0>();
-  } else if (values_.index() != 1) {
-    values_.emplace<1>();
-  }
-  std::visit([&](auto& values) {
-    values.pack(tree_, static_cast<const double*>(f.L->x), static_cast<const int*>(f.L->px));
-  }, values_);
+  keep(precision);
   return true;
+}
+
+void SparseCholesky::keep(Precision precision) {
+  if (precision != this->precision()) {
+    if (precision == Precision::bfloat16) values_.emplace<PanelValues<Bfloat16>>();
+    if (precision == Precision::single_precision) values_.emplace<PanelValues<float>>();
+    if (precision == Precision::double_precision) values_.emplace<PanelValues<double>>();
+  }
+  const cholmod_factor& L = *factor_->L;
+  std::visit([&](auto& values) { values.pack(tree_, static_cast<const double*>(L.x), static_cast<const int*>(L.px)); },
+             values_);
 }
 
 void SparseCholesky::finish() { cholmod_free_factor(&factor_->L, &factor_->common); }
@@ -156,9 +160,11 @@ std::size_t SparseCholesky::factor_entries() const {
   return std::visit([](const auto& values) { return values.entries(); }, values_);
 }
 
-Precision SparseCholesky::precision() const {
-  return values_.index() == 0 ? Precision::single_precision : Precision::double_precision;
+std::size_t SparseCholesky::factor_bytes() const {
+  return std::visit([](const auto& values) { return values.bytes(); }, values_);
 }
+
+Precision SparseCholesky::precision() const { return static_cast<Precision>(values_.index()); }
 
 MatrixX SparseCholesky::make_panel_rows() const { return MatrixX::Zero(tree_.widest + kTileRows, 3); }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Sparse Cholesky factorisation P A Pᵀ = L Lᵀ by CHOLMOD's supernodal code (Chen, Davis, Hager, Rajamanickam 2008,
 // "Algorithm 887: CHOLMOD"), with our own substitutions on its factor: they can be called one at a time, allocate
-// nothing, give the same bits every time, and can read L rounded to single precision (panel_values.h).
+// nothing, give the same bits every time, and can read L rounded to fewer bits (panel_values.h).
 // Vectors handed to forward() and backward() are in the permuted order, unknown i at position(i).
 #pragma once
 
@@ -19,7 +19,7 @@ namespace acus {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-enum class Precision { single_precision, double_precision };
+enum class Precision { bfloat16, single_precision, double_precision };
 
 class SparseCholesky {
  public:
@@ -36,11 +36,15 @@ class SparseCholesky {
   // Numeric factorisation of a matrix with the analysed pattern; false if it is not positive definite.
   bool factorize(const SparseMatrix& lower_triangle, Precision precision = Precision::double_precision);
 
-  // Frees what only another factorisation needs: factorize() must not be called again.
+  // Keeps the factor in another precision from now on; not after finish().
+  void keep(Precision precision);
+
+  // Frees what only another factorisation needs: factorize() and keep() must not be called again.
   void finish();
 
   int size() const { return static_cast<int>(position_.size()); }
   std::size_t factor_entries() const;  // stored entries of L, padding included
+  std::size_t factor_bytes() const;
   Precision precision() const;
 
   // position(i): the place of unknown i in the permuted order. A block's unknowns follow each other there too.
@@ -63,7 +67,7 @@ class SparseCholesky {
   std::unique_ptr<Factor> factor_;
   std::vector<int> position_;
   PanelTree tree_;
-  std::variant<PanelValues<float>, PanelValues<double>> values_;
+  std::variant<PanelValues<Bfloat16>, PanelValues<float>, PanelValues<double>> values_;  // as Precision
 };
 
 }  // namespace acus

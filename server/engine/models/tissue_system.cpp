@@ -62,22 +62,30 @@ double factor_error(const SparseCholesky& factor, const SparseMatrix& lower) {
   return largest;
 }
 
+void keep_few_bits(SparseCholesky& factor, const SparseMatrix& rest) {
+  const auto keep = [&](Precision precision, double largest_error) {
+    factor.keep(precision);
+    return factor_error(factor, rest) < largest_error;
+  };
+  const bool large = factor.factor_entries() >= TissueSystem::kBfloat16Entries;
+  if (large && keep(Precision::bfloat16, TissueSystem::kBfloat16Error)) return;
+  if (keep(Precision::single_precision, TissueSystem::kSinglePrecisionError)) return;
+  factor.keep(Precision::double_precision);
+}
+
 void factorize_rest(TissueSystem& system, const ElementRotations& upright) {
   SparseMatrix rest;
   const Matrix3X& nodes = system.model.mesh->nodes;
   system.assembler.assemble(nodes, upright, Tangent::rest, tick_factors(system.h), rest);
   system.factor.analyze(rest, 3);
-  const auto factorize = [&](Precision precision) {
-    if (!system.factor.factorize(rest, precision)) {
-      throw std::runtime_error(
-          "tissue: expected a stiffness that can be factorised, found a matrix that is not positive definite; bring "
-          "young_modulus and density of its regions closer together, or poisson_ratio further from 0.5");
-    }
-  };
-  if (system.matrix == TissueMatrix::refactorized) return factorize(Precision::double_precision);
-  factorize(Precision::single_precision);
-  if (!(factor_error(system.factor, rest) < TissueSystem::kSinglePrecisionError))
-    factorize(Precision::double_precision);
+  const bool once = system.matrix != TissueMatrix::refactorized;
+  if (!system.factor.factorize(rest, once ? Precision::single_precision : Precision::double_precision)) {
+    throw std::runtime_error(
+        "tissue: expected a stiffness that can be factorised, found a matrix that is not positive definite; bring "
+        "young_modulus and density of its regions closer together, or poisson_ratio further from 0.5");
+  }
+  if (!once) return;
+  keep_few_bits(system.factor, rest);
   system.factor.finish();
 }
 

@@ -83,10 +83,9 @@ void Simulation::begin_report() {
 
 Costs Simulation::costs() const {
   const SparseCholesky& factor = model_.tissue_system.factor;
-  const std::size_t entry = factor.precision() == Precision::single_precision ? sizeof(float) : sizeof(double);
   return {static_cast<int>(model_.tissue.free_nodes.size()),
           factor.factor_entries(),
-          factor.factor_entries() * entry,
+          factor.factor_bytes(),
           scratch_->tissue.rows->corridor().capacity(),
           factor.tree().longest_way,
           model_.max_rows,

@@ -52,11 +52,12 @@ double median(const std::vector<double>& values) { return distribution_of(values
 
 // What the goals speak of, by one clock. Of processor times neighbours on the core neither spoil nor flatter them.
 struct TickRatios {
-  double to_calibration, to_default_order, p99_to_p50;
+  double to_calibration, to_reads, to_default_order, p99_to_p50;
 
   TickRatios(const Measurement& m, std::vector<double> Spans::*clock) {
     const Distribution tick = distribution_of(m.times.whole.*clock);
     to_calibration = tick.p50 / median(m.solves.*clock);
+    to_reads = tick.p50 / median(m.reads.*clock);
     to_default_order = tick.p50 / median(m.default_order_solves.*clock);
     p99_to_p50 = tick.p99 / tick.p50;
   }
@@ -127,6 +128,10 @@ std::string calibrations(const Measurement& m, const Calibration& calibration) {
   if (calibration.solve) add_calibration(table, "  CHOLMOD forward + backward", m.solves, fill(*calibration.solve));
   if (calibration.default_order)
     add_calibration(table, "  the same, default order", m.default_order_solves, fill(*calibration.default_order));
+  if (calibration.reads)
+    add_calibration(table, "  the factor read twice", m.reads,
+                    formatted("%.1f MiB", calibration.reads->bytes() / (1 << 20)) +
+                        formatted(", %.1f GB/s", 2e-9 * calibration.reads->bytes() / median(m.reads.wall)));
   if (calibration.dense)
     add_calibration(table, "  dense Cholesky", m.dense_factorisations, std::to_string(DenseCholesky::kRows) + " rows");
   return table.text();
@@ -138,6 +143,7 @@ std::string ratios(const Measurement& m) {
   table.add({"ratios", "      time", " processor"});
   table.add({"  tick p50 / calibration", ratio(wall.to_calibration), ratio(processor.to_calibration)});
   table.add({"  tick p50 / default order", ratio(wall.to_default_order), ratio(processor.to_default_order)});
+  table.add({"  tick p50 / factor read twice", ratio(wall.to_reads), ratio(processor.to_reads)});
   table.add({"  tick p99 / p50", ratio(wall.p99_to_p50), ratio(processor.p99_to_p50)});
   table.add({"  compliance + solve p50 / dense", ratio(laws_to_dense(m))});
   return table.text();
@@ -191,6 +197,12 @@ Json solve(const Spans& spans, const CholmodSolve& solve) {
   return json;
 }
 
+Json factor_reads(const Spans& spans, const TwoReads& reads) {
+  Json json = medians(spans);
+  json["bytes"] = 2 * reads.bytes();
+  return json;
+}
+
 Json dense_cholesky(const Spans& spans) {
   Json json = medians(spans);
   json["rows"] = int{DenseCholesky::kRows};
@@ -201,6 +213,7 @@ Json calibration_json(const Measurement& m, const Calibration& calibration) {
   Json json = Json::object();
   if (calibration.solve) json["simulation_order"] = solve(m.solves, *calibration.solve);
   if (calibration.default_order) json["default_order"] = solve(m.default_order_solves, *calibration.default_order);
+  if (calibration.reads) json["factor_read_twice"] = factor_reads(m.reads, *calibration.reads);
   if (calibration.dense) json["dense_cholesky"] = dense_cholesky(m.dense_factorisations);
   return json;
 }
@@ -208,6 +221,7 @@ Json calibration_json(const Measurement& m, const Calibration& calibration) {
 Json tick_ratios(const TickRatios& r) {
   return {{"tick_p50_to_calibration", r.to_calibration},
           {"tick_p50_to_default_order", r.to_default_order},
+          {"tick_p50_to_factor_read_twice", r.to_reads},
           {"tick_p99_to_p50", r.p99_to_p50}};
 }
 

@@ -84,6 +84,10 @@ const char* CholmodSolve::ordering_name() const {
   }
 }
 
+void TwoReads::run() {
+  for (int read = 0; read < 2; ++read) sum_ = sum_ + numbers_.sum();
+}
+
 // Diagonally dominant: its factor does not matter, only the work.
 DenseCholesky::DenseCholesky() : matrix_(MatrixX::Constant(kRows, kRows, 0.5)), factor_(matrix_) {
   matrix_.diagonal().setConstant(kRows);

@@ -6,6 +6,9 @@
 //                  A = M/h² + B/h + K of the tissue at rest: permutation, L x = b, Lᵀ x = b, permutation back. Double
 //                  precision, one right-hand side, one thread, workspaces kept. Once with the order of elimination that
 //                  the simulation itself uses, once with CHOLMOD's own choice.
+//   two reads      as many bytes as the simulation's factor has, read twice and added up: what a tick that reads the
+//   factor
+//                  twice could not be faster than.
 //   dense          Eigen's Cholesky factorisation of a symmetric matrix of 200 rows, in place.
 #pragma once
 
@@ -47,6 +50,18 @@ class CholmodSolve {
   cholmod_dense* right_side_ = nullptr;
   cholmod_dense* solution_ = nullptr;
   cholmod_dense* scratch_[2]{};
+};
+
+class TwoReads {
+ public:
+  explicit TwoReads(std::size_t bytes) : numbers_(VectorX::Ones(static_cast<Eigen::Index>(bytes / sizeof(double)))) {}
+  void run();
+
+  double bytes() const { return sizeof(double) * static_cast<double>(numbers_.size()); }  // of one read
+
+ private:
+  VectorX numbers_;
+  volatile double sum_ = 0;  // somebody wants it
 };
 
 class DenseCholesky {

@@ -39,6 +39,7 @@ void time_block(Calibrator& calibrator, Spans& spans) {
 void calibrate(Calibration& calibration, Measurement& result) {
   if (calibration.solve) time_block(*calibration.solve, result.solves);
   if (calibration.default_order) time_block(*calibration.default_order, result.default_order_solves);
+  if (calibration.reads) time_block(*calibration.reads, result.reads);
   if (calibration.dense) time_block(*calibration.dense, result.dense_factorisations);
 }
 
@@ -93,6 +94,7 @@ Calibration::Calibration(const Simulation& simulation) {
   if (matrix.rows() == 0) return;
   solve.emplace(matrix, simulation_order(matrix));
   default_order.emplace(matrix);
+  reads.emplace(simulation.costs().factor_bytes);
 }
 
 Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibration& calibration, const Plan& plan,

@@ -66,7 +66,7 @@ struct Measurement {
   double imbalance_max = 0;    // N
   double imbalance_share = 0;  // -, imbalance_max over the largest force of the same tick
   // The calibration's runs that count; empty where there is none.
-  Spans solves, default_order_solves, dense_factorisations;
+  Spans solves, default_order_solves, reads, dense_factorisations;
 };
 
 // What the ticks are compared with, as far as it is wanted and there is tissue to solve for.
@@ -76,6 +76,7 @@ struct Calibration {
 
   std::optional<CholmodSolve> solve;          // in the order of elimination of the simulation: what ratios refer to
   std::optional<CholmodSolve> default_order;  // in CHOLMOD's own
+  std::optional<TwoReads> reads;              // of the simulation's factor
   std::optional<DenseCholesky> dense;
 };
 
