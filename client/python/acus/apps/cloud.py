@@ -27,11 +27,10 @@ import time
 import zmq
 
 from acus import engine
+from acus.apps.arguments import Arguments, add_server, check_server, read_keys
 from acus.apps.cloud_follow import Follower
-from acus.client import COMMANDS, STATES
 from acus.distributions import LogUniform, Uniform
 from acus.errors import AcusError, KeyFileError, KeysRefused
-from acus.keys import Keys
 from acus.messages import encode
 from acus.plan.uncertain import FACTORS
 from acus.study.study import scene_of
@@ -40,13 +39,7 @@ PUBLISH = "tcp://127.0.0.1:5752"
 OURS = re.compile(r"ipc://.+|tcp://(127\.0\.0\.1|localhost):\d+")
 WAIT = 0.1  # s
 REFRESH = 1.0  # s between two lines in a terminal
-BAD_ARGUMENTS, REFUSED, CANNOT_PUBLISH = 1, 2, 3
-
-
-class Arguments(argparse.ArgumentParser):
-    def error(self, message):
-        self.print_usage(sys.stderr)
-        self.exit(BAD_ARGUMENTS, f"{self.prog}: {message}\n")
+REFUSED, CANNOT_PUBLISH = 2, 3
 
 
 def range_of(text):
@@ -67,10 +60,7 @@ def parse_arguments():
     parser.add_argument("--rate", type=float, default=50, help="ticks of each world per second (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: %(default)s)")
     parser.add_argument("--publish", default=PUBLISH, metavar="ENDPOINT", help="of this machine: ipc://PATH or tcp://127.0.0.1:PORT (default: %(default)s)")
-    parser.add_argument("--commands", default=COMMANDS, help="the server's endpoint (default: %(default)s)")
-    parser.add_argument("--states", default=STATES, help="the server's endpoint (default: %(default)s)")
-    parser.add_argument("--curve-server-key", metavar="FILE", help="the server's public key, if it asks for keys")
-    parser.add_argument("--curve-client-key", metavar="FILE", help="this client's pair of keys, as acus-keygen writes it into NAME.key_secret")
+    add_server(parser)
     arguments = parser.parse_args()
     if not 2 <= arguments.worlds <= 1000:
         parser.error("--worlds: expected 2 to 1000")
@@ -80,8 +70,7 @@ def parse_arguments():
         parser.error("--seed: expected a whole number, at least 0")
     if not OURS.fullmatch(arguments.publish):
         parser.error(f"--publish: expected ipc://PATH or tcp://127.0.0.1:PORT, found '{arguments.publish}'")
-    if (arguments.curve_server_key is None) != (arguments.curve_client_key is None):
-        parser.error("--curve-server-key and --curve-client-key: give both or none")
+    check_server(parser, arguments)
     return arguments
 
 
@@ -142,7 +131,7 @@ def main():
     context = zmq.Context()
     follower = None
     try:
-        keys = Keys(arguments.curve_server_key, arguments.curve_client_key) if arguments.curve_server_key else None
+        keys = read_keys(arguments)
         engine.version()  # whether there is one
         if arguments.scene:
             scene_of(arguments.scene)  # a wrong name is told at once, not when there is a server

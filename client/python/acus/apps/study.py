@@ -29,6 +29,7 @@ import sys
 import tempfile
 import time
 
+from acus.apps.arguments import BAD_ARGUMENTS, Arguments
 from acus.errors import AcusError
 from acus.guard import Guard
 from acus.study import Study
@@ -36,7 +37,7 @@ from acus.study.dask_engine import CERTIFICATE, KEY
 from acus.study.store import Store
 from acus.study.um_bridge import PORT
 
-BAD_ARGUMENTS, NO_CLUSTER = 1, 2
+NO_CLUSTER = 2
 STARTING = 30.0  # s until the scheduler listens
 ENDING = 10.0  # s
 LOOK = 0.1  # s between two looks
@@ -49,12 +50,6 @@ PASSED_ON = ("PYTHONPATH", "ACUS_SERVER", "PATH")  # to workers on other machine
 
 class NoCluster(AcusError):
     """What could not be started; str() is a sentence."""
-
-
-class Arguments(argparse.ArgumentParser):
-    def error(self, message):
-        self.print_usage(sys.stderr)
-        self.exit(BAD_ARGUMENTS, f"{self.prog}: {message}\n")
 
 
 def whole_number(text):

@@ -19,35 +19,24 @@ import sys
 import time
 
 from acus.apps import top_page
+from acus.apps.arguments import Arguments, add_server, check_server, read_keys
 from acus.apps.top_watch import SILENT, Watch
 from acus.errors import ClientError, KeyFileError
-from acus.keys import Keys
 
 REFRESH = 1.0  # s between two pages when nothing changes: the time since the last word counts on
 KEY_WAIT = 0.1  # s until a key is looked at
-BAD_ARGUMENTS, REFUSED, NO_SERVER = 1, 2, 3
-
-
-class Arguments(argparse.ArgumentParser):
-    def error(self, message):
-        self.print_usage(sys.stderr)
-        self.exit(BAD_ARGUMENTS, f"{self.prog}: {message}\n")
+REFUSED, NO_SERVER = 2, 3
 
 
 def parse_arguments():
     parser = Arguments(prog="acus-top", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--commands", default="tcp://127.0.0.1:5750", help="the server's endpoint (default: %(default)s)")
-    parser.add_argument("--states", default="tcp://127.0.0.1:5751", help="the server's endpoint (default: %(default)s)")
-    parser.add_argument("--curve-server-key", metavar="FILE", help="the server's public key, if it asks for keys")
-    parser.add_argument("--curve-client-key", metavar="FILE",
-                        help="this client's pair of keys, as acus-keygen writes it into NAME.key_secret")
+    add_server(parser)
     parser.add_argument("--once", action="store_true", help="print one page and end")
     parser.add_argument("--timeout", type=float, default=5, help="with --once, to wait for a page (s; default: 5)")
     arguments = parser.parse_args()
     if not 0 < arguments.timeout < 1e6:
         parser.error("--timeout: expected a number above 0")
-    if (arguments.curve_server_key is None) != (arguments.curve_client_key is None):
-        parser.error("--curve-server-key and --curve-client-key: give both or none")
+    check_server(parser, arguments)
     return arguments
 
 
@@ -100,12 +89,6 @@ def show(screen, watch):
         if (changed and watch.complete()) or key == curses.KEY_RESIZE or time.monotonic() - drawn > REFRESH:
             draw(screen, watch)
             drawn = time.monotonic()
-
-
-def read_keys(arguments):
-    if arguments.curve_server_key is None:
-        return None
-    return Keys(arguments.curve_server_key, arguments.curve_client_key)
 
 
 def main():
