@@ -60,6 +60,7 @@ struct Arguments {
   std::string cloud;       // as check_cloud() takes it
   view::FilmOptions film;  // no target: none
 };
+
 // A number of worlds, or where a cloud is published already.
 std::optional<int> worlds_of(const std::string& cloud) {
   int worlds = 0;

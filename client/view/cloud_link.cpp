@@ -34,7 +34,7 @@ CloudLink::CloudLink(boost::asio::io_context& context, const CloudOptions& optio
                                             socket.set(zmq::sockopt::maxmsgsize, kLargest);
                                             socket.set(zmq::sockopt::subscribe, "cloud");
                                           });
-  if (options.worlds > 0) start(context, options, server, std::move(ended));
+  if (options.worlds > 0) start(context, options, endpoint, server, std::move(ended));
 }
 
 CloudLink::~CloudLink() {
@@ -43,10 +43,9 @@ CloudLink::~CloudLink() {
   if (!folder_.empty()) std::filesystem::remove_all(folder_, error);
 }
 
-void CloudLink::start(boost::asio::io_context& context, const CloudOptions& options,
+void CloudLink::start(boost::asio::io_context& context, const CloudOptions& options, const std::string& endpoint,
                       const std::vector<std::string>& server, std::function<void(const std::string&)> ended) {
-  std::vector<std::string> arguments{"--worlds", std::to_string(options.worlds), "--publish",
-                                     "ipc://" + folder_ + "/cloud"};
+  std::vector<std::string> arguments{"--worlds", std::to_string(options.worlds), "--publish", endpoint};
   arguments.insert(arguments.end(), server.begin(), server.end());
   if (!options.scene.empty()) arguments.push_back(options.scene);
   program_.emplace(context, "acus-cloud", std::move(arguments), [ended = std::move(ended)](int status) {

@@ -30,8 +30,8 @@ class CloudLink {
   ~CloudLink();
 
  private:
-  void start(boost::asio::io_context& context, const CloudOptions& options, const std::vector<std::string>& server,
-             std::function<void(const std::string&)> ended);
+  void start(boost::asio::io_context& context, const CloudOptions& options, const std::string& endpoint,
+             const std::vector<std::string>& server, std::function<void(const std::string&)> ended);
 
   std::string folder_;  // of the socket of the program that was started; empty: none was
   std::optional<ChildProgram> program_;

@@ -6,9 +6,8 @@
 //                  A = M/h² + B/h + K of the tissue at rest: permutation, L x = b, Lᵀ x = b, permutation back. Double
 //                  precision, one right-hand side, one thread, workspaces kept. Once with the order of elimination that
 //                  the simulation itself uses, once with CHOLMOD's own choice.
-//   two reads      as many bytes as the simulation's factor has, read twice and added up: what a tick that reads the
-//   factor
-//                  twice could not be faster than.
+//   two reads      as many bytes as the simulation's factor has, read twice and added up: the bound of a tick that
+//                  reads the factor twice.
 //   dense          Eigen's Cholesky factorisation of a symmetric matrix of 200 rows, in place.
 #pragma once
 
