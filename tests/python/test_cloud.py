@@ -169,7 +169,8 @@ class Program(InTemporaryFolder):
         self.assertLess(needle["error"], 2e-3)
         self.assertLess(message["behind"], 0.5)
         self.client.reset()
-        self.client.step()
+        epoch = self.client.step().epoch
+        self.assertEqual(self.message(lambda each: each["epoch"] == epoch)["needles"][0]["spread"], 0.0)  # though the server waits
         self.begun = 0.0
         self.assertLess(self.go(0.06)["needles"][0]["spread"], 1e-6)
 

@@ -43,6 +43,7 @@ class Follower:
         self._client, self._first = None, None  # the name of the scene's file at first
         self._loaded, self._base, self._made = None, None, None  # what of the server; its Model; a Cloud of it
         self._epoch, self._reached, self._newest = None, 0, 0  # that is followed, None: none; ticks of the worlds, the server
+        self._passed = False  # whether the server's forces are past the state that the worlds branched from
         self._due, self._coming = deque(), (0, {})  # (tick, {needle: force}) to be reached; that is coming in
         self._tried = self._told = self._looked = -np.inf  # times
         self._before = 0.0  # s behind, when that was looked at
@@ -59,10 +60,11 @@ class Follower:
 
     def poll(self, timeout):
         """Waits for the server at most `timeout` (s), and does a tick of the worlds if one is due. A message when it is time
-        for one: the fields of protocol/README.md, "cloud"; else None. Raises PlanError, KeysRefused."""
+        for one, and when the worlds have branched: the fields of protocol/README.md, "cloud"; else None. Raises PlanError,
+        KeysRefused."""
         if self._epoch is None:
-            self._begin(timeout)
-        elif not self._due:
+            return self._begin(timeout)
+        if not self._due:
             self._states.socket.poll(1000 * timeout)
         self._take_forces()
         return self._tick() if self._due else None
@@ -73,16 +75,18 @@ class Follower:
         left = self._tried + AGAIN - time.monotonic()
         if left > 0:
             time.sleep(min(left, timeout))
-            return
+            return None
         self._tried, self.cloud = time.monotonic(), None
+        self._take_forces()  # of what is not followed: they would fill the queue
         try:
-            self._branch()
+            return self._branch()
         except (PlanError, KeysRefused):
             raise  # waiting mends neither
         except (AcusError, ValueError, OSError) as error:
             self.why = str(error)
             if isinstance(error, Vanished):
                 self._forget_client()
+            return None
 
     def _forget_client(self):
         if self._client:
@@ -99,8 +103,11 @@ class Follower:
         self._made.begin(self._base.state(snapshot.snapshot))  # ValueError if it is another scene after all
         self._loaded = loaded
         self._epoch, self._reached, self._newest = snapshot.epoch, snapshot.tick, snapshot.tick
+        self._passed = False
         self._due.clear()
         self.cloud, self.why, self._told = self._made, "", -np.inf
+        needles = [self._needle(each.name, self.cloud.tips(each.name)[0]) for each in self._base.needles]
+        return self._message(snapshot.tick, self.cloud.time, needles)  # a server in lockstep may not go on for long
 
     def _load(self, hello):
         scene = scene_of(self._scene_of(hello))
@@ -139,7 +146,11 @@ class Follower:
 
     def _take(self, force):
         tick = force["tick"]
-        if force["epoch"] > self._epoch or tick + self._stride < self._newest:  # a reset; another start of the server
+        same = force["epoch"] == self._epoch
+        if same and not self._passed and tick <= self._reached:  # was on its way when the state was told
+            return
+        self._passed = True
+        if not same or tick + self._stride < self._newest:  # a reset; another start of the server
             self._leave()
             return
         self._newest = max(self._newest, tick)
@@ -169,8 +180,7 @@ class Follower:
         if first["time"] < self._told + 1 / SHOWN - 1e-9:
             return None
         self._told = first["time"]
-        return {"epoch": first["epoch"], "tick": tick, "time": first["time"], "behind": self.behind,
-                "needles": [self._needle(*each) for each in forces.items()]}
+        return self._message(tick, first["time"], [self._needle(name, force["tip_position"]) for name, force in forces.items()])
 
     def _keep_up(self):
         """A server in real time does not wait: worlds that fall behind, and do not catch up, become fewer."""
@@ -183,7 +193,10 @@ class Follower:
                 self.cloud.leave_out()
             self._looked, self._before = time.monotonic(), self.behind
 
-    def _needle(self, name, force):
+    def _message(self, tick, seconds, needles):
+        return {"epoch": self._epoch, "tick": tick, "time": seconds, "behind": self.behind, "needles": needles}
+
+    def _needle(self, name, tip):
+        """`tip`: (3,) m, the server's."""
         tips = self.cloud.tips(name)
-        return {"name": name, "tips": tips.astype("<f8").tobytes(), "spread": spread_of(tips),
-                "error": float(np.linalg.norm(tips[0] - force["tip_position"]))}
+        return {"name": name, "tips": tips.astype("<f8").tobytes(), "spread": spread_of(tips), "error": float(np.linalg.norm(tips[0] - tip))}
