@@ -205,7 +205,13 @@ const char* use_of_factor(TissueRung rung) {
 void add_tissue(TextTable& table, TissueRung rung, const Costs& costs, const Memory& bytes) {
   table.add({"  unknowns", std::to_string(3 * costs.free_nodes),
              std::string("of ") + std::to_string(costs.free_nodes) + " free nodes"});
-  table.add({"  factor", megabytes(bytes.factor), std::to_string(costs.factor_entries) + use_of_factor(rung)});
+  table.add({"  factor", megabytes(bytes.factor),
+             std::to_string(costs.factor_entries) +
+                 (costs.window > 0 ? " entries, read twice in a window" : use_of_factor(rung))});
+  if (costs.window > 0)
+    table.add({"  window", std::to_string(costs.window) + " ticks",
+               "work of a tick as much as " + five_digits(costs.slice) + " entries, at most " +
+                   five_digits(costs.largest_slice) + "; " + std::to_string(costs.modes) + " modes"});
   table.add({"  corridor", megabytes(bytes.corridor),
              std::string("compliance of up to ") + std::to_string(costs.corridor_nodes) + " nodes around the needles"});
 }

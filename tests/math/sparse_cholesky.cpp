@@ -99,6 +99,35 @@ TEST_CASE("forward and backward substitution are those of the dense factor of th
   CHECK((whole * unpermuted(factor, x) - unpermuted(factor, b)).norm() < 1e-12 * b.norm());
 }
 
+TEST_CASE("substitutions in parts of any size have the bits of the whole") {
+  const SparseMatrix a = definite_matrix(6);
+  for (const Precision precision : {Precision::bfloat16, Precision::single_precision, Precision::double_precision}) {
+    SparseCholesky factor = factor_of(a, 3);
+    REQUIRE(factor.factorize(a, precision));
+    MatrixX panel_rows = factor.make_panel_rows();
+    const VectorX b = Random(7).matrix(kUnknowns, 1);
+    VectorX forward = b, backward = b;
+    factor.forward(forward, panel_rows);
+    factor.backward(backward, panel_rows);
+    std::size_t most = 0;
+    for (const double entries : {1.0, 100.0, 1000.0, 1e9}) {
+      const std::vector<SparseCholesky::Part> parts = factor.parts(entries);
+      most = std::max(most, parts.size());
+      double sum = 0;
+      VectorX y = b, x = b;
+      for (const auto& part : parts) {
+        factor.forward(part, y, panel_rows);
+        sum += factor.entries(part);
+      }
+      for (auto part = parts.rbegin(); part != parts.rend(); ++part) factor.backward(*part, x, panel_rows);
+      CHECK(same_bits(y, forward));
+      CHECK(same_bits(x, backward));
+      CHECK(sum == factor.entries(factor.parts(1e9).front()));
+    }
+    CHECK(most > 30);
+  }
+}
+
 // A column of L⁻¹ at its full length, from the way that unit_columns() writes.
 VectorX unfolded(const SparseCholesky& factor, int position, const VectorX& way) {
   const PanelTree& tree = factor.tree();

@@ -64,7 +64,7 @@ class TissueMotion {
   TissueMotion(const TissueSystem& system, int max_rows, int max_nodes)
       : system_(system), scratch_(system, max_rows, max_nodes) {}
 
-  void begin(const TissueState& state) { begin_tissue(state, scratch_); }
+  void begin(const TissueState& state) { begin_tissue(system_, state, scratch_); }
   bool linearize(const TissueState& state) { return linearize_tissue(system_, state, scratch_); }
   void clear_rows() { scratch_.rows->clear(); }
   int add_row(const TissuePoint& point, const Vector3& force) {
@@ -78,7 +78,7 @@ class TissueMotion {
   }
   int add_empty_row() { return add_empty_tissue_row(scratch_); }
   void add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta) {
-    scratch_.rows->add_compliance(scratch_.y, W, delta);
+    add_tissue_compliance(system_, W, delta, scratch_);
   }
   bool prepare(int tetrahedron) { return prepare_tissue(system_, tetrahedron, scratch_); }
   void clear_corridor() { scratch_.rows->corridor().clear(); }

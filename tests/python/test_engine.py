@@ -186,6 +186,19 @@ class Adoption(Engine):
         np.testing.assert_allclose(last.tip_position, report.tip_position, atol=3e-4)  # m, of them 0.02 of a tick's way
         np.testing.assert_allclose(last.base_force, report.base_force, atol=0.03 * np.linalg.norm(report.base_force))
 
+    def test_from_a_window_into_none_but_not_back(self):
+        windowed = self.other(**{"tissue.window": 8})
+        state, _ = pushed(windowed, 700)
+        adopted = self.model.adopt(state)
+        np.testing.assert_array_equal(adopted.tissue_positions, state.tissue_positions)
+        for tick in range(701, 801):
+            whole = engine.step(self.model, adopted, push(self.model, tick))["needle"]
+            report = engine.step(windowed, state, push(self.model, tick))["needle"]
+        np.testing.assert_allclose(report.tip_position, whole.tip_position, atol=2e-5)
+        np.testing.assert_allclose(report.base_force, whole.base_force, atol=0.005 * np.linalg.norm(whole.base_force))
+        with self.assertRaisesRegex(ValueError, "tissue.window: 0"):
+            windowed.adopt(self.pushed)
+
     def test_other_numbers_count_from_then_on(self):
         state = self.pushed.copy()
         scene = acus.Scene.read(self.path)

@@ -12,6 +12,9 @@ TEST_CASE("states and reports name all their members") {
   CHECK(gap_in_fields<State>() == "");
   CHECK(gap_in_fields<NeedleBalance>() == "");
   CHECK(gap_in_fields<TissueState>() == "");
+  CHECK(gap_in_fields<FieldState>() == "");
+  CHECK(gap_in_fields<FieldWindow>() == "");
+  CHECK(gap_in_fields<HeldNode>() == "");
   CHECK(gap_in_fields<NeedleState>() == "");
   CHECK(gap_in_fields<BaseState>() == "");
   CHECK(gap_in_fields<Insertion>() == "");

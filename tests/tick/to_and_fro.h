@@ -43,17 +43,20 @@ struct WatchedWay {
   TissueRung rung;
   LawMethod solver;
   bool economical = false;  // Simulation::economize()
+  int window = 0;
 };
 
-inline constexpr std::array kWatchedWays{WatchedWay{TissueRung::none, LawMethod::direct},
-                                         WatchedWay{TissueRung::linear, LawMethod::direct},
-                                         WatchedWay{TissueRung::linear, LawMethod::gauss_seidel},
-                                         WatchedWay{TissueRung::warped, LawMethod::direct},
-                                         WatchedWay{TissueRung::warped, LawMethod::gauss_seidel},
-                                         WatchedWay{TissueRung::refined, LawMethod::direct},
-                                         WatchedWay{TissueRung::refined, LawMethod::gauss_seidel},
-                                         WatchedWay{TissueRung::refined, LawMethod::direct, true},
-                                         WatchedWay{TissueRung::warped, LawMethod::gauss_seidel, true}};
+inline constexpr std::array kWatchedWays{
+    WatchedWay{TissueRung::none, LawMethod::direct},
+    WatchedWay{TissueRung::linear, LawMethod::direct},
+    WatchedWay{TissueRung::linear, LawMethod::gauss_seidel},
+    WatchedWay{TissueRung::warped, LawMethod::direct},
+    WatchedWay{TissueRung::warped, LawMethod::gauss_seidel},
+    WatchedWay{TissueRung::refined, LawMethod::direct},
+    WatchedWay{TissueRung::refined, LawMethod::gauss_seidel},
+    WatchedWay{TissueRung::refined, LawMethod::direct, true},
+    WatchedWay{TissueRung::warped, LawMethod::gauss_seidel, true},
+    WatchedWay{.rung = TissueRung::warped, .solver = LawMethod::direct, .window = 6}};
 
 inline void add_second_needle(Scene& scene) {
   Needle second = scene.needles[0];
@@ -68,6 +71,7 @@ inline Scene load_watched(const ScannedScene& watched, const WatchedWay& way) {
   scene.tissue.local_compliance = watched.give;
   scene.tissue.element = watched.element;
   scene.laws.solver = way.solver;
+  if (scene.tissue.element == TissueElement::linear) scene.tissue.window = way.window;
   if (watched.rigid) scene.needles[0].rung = NeedleRung::rigid;
   if (watched.held) scene.needles[0].hold = BaseHold{};
   if (watched.second_needle) add_second_needle(scene);
@@ -81,6 +85,7 @@ void for_each_way(const ScannedScene& watched, Watch watch) {
     CAPTURE(static_cast<int>(way.rung));
     CAPTURE(static_cast<int>(way.solver));
     CAPTURE(way.economical);
+    CAPTURE(way.window);
     Simulation simulation(load_watched(watched, way));
     simulation.economize(way.economical);
     watch(simulation);

@@ -74,7 +74,7 @@ void Rows::assemble(std::span<const NeedleModel> models, std::span<NeedleScratch
   W.triangularView<Eigen::Lower>().setZero();
   for (std::size_t k = 0; k < needles.size(); ++k)
     add_needle_compliances(models[k], places_of(static_cast<int>(k)), W, needles[k]);
-  tissue.rows->add_compliance(tissue.y, W, delta_free_);
+  add_tissue_compliance(system, W, delta_free_, tissue);
   W.diagonal() = W.diagonal().cwiseMax(kLeastCompliance);
   W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
   for (int i = 0; i < n; ++i) W(i, i) += rows_[i].compliance;

@@ -51,11 +51,13 @@ void for_strips(const PanelTree::Panel& panel, Visit visit) {
   }
 }
 
-std::ptrdiff_t panel_size(const PanelTree::Panel& panel) {
+// Of the strips before a column, or of all.
+std::ptrdiff_t size_before(const PanelTree::Panel& panel, int column) {
   std::ptrdiff_t size = 0;
-  for_strips(panel, [&](int, int width, int below) { size += strip_size(width, below); });
+  for_strips(panel, [&](int j, int width, int below) { size += j < column ? strip_size(width, below) : 0; });
   return size;
 }
+std::ptrdiff_t panel_size(const PanelTree::Panel& panel) { return size_before(panel, panel.columns); }
 
 // Numbers too small for Real to hold them at full precision become zero: processors are slow with subnormal ones.
 template <class Real>
@@ -111,8 +113,10 @@ void PanelValues<Real>::pack(const PanelTree& tree, const double* x, const int* 
 }
 
 template <class Real>
-void PanelValues<Real>::forward(const PanelTree& tree, int s, double* w) const {
-  panel_kernel<Real>().forward_one(panel(s), tree.panels[s].columns, tree.panels[s].below, w);
+void PanelValues<Real>::forward(const PanelTree& tree, int s, int first, int last, double* w) const {
+  const PanelTree::Panel& all = tree.panels[s];
+  const Real* strips = panel(s) + (first > 0 ? size_before(all, first) : 0);
+  panel_kernel<Real>().forward_one(strips, last - first, all.columns - last + all.below, w + first);
 }
 
 template <class Real>
@@ -121,8 +125,10 @@ void PanelValues<Real>::forward_three(const PanelTree& tree, int s, double* w, s
 }
 
 template <class Real>
-void PanelValues<Real>::backward(const PanelTree& tree, int s, double* w) const {
-  panel_kernel<Real>().backward(panel(s + 1), tree.panels[s].columns, tree.panels[s].below, w);
+void PanelValues<Real>::backward(const PanelTree& tree, int s, int first, int last, double* w) const {
+  const PanelTree::Panel& all = tree.panels[s];
+  const Real* end = last < all.columns ? panel(s) + size_before(all, last) : panel(s + 1);
+  panel_kernel<Real>().backward(end, last - first, all.columns - last + all.below, w + first);
 }
 
 template class PanelValues<float>;

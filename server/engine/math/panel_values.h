@@ -28,11 +28,12 @@ class PanelValues {
 
   // w <- L⁻¹ w on the rows of panel s: its columns are solved for and taken out of the rows below. One
   // right-hand side, or three that stand `stride` apart; each has kTileRows entries to spare behind the panel's rows.
-  void forward(const PanelTree& tree, int s, double* w) const;
+  // Parts of a panel, whole strips, do that with columns `first` to `last` - 1: forward one after the other.
+  void forward(const PanelTree& tree, int s, int first, int last, double* w) const;
   void forward_three(const PanelTree& tree, int s, double* w, std::ptrdiff_t stride) const;
 
-  // w <- L⁻ᵀ w likewise, from the rows below to the columns; the spare entries must be zero.
-  void backward(const PanelTree& tree, int s, double* w) const;
+  // w <- L⁻ᵀ w likewise, from the rows below to the columns, the last part first; the spare entries must be zero.
+  void backward(const PanelTree& tree, int s, int first, int last, double* w) const;
 
   std::size_t entries() const { return values_.size(); }
   std::size_t bytes() const { return values_.size() * sizeof(Real); }

@@ -168,38 +168,90 @@ Precision SparseCholesky::precision() const { return static_cast<Precision>(valu
 
 MatrixX SparseCholesky::make_panel_rows() const { return MatrixX::Zero(tree_.widest + kTileRows, 3); }
 
-void SparseCholesky::forward(Eigen::Ref<VectorX> x, MatrixX& panel_rows) const {
-  assert(panel_rows.rows() >= tree_.widest + kTileRows);
-  double* w = panel_rows.data();
-  std::visit([&](const auto& values) {
-    for (int s = 0; s < static_cast<int>(tree_.panels.size()); ++s) {
-      const PanelTree::Panel& panel = tree_.panels[s];
-      const int* rows = tree_.rows.data() + panel.first_row;
-      double* columns = x.data() + panel.first;
-      double* below = std::copy_n(columns, panel.columns, w);
-      std::fill_n(below, panel.below + kTileRows, 0.0);
-      values.forward(tree_, s, w);
-      std::copy_n(w, panel.columns, columns);
-      for (int i = 0; i < panel.below; ++i) x[rows[i]] += below[i];
-    }
-  }, values_);
+namespace {
+
+double entries_of(const PanelTree::Panel& panel, int first, int last) {
+  return (last - first) * (panel.columns + panel.below - 0.5 * (first + last - 1));
 }
 
-void SparseCholesky::backward(Eigen::Ref<VectorX> x, MatrixX& panel_rows) const {
+}  // namespace
+
+double SparseCholesky::entries(const Part& part) const {
+  double sum = 0;
+  for (int s = part.first_panel; s < part.last_panel; ++s) {
+    const PanelTree::Panel& panel = tree_.panels[s];
+    sum += part.last_column == 0 ? entries_of(panel, 0, panel.columns)
+                                 : entries_of(panel, part.first_column, part.last_column);
+  }
+  return sum;
+}
+
+std::vector<SparseCholesky::Part> SparseCholesky::parts(double most) const {
+  std::vector<Part> all;
+  double of_last = most;
+  for (int s = 0; s < panels(); ++s) {
+    const PanelTree::Panel& panel = tree_.panels[s];
+    const double of_panel = entries_of(panel, 0, panel.columns);
+    if (of_panel <= most) {
+      if (of_last + of_panel > most || all.empty()) all.push_back({s, s}), of_last = 0;
+      all.back().last_panel = s + 1;
+      of_last += of_panel;
+      continue;
+    }
+    for (int first = 0, last = 0; first < panel.columns; first = last) {
+      do last = std::min(last + kStripColumns, panel.columns);
+      while (last < panel.columns && entries_of(panel, first, last + kStripColumns) <= most);
+      all.push_back({s, s + 1, first, last});
+    }
+    of_last = most;
+  }
+  return all;
+}
+
+void SparseCholesky::forward(const Part& part, Eigen::Ref<VectorX> x, MatrixX& panel_rows) const {
   assert(panel_rows.rows() >= tree_.widest + kTileRows);
   double* w = panel_rows.data();
-  std::visit([&](const auto& values) {
-    for (int s = static_cast<int>(tree_.panels.size()) - 1; s >= 0; --s) {
-      const PanelTree::Panel& panel = tree_.panels[s];
-      const int* rows = tree_.rows.data() + panel.first_row;
-      double* columns = x.data() + panel.first;
-      double* below = std::copy_n(columns, panel.columns, w);
-      for (int i = 0; i < panel.below; ++i) below[i] = x[rows[i]];
-      std::fill_n(below + panel.below, kTileRows, 0.0);
-      values.backward(tree_, s, w);
-      std::copy_n(w, panel.columns, columns);
-    }
-  }, values_);
+  std::visit(
+      [&](const auto& values) {
+        for (int s = part.first_panel; s < part.last_panel; ++s) {
+          const PanelTree::Panel& panel = tree_.panels[s];
+          const int last = part.last_column == 0 ? panel.columns : part.last_column;
+          const int* rows = tree_.rows.data() + panel.first_row;
+          double* columns = x.data() + panel.first;
+          double* below = w + panel.columns;
+          if (part.first_column == 0) {
+            std::copy_n(columns, panel.columns, w);
+            std::fill_n(below, panel.below + kTileRows, 0.0);
+          }
+          values.forward(tree_, s, part.first_column, last, w);
+          if (last < panel.columns) continue;
+          std::copy_n(w, panel.columns, columns);
+          for (int i = 0; i < panel.below; ++i) x[rows[i]] += below[i];
+        }
+      },
+      values_);
+}
+
+void SparseCholesky::backward(const Part& part, Eigen::Ref<VectorX> x, MatrixX& panel_rows) const {
+  assert(panel_rows.rows() >= tree_.widest + kTileRows);
+  double* w = panel_rows.data();
+  std::visit(
+      [&](const auto& values) {
+        for (int s = part.last_panel - 1; s >= part.first_panel; --s) {
+          const PanelTree::Panel& panel = tree_.panels[s];
+          const int last = part.last_column == 0 ? panel.columns : part.last_column;
+          const int* rows = tree_.rows.data() + panel.first_row;
+          double* columns = x.data() + panel.first;
+          if (last == panel.columns) {
+            double* below = std::copy_n(columns, panel.columns, w);
+            for (int i = 0; i < panel.below; ++i) below[i] = x[rows[i]];
+            std::fill_n(below + panel.below, kTileRows, 0.0);
+          }
+          values.backward(tree_, s, part.first_column, last, w);
+          if (part.first_column == 0) std::copy_n(w, panel.columns, columns);
+        }
+      },
+      values_);
 }
 
 void SparseCholesky::unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns, MatrixX& panel_rows) const {

@@ -53,9 +53,21 @@ class SparseCholesky {
   // Scratch of the substitutions, for one panel: room for the widest. Threads that share a factor have one each.
   MatrixX make_panel_rows() const;
   // x <- L⁻¹ x.
-  void forward(Eigen::Ref<VectorX> x, MatrixX& panel_rows) const;
+  void forward(Eigen::Ref<VectorX> x, MatrixX& panel_rows) const { forward({0, panels()}, x, panel_rows); }
   // x <- L⁻ᵀ x.
-  void backward(Eigen::Ref<VectorX> x, MatrixX& panel_rows) const;
+  void backward(Eigen::Ref<VectorX> x, MatrixX& panel_rows) const { backward({0, panels()}, x, panel_rows); }
+
+  // A part of a substitution: whole panels, or some columns of one. Who takes all parts, backward in the opposite
+  // order, with the same scratch, gets the bits of the whole.
+  struct Part {
+    int first_panel, last_panel;            // the last is one further
+    int first_column = 0, last_column = 0;  // of one panel; both 0: all
+  };
+  // None has more entries than that, if it can be cut.
+  std::vector<Part> parts(double entries) const;
+  double entries(const Part& part) const;  // of L, without padding
+  void forward(const Part& part, Eigen::Ref<VectorX> x, MatrixX& panel_rows) const;
+  void backward(const Part& part, Eigen::Ref<VectorX> x, MatrixX& panel_rows) const;
 
   const PanelTree& tree() const { return tree_; }
   // columns <- L⁻¹ of the unit vectors at three positions from `position` on, all in one panel; only the way of that
@@ -64,6 +76,8 @@ class SparseCholesky {
 
  private:
   struct Factor;
+  int panels() const { return static_cast<int>(tree_.panels.size()); }
+
   std::unique_ptr<Factor> factor_;
   std::vector<int> position_;
   PanelTree tree_;

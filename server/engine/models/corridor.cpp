@@ -6,8 +6,8 @@
 
 namespace acus {
 
-Corridor::Corridor(const SparseCholesky& factor, int capacity)
-    : factor_(factor), panel_rows_(factor.make_panel_rows()) {
+Corridor::Corridor(const SparseCholesky& factor, int capacity, const ModeShapes* stiffened)
+    : factor_(factor), stiffened_(stiffened), panel_rows_(factor.make_panel_rows()) {
   slots_.resize(static_cast<std::size_t>(capacity));
   slot_of_node_.assign(static_cast<std::size_t>(factor.size() / 3), -1);
   columns_.assign(slots_.size(), Eigen::MatrixX3d::Zero(factor.tree().longest_way, 3));
@@ -37,10 +37,24 @@ void Corridor::fill(int s, int node) {
   slots_[s] = {node, factor_.tree().panel_of[position], use_};
   slot_of_node_[node] = s;
   for (int other = 0; other < used_; ++other) {
-    const Matrix3 block = product(other, s);
+    Matrix3 block = product(other, s);
+    if (stiffened_ != nullptr) block -= stiffening(other, s);
     gram_.block<3, 3>(3 * other, 3 * s) = block;
     gram_.block<3, 3>(3 * s, 3 * other) = block.transpose();
   }
+}
+
+// Psi_a Psi_bᵀ, the transpose of Psi_b Psi_aᵀ to the bit.
+Matrix3 Corridor::stiffening(int a, int b) const {
+  const float* rows_a = stiffened_->row(factor_.position(3 * slots_[a].node)).data();
+  const float* rows_b = stiffened_->row(factor_.position(3 * slots_[b].node)).data();
+  const Eigen::Index modes = stiffened_->cols();
+  Matrix3 block = Matrix3::Zero();
+  for (Eigen::Index k = 0; k < modes; ++k)
+    for (int j = 0; j < 3; ++j)
+      for (int i = 0; i < 3; ++i)
+        block(i, j) += static_cast<double>(rows_a[i * modes + k]) * static_cast<double>(rows_b[j * modes + k]);
+  return block;
 }
 
 // Y_aᵀ Y_b: the two ways have their ends in common, from the panel on where they meet.

@@ -5,6 +5,9 @@
 // corridor nodes enter a tick's one backward substitution as y + Y f. Everything is in the frame of the factor (rest
 // frame of the nodes for the rung `warped`).
 //
+// Where `stiffened` = Psi is given (low_modes.h), G = YᵀY - Psi Psiᵀ: the compliance of a tissue whose slow motions
+// have less of it in a tick than the factor says.
+//
 // Slots are fixed in number; when all are taken, the one that was used longest ago is given to the new node.
 #pragma once
 
@@ -13,13 +16,15 @@
 
 #include "server/engine/math/sparse_cholesky.h"
 #include "server/engine/math/types.h"
+#include "server/engine/models/low_modes.h"
 
 namespace acus {
 
 class Corridor {
  public:
-  // Unknowns of the factor are 3 * node + axis; the factor has been analysed with blocks of 3. It must outlive this.
-  Corridor(const SparseCholesky& factor, int capacity);
+  // Unknowns of the factor are 3 * node + axis; the factor has been analysed with blocks of 3. It must outlive this,
+  // and so must Psi (m/N^0.5; rows in the factor's order), if there is any.
+  Corridor(const SparseCholesky& factor, int capacity, const ModeShapes* stiffened = nullptr);
 
   // Forgets all columns: the factor has changed.
   void clear();
@@ -48,8 +53,10 @@ class Corridor {
   int take_slot();
   void fill(int slot, int node);
   Matrix3 product(int a, int b) const;
+  Matrix3 stiffening(int a, int b) const;
 
   const SparseCholesky& factor_;
+  const ModeShapes* stiffened_;
   MatrixX panel_rows_;  // scratch
   std::vector<Slot> slots_;
   std::vector<int> slot_of_node_;

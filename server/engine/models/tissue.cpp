@@ -177,6 +177,15 @@ bool elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotation
   return elastic_forces(model, x, rotations, rotations, scratch, forces);
 }
 
+bool add_elastic_forces(const TissueModel& model, int first, int last, const ElementRotations& start,
+                        ElementRotations& rotations, ElementScratch& scratch) {
+  assert(model.pressure.patches() == 0);
+  const ElementArrays part{static_cast<std::size_t>(last - first), model.batches.data() + first,
+                           model.batch_damping.data() + first, nullptr};
+  return !element_kernel().elastic_forces(part, scratch.x.data(), start.batches.data() + first,
+                                          rotations.batches.data() + first, scratch.forces.data(), nullptr);
+}
+
 void damping_forces(const TissueModel& model, const Matrix3X& v, const ElementRotations& rotations,
                     ElementScratch& scratch, Matrix3X& forces) {
   sum_over_elements(model, v, rotations, scratch, true, forces, [&](const ElementArrays& elements) {
@@ -209,10 +218,8 @@ double potential_energy(const TissueModel& model, const TissueState& state) {
   return -model.gravity.dot(state.x * model.mass);
 }
 
-namespace {
-
-// Quaternions of length one; that of a node without elements becomes no rotation.
-void normalize(Matrix4X& q) {
+// That of a node without elements becomes no rotation.
+void normalize_rotations(Matrix4X& q) {
   for (Eigen::Index i = 0; i < q.cols(); ++i) {
     const double norm2 = q.col(i).squaredNorm();
     if (norm2 > 0) {
@@ -223,15 +230,20 @@ void normalize(Matrix4X& q) {
   }
 }
 
-}  // namespace
+bool have_one_sign(const TissueModel& model, const ElementRotations& rotations) {
+  return element_kernel().all_turned_less(arrays_of(model), rotations.batches.data(), kOneSign);
+}
+
+void add_node_rotations(const TissueModel& model, int first, int last, const ElementRotations& rotations, bool one_sign,
+                        Matrix4X& q) {
+  const ElementArrays part{static_cast<std::size_t>(last - first), model.batches.data() + first, nullptr, nullptr};
+  element_kernel().add_rotations(part, rotations.batches.data() + first, one_sign, q.data());
+}
 
 void node_rotations(const TissueModel& model, const ElementRotations& rotations, Matrix4X& q) {
-  const ElementKernel& kernel = element_kernel();
-  const ElementArrays elements = arrays_of(model);
   q.setZero();
-  kernel.add_rotations(elements, rotations.batches.data(),
-                       kernel.all_turned_less(elements, rotations.batches.data(), kOneSign), q.data());
-  normalize(q);
+  add_node_rotations(model, 0, static_cast<int>(model.batches.size()), rotations, have_one_sign(model, rotations), q);
+  normalize_rotations(q);
 }
 
 }  // namespace acus

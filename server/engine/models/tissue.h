@@ -5,11 +5,13 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "server/engine/math/types.h"
 #include "server/engine/models/element_kernel.h"
+#include "server/engine/models/field_state.h"
 #include "server/engine/models/material.h"
 #include "server/engine/models/nodal_pressure.h"
 #include "server/engine/models/tetrahedral_mesh.h"
@@ -73,6 +75,10 @@ struct TissueStep {
   }
 };
 
+inline Quaternion rotation_of(const Matrix4X& rotations, int node) {
+  return {rotations(0, node), rotations(1, node), rotations(2, node), rotations(3, node)};
+}
+
 struct TissueState {
   Matrix3X x;                   // 3 x nodes (m), world
   Matrix3X v;                   // 3 x nodes (m/s)
@@ -83,6 +89,7 @@ struct TissueState {
   Vector3 support = Vector3::Zero();  // by the supports, but for the elastic part
   Vector3 inertia = Vector3::Zero();  // M a and mass-proportional drag of the free nodes
   bool moved = false;                 // there has been a tick
+  std::optional<FieldState> field;    // of a tissue that has one
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -94,6 +101,7 @@ struct TissueState {
     visit("support", self.support);
     visit("inertia", self.inertia);
     visit("moved", self.moved);
+    visit("field", self.field);
   }
 };
 
@@ -115,6 +123,10 @@ bool elastic_forces(const TissueModel& model, const Matrix3X& x, const ElementRo
 // The same, for once.
 bool elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces);
 
+// Of batches `first` to `last` - 1 alone, without nodal pressures: adds their forces at scratch.x to scratch.forces.
+bool add_elastic_forces(const TissueModel& model, int first, int last, const ElementRotations& start,
+                        ElementRotations& rotations, ElementScratch& scratch);
+
 // forces = R beta K0 Rᵀ v of the whole mesh (3 x nodes, N), overwritten, with the elements' rotations as they are: what
 // must be applied from outside to move the nodes at v (3 x nodes, m/s) against the damping of the stiffness.
 void damping_forces(const TissueModel& model, const Matrix3X& v, const ElementRotations& rotations,
@@ -128,5 +140,11 @@ double potential_energy(const TissueModel& model, const TissueState& state);
 
 // Rotation of every node, the volume-weighted mean of its elements' (4 x nodes, w x y z).
 void node_rotations(const TissueModel& model, const ElementRotations& rotations, Matrix4X& q);
+// The same in parts: q begins with zeros, batches `first` to `last` - 1 add theirs, knowing whether all have one sign,
+// and the sums are normalised.
+bool have_one_sign(const TissueModel& model, const ElementRotations& rotations);
+void add_node_rotations(const TissueModel& model, int first, int last, const ElementRotations& rotations, bool one_sign,
+                        Matrix4X& q);
+void normalize_rotations(Matrix4X& q);
 
 }  // namespace acus

@@ -3,6 +3,7 @@
 
 #include <cassert>
 
+#include "server/engine/models/field_tick.h"
 #include "server/engine/models/tissue_step.h"
 
 namespace acus {
@@ -70,7 +71,7 @@ void evaluate_damping(const TissueSystem& system, const TissueState& state, Tiss
 
 }  // namespace
 
-void begin_tissue(const TissueState& state, TissueScratch& scratch) {
+void begin_tissue(const TissueSystem& system, const TissueState& state, TissueScratch& scratch) {
   assert(state.x.cols() == scratch.x.cols() && state.v.cols() == scratch.x.cols());
   scratch.x = state.x;
   scratch.iteration = 0;
@@ -78,10 +79,16 @@ void begin_tissue(const TissueState& state, TissueScratch& scratch) {
   scratch.guarded = state.guarded;
   scratch.first = {};
   scratch.rows->corridor().begin_use();
+  if (system.field) begin_field(system, state, scratch);
 }
 
 bool linearize_tissue(const TissueSystem& system, const TissueState& state, TissueScratch& scratch) {
   if (system.empty()) return true;
+  if (system.field) {
+    move_field_freely(system, state, scratch);
+    ++scratch.iteration;
+    return true;
+  }
   if (scratch.iteration == 1) scratch.start_rotations.batches = scratch.element_rotations.batches;
   evaluate(system, state, scratch);
   if (system.damped && scratch.iteration > 0) evaluate_damping(system, state, scratch);

@@ -20,7 +20,7 @@
 
 namespace acus {
 
-void begin_tissue(const TissueState& state, TissueScratch& scratch);
+void begin_tissue(const TissueSystem& system, const TissueState& state, TissueScratch& scratch);
 
 // Linearises about x_k. True unless an indefinite Hessian was replaced.
 bool linearize_tissue(const TissueSystem& system, const TissueState& state, TissueScratch& scratch);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/engine/models/tissue_row_forces.h"
 
+#include "server/engine/models/field_tick.h"
+
 namespace acus {
 
 namespace {
@@ -12,7 +14,10 @@ void begin_row(TissueScratch& scratch) {
 
 bool add_node(const TissueSystem& system, int node, const Vector3& force, TissueScratch& scratch) {
   const int free = system.model.free_index[node];
-  if (free >= 0) return scratch.rows->add_force(free, to_factor(system, scratch, node, force));
+  if (free >= 0) {
+    if (system.field && !hold_node(system, free, scratch)) return false;
+    return scratch.rows->add_force(free, to_factor(system, scratch, node, force));
+  }
   scratch.on_fixed[scratch.rows->count()] += force;
   return true;
 }
@@ -53,6 +58,12 @@ int add_tissue_couple(const TissueSystem& system, int tetrahedron, const Vector3
 int add_empty_tissue_row(TissueScratch& scratch) {
   begin_row(scratch);
   return scratch.rows->end();
+}
+
+void add_tissue_compliance(const TissueSystem& system, Eigen::Ref<MatrixX> W, std::span<double> delta,
+                           TissueScratch& scratch) {
+  if (!system.field) scratch.rows->read_displacements(scratch.y);
+  scratch.rows->add_compliance(W, delta);
 }
 
 bool prepare_tissue(const TissueSystem& system, int tetrahedron, TissueScratch& scratch) {

@@ -22,6 +22,9 @@ int add_tissue_row(const TissueSystem& system, std::span<const MaterialPoint> po
 int add_tissue_couple(const TissueSystem& system, int tetrahedron, const Vector3& torque, TissueScratch& scratch);
 // A row that does not act on the tissue.
 int add_empty_tissue_row(TissueScratch& scratch);
+// Adds the compliance of the rows (m/N) to the lower triangle of W and their free displacements (m) to `delta`.
+void add_tissue_compliance(const TissueSystem& system, Eigen::Ref<MatrixX> W, std::span<double> delta,
+                           TissueScratch& scratch);
 
 // Computes what rows on a tetrahedron will need, one node at a call, and keeps what is there from being replaced soon;
 // false if all is there or there is no room.

@@ -7,8 +7,8 @@
 
 namespace acus {
 
-TissueRows::TissueRows(const SparseCholesky& factor, int max_rows, int max_nodes)
-    : corridor_(factor, std::min(max_nodes, factor.size() / 3)) {
+TissueRows::TissueRows(const SparseCholesky& factor, int max_rows, int max_nodes, const ModeShapes* stiffened)
+    : corridor_(factor, std::min(max_nodes, factor.size() / 3), stiffened) {
   const int slots = corridor_.capacity();
   ends_.resize(static_cast<std::size_t>(max_rows) + 1);
   parts_.reserve(static_cast<std::size_t>(8 * max_rows + 3 * max_nodes));
@@ -40,10 +40,18 @@ int TissueRows::end() {
   return count_++;
 }
 
+void TissueRows::read_displacements(const VectorX& y) {
+  std::fill(slot_read_.begin(), slot_read_.begin() + corridor_.used(), 0);
+  for (int r = 0; r < count_; ++r)
+    for (const Part& part : parts(r))
+      if (std::exchange(slot_read_[part.slot], 1) == 0)
+        slot_displacement_.col(part.slot) = corridor_.free_displacement(part.slot, y);
+}
+
 // G S first, by rows; turned round, so that all rows that come after one are contiguous, W_t takes one pass over them for
 // each of the few slots that the row acts on. Slots before the first and behind the last that a row acts on are left
 // alone: what other paths have left behind.
-void TissueRows::add_compliance(const VectorX& y, Eigen::Ref<MatrixX> W, std::span<double> delta) {
+void TissueRows::add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta) {
   const int n = count_;
   int first = corridor_.used(), last = -1;
   for (int r = 0; r < n; ++r)
@@ -53,14 +61,12 @@ void TissueRows::add_compliance(const VectorX& y, Eigen::Ref<MatrixX> W, std::sp
     }
   if (last < 0) return;
   const int dofs = 3 * (last - first + 1);
-  std::fill(slot_read_.begin() + first, slot_read_.begin() + last + 1, 0);
   for (int r = 0; r < n; ++r) {
     auto column = gram_rows_.col(r).head(dofs);
     column.setZero();
     for (const auto& [slot, f] : parts(r)) {
       const auto gram = corridor_.gram().block(3 * first, 3 * slot, dofs, 3);
       column += f[0] * gram.col(0) + f[1] * gram.col(1) + f[2] * gram.col(2);
-      if (std::exchange(slot_read_[slot], 1) == 0) slot_displacement_.col(slot) = corridor_.free_displacement(slot, y);
       delta[r] += f.dot(slot_displacement_.col(slot));
     }
   }
@@ -74,8 +80,7 @@ void TissueRows::add_compliance(const VectorX& y, Eigen::Ref<MatrixX> W, std::sp
   }
 }
 
-// Slots in the order in which the rows touch them: sums do not depend on which slot a node was given.
-void TissueRows::add_forces(std::span<const double> lambda, VectorX& y) {
+void TissueRows::gather_forces(std::span<const double> lambda) {
   touched_.clear();
   std::fill(slot_read_.begin(), slot_read_.end(), 0);
   for (int r = 0; r < count_; ++r)
@@ -88,6 +93,10 @@ void TissueRows::add_forces(std::span<const double> lambda, VectorX& y) {
       }
       force += lambda[r] * part.force;
     }
+}
+
+void TissueRows::add_forces(std::span<const double> lambda, VectorX& y) {
+  gather_forces(lambda);
   for (const int slot : touched_) {
     const Vector3 force = slot_forces_.segment<3>(3 * slot);
     if (!force.isZero(0)) corridor_.add_force(slot, force, y);

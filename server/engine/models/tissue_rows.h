@@ -18,7 +18,7 @@ class TissueRows {
  public:
   // There is room for rows of eight nodes, and for a few that act on all `max_nodes`. The factor must outlive this; one
   // of no unknowns leaves rows without forces.
-  TissueRows(const SparseCholesky& factor, int max_rows, int max_nodes);
+  TissueRows(const SparseCholesky& factor, int max_rows, int max_nodes, const ModeShapes* stiffened = nullptr);
 
   Corridor& corridor() { return corridor_; }
   const Corridor& corridor() const { return corridor_; }
@@ -35,8 +35,18 @@ class TissueRows {
   bool add_force(int free_node, const Vector3& force);
   int end();
 
-  // Adds W_t (m/N) to the lower triangle of W and the free displacements (m) to `delta`.
-  void add_compliance(const VectorX& y, Eigen::Ref<MatrixX> W, std::span<double> delta);
+  // Free displacements (m) of the corridor's slots, 3 x capacity: read_displacements() fills in Yᵀ y for those that
+  // rows act on.
+  Matrix3X& displacements() { return slot_displacement_; }
+  void read_displacements(const VectorX& y);
+  // Adds W_t (m/N) to the lower triangle of W and the free displacements of the rows to `delta`.
+  void add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta);
+
+  // S lambda: forces on the slots in touched(), in the order in which rows touch them, so that no sum depends on which
+  // slot a node was given.
+  void gather_forces(std::span<const double> lambda);
+  const std::vector<int>& touched() const { return touched_; }
+  Vector3 slot_force(int slot) const { return slot_forces_.segment<3>(3 * slot); }
   // y <- y + Y S lambda
   void add_forces(std::span<const double> lambda, VectorX& y);
 

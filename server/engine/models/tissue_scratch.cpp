@@ -1,7 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/engine/models/tissue_scratch.h"
 
+#include <cmath>
+
 namespace acus {
+
+FieldScratch::FieldScratch(const TissueSystem& system, int room)
+    : now(make_field_state(system, room)), task(system), held_of(system.position.size(), -1) {
+  for (auto& window : windows) window = std::make_shared<FieldWindow>(*now.window);
+  now.window = windows.front();
+  for (std::vector<int>* list : {&slots, &read_of}) list->reserve(static_cast<std::size_t>(room));
+  held_in.assign(static_cast<std::size_t>(room), -1);
+  for (Matrix3X* list : {&moved_by_p, &moved_by_defect, &p_free, &free_motion, &moved, &step, &force})
+    list->setZero(3, room);
+  products.setZero(3 * room);
+  d_free = shift = modes = of_held = now.d;
+}
 
 TissueScratch::TissueScratch(const TissueSystem& system, int max_rows, int max_nodes)
     : element_rotations(system.model),
@@ -23,7 +37,14 @@ TissueScratch::TissueScratch(const TissueSystem& system, int max_rows, int max_n
     own_factor->factorize(matrix);
   }
   panel_rows = factor(system).make_panel_rows();
-  rows.emplace(factor(system), max_rows, max_nodes);
+  rows.emplace(factor(system), max_rows, max_nodes, system.field ? &system.field->stiffening : nullptr);
+  if (system.field) field.emplace(system, rows->corridor().capacity());
+}
+
+bool TissueScratch::finite() const {
+  if (!field) return x.allFinite() && step.allFinite();
+  return std::isfinite(field->now.window->size) &&
+         field->step.leftCols(static_cast<Eigen::Index>(field->now.held.size())).allFinite();
 }
 
 }  // namespace acus

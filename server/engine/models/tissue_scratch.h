@@ -4,9 +4,12 @@
 // commit_tissue() it belongs to one tick. The corridor is a cache: no result depends on what it holds.
 #pragma once
 
+#include <array>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "server/engine/models/field_task.h"
 #include "server/engine/models/tissue_rows.h"
 #include "server/engine/models/tissue_system.h"
 
@@ -20,6 +23,35 @@ struct TissueBalance {
   Vector3 inertia = Vector3::Zero();  // M a and mass-proportional drag of the free nodes
 };
 
+// What a tick of a deferred field needs besides (field_tick.h). Lists per held node go with FieldState::held.
+struct FieldScratch {
+  FieldScratch(const TissueSystem& system, int room);
+
+  FieldState now;  // the state, as this tick makes it
+  FieldTask task;
+  bool crossed = false;                                 // a window has begun in this tick
+  std::array<std::shared_ptr<FieldWindow>, 3> windows;  // memory
+  std::shared_ptr<const FieldWindow> foreign;           // the state's that is none of these: not to be freed in a tick
+  std::vector<int> held_of;                             // per free node, -1: it is not held
+  std::vector<int> slots;                               // per held node, in the corridor
+  std::vector<int> held_in;                             // per slot, what is held there
+
+  // Per held node, a cache of Yᵀ y and Yᵀ y_defect of a window (m).
+  std::shared_ptr<const FieldWindow> read;
+  std::vector<int> read_of;  // free nodes
+  Matrix3X moved_by_p, moved_by_defect;
+
+  // Per held node, in its rest frame.
+  Matrix3X p_free;              // N, without the rows' forces
+  Matrix3X free_motion;         // m
+  Matrix3X moved, step, force;  // m of this tick so far; m; N by the rows
+  VectorX products;             // G p_free, per slot
+  VectorX d_free;               // modes: d without the rows' forces
+  VectorX shift;                // what they move by besides G p_free
+  VectorX modes, of_held;       // room
+  double carried = 0, fed = 0;  // FieldState's, at the end of the tick
+};
+
 struct TissueScratch {
   // `max_nodes`: the most nodes that rows of one tick touch.
   TissueScratch(const TissueSystem& system, int max_rows, int max_nodes);
@@ -27,7 +59,7 @@ struct TissueScratch {
   TissueScratch& operator=(const TissueScratch&) = delete;
 
   const SparseCholesky& factor(const TissueSystem& system) const { return own_factor ? *own_factor : system.factor; }
-  bool finite() const { return x.allFinite() && step.allFinite(); }
+  bool finite() const;
 
   std::optional<SparseCholesky> own_factor;  // refactorized
   MatrixX panel_rows;                        // scratch of the factor
@@ -61,14 +93,12 @@ struct TissueScratch {
   Matrix3X velocity;             // of the nodes in this tick; also a displacement, for constant
   Matrix3X damping_force;        // of the damping of the stiffness, from the tick's second iteration on
   SparseMatrix damping, matrix;  // refactorized: beta K of this tick, lower triangle; A
+  std::optional<FieldScratch> field;
 };
 
 // ---- Between the world and the factor's frame (turned: the rest frame of each node) and order ----
 
-inline Quaternion node_rotation(const TissueScratch& scratch, int node) {
-  return {scratch.rotations(0, node), scratch.rotations(1, node), scratch.rotations(2, node),
-          scratch.rotations(3, node)};
-}
+inline Quaternion node_rotation(const TissueScratch& scratch, int node) { return rotation_of(scratch.rotations, node); }
 inline Vector3 to_factor(const TissueSystem& system, const TissueScratch& scratch, int node, const Vector3& world) {
   return system.matrix == TissueMatrix::turned ? Vector3(node_rotation(scratch, node).conjugate() * world) : world;
 }

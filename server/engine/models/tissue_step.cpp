@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "server/engine/math/step_share.h"
+#include "server/engine/models/field_tick.h"
 
 namespace acus {
 
@@ -47,6 +48,7 @@ void solve_tissue(const TissueSystem& system, std::span<const double> lambda, Ti
   scratch.lambda_on_fixed.setZero();
   if (system.empty()) return;
   for (int r = 0; r < scratch.rows->count(); ++r) scratch.lambda_on_fixed += lambda[r] * scratch.on_fixed[r];
+  if (system.field) return solve_field(system, lambda, scratch);
   scratch.rows->add_forces(lambda, scratch.y);
   scratch.last_descent = scratch.iteration > 1 ? scratch.descent : std::numeric_limits<double>::infinity();
   scratch.descent = scratch.y.squaredNorm();
@@ -60,7 +62,7 @@ void solve_tissue(const TissueSystem& system, std::span<const double> lambda, Ti
 }
 
 double trusted_tissue_share(const TissueSystem& system, TissueScratch& scratch) {
-  if (system.empty() || system.matrix == TissueMatrix::constant) return 1;
+  if (system.empty() || system.matrix == TissueMatrix::constant || system.field) return 1;
   const bool far = !(scratch.step.cwiseAbs().maxCoeff() <= system.large_step),
              longer = !(scratch.descent <= scratch.last_descent);
   const bool looked_at = scratch.guarded > 0 || far || longer;
@@ -86,6 +88,7 @@ double trusted_tissue_share(const TissueSystem& system, TissueScratch& scratch) 
 double move_tissue(const TissueSystem& system, double share, TissueScratch& scratch) {
   assert(share > 0 && share <= 1);
   if (system.empty()) return 0;
+  if (system.field) return move_field(system, share, scratch);
   scratch.first = {};
   if (scratch.iteration == 1 && system.matrix != TissueMatrix::constant)
     scratch.first = {share, scratch.descent, scratch.elastic.cwiseProduct(scratch.step).sum()};
@@ -94,6 +97,7 @@ double move_tissue(const TissueSystem& system, double share, TissueScratch& scra
 }
 
 void commit_tissue(const TissueSystem& system, TissueScratch& scratch, TissueState& state) {
+  if (system.field) return commit_field(system, scratch, state);
   state.guarded = scratch.guarded;
   state.step = scratch.first;
   state.inertia.setZero();

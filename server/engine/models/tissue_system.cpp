@@ -9,6 +9,8 @@ namespace acus {
 
 namespace {
 
+constexpr double kLargestErrorOfHeld = 0.5;  // - (factor_error())
+
 // The free nodes of tetrahedra and patches that have a fixed node.
 std::vector<int> nodes_beside_supports(const TissueModel& model) {
   std::vector<bool> beside(static_cast<std::size_t>(model.nodes()));
@@ -76,10 +78,19 @@ void keep_few_bits(SparseCholesky& factor, const SparseMatrix& rest) {
 void factorize_rest(TissueSystem& system, const ElementRotations& upright) {
   SparseMatrix rest;
   const Matrix3X& nodes = system.model.mesh->nodes;
-  system.assembler.assemble(nodes, upright, Tangent::rest, tick_factors(system.h), rest);
+  system.assembler.assemble(nodes, upright, Tangent::rest,
+                            system.field ? MatrixFactors{.stiffness = system.field->c2} : tick_factors(system.h), rest);
   system.factor.analyze(rest, 3);
   const bool once = system.matrix != TissueMatrix::refactorized;
-  if (!system.factor.factorize(rest, once ? Precision::single_precision : Precision::double_precision)) {
+  const bool definite = system.factor.factorize(rest, once ? Precision::single_precision : Precision::double_precision);
+  // Rounding may make a singular matrix definite; but then it does not say where translations go.
+  if (system.field && (!definite || factor_error(system.factor, rest) > kLargestErrorOfHeld)) {
+    throw std::runtime_error(
+        "tissue.window: expected 0 for tissue that supports do not hold, found parts that are free; add `fixed` "
+        "volumes that "
+        "hold them, or leave the window out");
+  }
+  if (!definite) {
     throw std::runtime_error(
         "tissue: expected a stiffness that can be factorised, found a matrix that is not positive definite; bring "
         "young_modulus and density of its regions closer together, or poisson_ratio further from 0.5");
@@ -98,9 +109,43 @@ void sum_damping_beside_supports(TissueSystem& system, const ElementRotations& u
     system.damping_sums.push_back(sums.middleCols<3>(3 * system.model.free_index[node]));
 }
 
+// alpha of the whole: per region it is the defect's.
+double mean_mass_damping(const TissueModel& model) { return model.mass_damping.sum() / model.mass.sum(); }
+
+DeferredField begin_deferred_field(const TissueSystem& system, int window) {
+  DeferredField field;
+  field.window = window;
+  field.h = system.h;
+  field.beta = system.largest_damping;
+  field.alpha = mean_mass_damping(system.model);
+  field.c1 = (1 / field.h + field.alpha) / field.h;
+  field.c2 = 1 + field.beta / field.h;
+  field.rho = field.beta / (field.beta + field.h);
+  return field;
+}
+
+// What takes the factor.
+void finish_deferred_field(const TissueSystem& system, DeferredField& field) {
+  const TissueModel& model = system.model;
+  field.mass.resize(model.unknowns());
+  field.weight.resize(model.unknowns());
+  Matrix3X places(3, static_cast<Eigen::Index>(model.free_nodes.size()));
+  for (std::size_t f = 0; f < model.free_nodes.size(); ++f) {
+    const int node = model.free_nodes[f], position = system.position[f];
+    field.mass.segment<3>(position).setConstant(model.mass[node]);
+    field.weight.segment<3>(position) = model.mass[node] * model.gravity;
+    places.col(position / 3) = model.mesh->nodes.col(node);
+  }
+  field.modes = find_low_modes(system.factor, field.c2, field.mass, places, DeferredField::kModes);
+  const auto stiffness = field.c2 * field.modes.omega2.array();
+  field.theta0 = stiffness.inverse();
+  field.theta1 = (field.c1 + stiffness).inverse();
+  field.stiffening = field.modes.shapes * (field.theta0 - field.theta1).cwiseSqrt().cast<float>().asDiagonal();
+}
+
 }  // namespace
 
-TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMatrix kind)
+TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMatrix kind, int window)
     : model(tissue), h(time_step), matrix(kind), damped(has_stiffness_damping(tissue)), assembler(tissue) {
   large_step = kLargeStep * mean_element_size(*model.mesh);
   for (const double beta : model.rayleigh_stiffness) largest_damping = std::max(largest_damping, beta);
@@ -109,9 +154,14 @@ TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMa
   if (matrix == TissueMatrix::turned) rotation_grid = make_rotation_grid(*model.mesh);
   if (empty()) return;
   const ElementRotations upright(model);
+  if (window > 0) field = begin_deferred_field(*this, window);
   factorize_rest(*this, upright);
   for (int f = 0; f < static_cast<int>(model.free_nodes.size()); ++f) position.push_back(factor.position(3 * f));
-  if (damped && matrix != TissueMatrix::refactorized) sum_damping_beside_supports(*this, upright);
+  if (field) {
+    finish_deferred_field(*this, *field);
+  } else if (damped && matrix != TissueMatrix::refactorized) {
+    sum_damping_beside_supports(*this, upright);
+  }
 }
 
 double elastic_energy(const TissueSystem& system, const Matrix3X& x, const ElementRotations& rotations) {

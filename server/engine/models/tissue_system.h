@@ -20,6 +20,7 @@
 #include <optional>
 #include <vector>
 
+#include "server/engine/models/deferred_field.h"
 #include "server/engine/models/rest_stiffness.h"
 #include "server/engine/models/rotation_grid.h"
 #include "server/engine/models/tissue.h"
@@ -35,9 +36,12 @@ struct TissueSystem {
   static constexpr double kSinglePrecisionError = 1e-4;  // -
   static constexpr double kLargeStep = 0.1;              // -, of the mean element size
 
-  // Throws std::runtime_error if the factorisation fails. The model must outlive the system. One without free nodes is no
-  // tissue: nothing is computed.
-  TissueSystem(const TissueModel& model, double h, TissueMatrix matrix);
+  // Throws std::runtime_error if the factorisation fails. The model must outlive the system. One without free nodes is
+  // no tissue: nothing is computed.
+  //
+  // `window` > 0: the tissue has a deferred field of so many ticks (deferred_field.h), which takes matrix `turned`,
+  // linear elements, supports and damping of the stiffness. Its factor is that of c2 K0.
+  TissueSystem(const TissueModel& model, double h, TissueMatrix matrix, int window = 0);
   TissueSystem(const TissueSystem&) = delete;
   TissueSystem& operator=(const TissueSystem&) = delete;
 
@@ -53,6 +57,7 @@ struct TissueSystem {
   TissueAssembler assembler;
   SparseCholesky factor;                    // of the rest shape's matrix
   std::vector<int> position;                // per free node, of its first unknown in the factor
+  std::optional<DeferredField> field;
   std::optional<RestStiffness> stiffness;   // constant
   RotationGrid rotation_grid;               // turned
   std::vector<int> beside_supports;         // free nodes that a matrix entry couples to a fixed one

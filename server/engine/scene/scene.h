@@ -135,6 +135,7 @@ struct Tissue {
   TissueRung rung = TissueRung::warped;
   TissueElement element = TissueElement::linear;
   LocalCompliance local_compliance = LocalCompliance::all;
+  int window = 0;  // ticks of the deferred field, 0: every tick moves the whole tissue
   BoxMesh box;
   std::optional<GmshMesh> gmsh;  // instead of the box
   Pose pose;                     // mesh frame in the world

@@ -208,6 +208,10 @@ struct FieldsOf<Tissue> {
           "resolve, is "
           "added: all (across the shaft, see foundation_stiffness, along it and around the tip) or none (forces act on "
           "points of the mesh, and depend on it)"},
+      Field{"window", &Tissue::window, "", between(0, 1000),
+            "ticks k of the deferred field: the nodes that needles touch move at every tick, all others once in k "
+            "ticks, for "
+            "a share of the work; 0: all move at every tick; about 16 ms are good. Rung warped, element linear"},
       choice("mesh", "the tetrahedra, from one of two sources",
              Field{"box", &Tissue::box, "", any(), "a box that is cut into tetrahedra"},
              Field{"gmsh", &Tissue::gmsh, "", any(), "a mesh file"}),

@@ -33,6 +33,14 @@ void check_tissue(const Model& model, const Model& from) {
   require(model.regions == from.regions, "other regions");
 }
 
+// Nodes go on as fast as they are; what a deferred field has besides is how it gets there.
+void leave_field(TissueState& tissue) {
+  if (!tissue.field) return;
+  tissue.field.reset();
+  tissue.moved = false;  // there is no balance of the tick before
+  tissue.inertia.setZero();
+}
+
 void go_on_at(double h, double from_h, State& state) {
   const auto counted = [&](std::uint64_t tick) {
     return static_cast<std::uint64_t>(std::llround(static_cast<double>(tick) * from_h / h));
@@ -52,9 +60,14 @@ State adopt(const Model& model, const Model& from, const State& state) {
   check_needles(model, from);
   require(model.guide_count() == from.guide_count() && model.guide_needles == from.guide_needles, "other guides");
   check_tissue(model, from);
+  if (model.tissue_system.field)
+    throw AdoptionError(
+        "a scene with tissue.window cannot go on from a state of another one; load it with tissue.window: 0");
   State adopted = make_state(model);
+  State whole = state;
+  leave_field(whole.tissue);
   try {
-    from_bytes(to_bytes(state), adopted);
+    from_bytes(to_bytes(whole), adopted);
     if (model.h != from.h) go_on_at(model.h, from.h, adopted);
     check_state(model, adopted);
   } catch (const std::runtime_error&) {  // spacing of paths, for instance

@@ -18,6 +18,22 @@ int max_shaft_points(const Needle& parameters, double spacing) {
   return 2 * static_cast<int>(std::ceil(parameters.length / spacing)) + 4;
 }
 
+int max_material_points(const Needle& parameters, double spacing) {
+  return max_shaft_points(parameters, spacing) + 3 + kPatchPoints;
+}
+
+int max_touched_nodes(const Scene& scene) {
+  const double spacing = least_spacing(scene.needles);
+  int points = 0;
+  for (const Needle& needle : scene.needles) points += max_material_points(needle, spacing);
+  return 4 * points;
+}
+
+int max_held_nodes(const Scene& scene) {
+  constexpr int kOfNeedle = 100;
+  return max_touched_nodes(scene) + kOfNeedle * static_cast<int>(scene.needles.size());
+}
+
 int max_insertion_rows(const Needle& parameters, double spacing) {
   const int of_vertex = 4 + (parameters.torsional_friction > 0 ? 1 : 0);  // two across, friction, support; torsion
   constexpr int kOfTip = 5;                                               // cutting, border, two across, support

@@ -15,6 +15,15 @@ double least_spacing(std::span<const Needle> needles);
 int max_shaft_points(const Needle& parameters, double spacing);
 // Rows of an insertion in one tick, at most.
 int max_insertion_rows(const Needle& parameters, double spacing);
+inline constexpr int kPatchPoints =
+    21;  // of a tip's contact (tick/insertion/contact_patch.h): one, eight and twelve around it
+// Material points in the rows of a needle, at most: the shaft's vertices, the path's end, the two vertices around the
+// tip, and those of a contact patch.
+int max_material_points(const Needle& parameters, double spacing);
+// Nodes of the tissue that the rows of a tick touch, at most.
+int max_touched_nodes(const Scene& scene);
+// Those that a deferred field holds: some are held before rows need them, and for a window after.
+int max_held_nodes(const Scene& scene);
 // Rows of a guide.
 inline constexpr int kMaxGuideRows = 3;
 

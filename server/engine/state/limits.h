@@ -9,6 +9,8 @@ inline constexpr int kMaxTickSteps = 10;  // iterations of a tick in rungs of on
 inline constexpr int kLookEvery = 8;      // ticks between two searches ahead of a tip, while all that is there is ready
 inline constexpr int kStepsAhead = 6;     // of a search for the tetrahedra that a tip will enter
 inline constexpr double kStepAhead = 0.3;  // sizes of the tip's element
+inline constexpr double kHoldAhead = 0.3;  // sizes of the tip's element, of a deferred field's node that is held
+inline constexpr double kSurfaceHeld = 2e-3;    // m, of a surface that a tip will touch, likewise
 inline constexpr double kSurfaceAhead = 20e-3;  // m, of a search for the surface that a tip will touch
 inline constexpr int kOtherEvents = 8;          // events of one needle in one tick, besides the borders that it crosses
 
@@ -16,6 +18,9 @@ inline constexpr int kOtherEvents = 8;          // events of one needle in one t
 // kLeastForceToBalance, and sums within rounding (Model::force_rounding), raise none.
 inline constexpr double kMaxImbalance = 0.03;         // -
 inline constexpr double kLeastForceToBalance = 1e-3;  // N
+
+// Share of its defects that a deferred field takes in, below which a flag is raised (models/deferred_field.h).
+inline constexpr double kLeastShareUnnoticed = 0.4;  // -
 
 // Energy gain of a needle in a tick that raises a flag, as a share of its stored energy, which counts as at least
 // kLeastEnergyToGain.

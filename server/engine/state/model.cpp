@@ -126,20 +126,21 @@ int max_guide_rows(const Scene& scene) { return kMaxGuideRows * static_cast<int>
 Model::Model(const Scene& s, const Progress& progress, std::optional<TetrahedralMesh> own_mesh)
     : scene(checked(s)),
       h(1 / s.rate),
-      mesh(placed(s, own_mesh ? *std::move(own_mesh)
-                              : announced(progress, "mesh", [&] { return read_mesh(s); }))),
+      mesh(placed(s, own_mesh ? *std::move(own_mesh) : announced(progress, "mesh", [&] { return read_mesh(s); }))),
       regions(announced(progress, "regions", [&] { return assign_regions(s, mesh); })),
       interactions(interactions_of(s)),
       element_sizes(element_sizes_of(mesh)),
       fingerprint(acus::fingerprint(s, mesh, regions)),
       force_rounding(force_rounding_of(s, mesh, regions, element_sizes)),
-      tissue(announced(progress, "elements", [&] {
-        return make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity,
-                                 s.tissue.element);
-      })),
+      tissue(announced(progress, "elements",
+                       [&] {
+                         return make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity,
+                                                  s.tissue.element);
+                       })),
       surface(announced(progress, "surfaces", [&] { return Surface(mesh); })),
       borders(s.tissue, mesh, regions),
-      tissue_system(announced(progress, "factor", [&] { return TissueSystem(tissue, h, matrix_of(s.tissue.rung)); })),
+      tissue_system(announced(progress, "factor",
+                              [&] { return TissueSystem(tissue, h, matrix_of(s.tissue.rung), s.tissue.window); })),
       needles(announced(progress, "needles", [&] { return needles_of(s); })),
       needle_limits(limits_of(s.needles)),
       guide_limits(limits_of(s.guides)),

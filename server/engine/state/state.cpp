@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/engine/state/state.h"
 
+#include "server/engine/models/field_task.h"
+#include "server/engine/state/capacities.h"
 #include "server/engine/state/limits.h"
 #include "server/engine/state/model.h"
 
@@ -9,6 +11,8 @@ namespace acus {
 State make_state(const Model& model) {
   State state;
   state.tissue = make_tissue_state(model.tissue);
+  if (model.tissue_system.field)
+    state.tissue.field = make_field_state(model.tissue_system, max_held_nodes(model.scene));
   for (int i = 0; i < model.needle_count(); ++i) {
     const Pose& base = model.scene.needles[i].base;
     state.needles.push_back(make_needle_state(model.needles[i], base));

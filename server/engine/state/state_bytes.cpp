@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <cstring>
+#include <memory>
+#include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -77,6 +79,25 @@ struct Walk {
   void visit(const std::vector<T>& list) {
     archive.size(list.size(), list.size());
     for (const T& item : list) visit(item);
+  }
+  // What a scene has not is not written either.
+  template <class T>
+  void visit(std::optional<T>& value) {
+    if (value) visit(*value);
+  }
+  template <class T>
+  void visit(const std::optional<T>& value) {
+    if (value) visit(*value);
+  }
+  template <class T>
+  void visit(std::shared_ptr<const T>& shared) {
+    auto own = std::make_shared<T>(*shared);
+    visit(*own);
+    shared = std::move(own);
+  }
+  template <class T>
+  void visit(const std::shared_ptr<const T>& shared) {
+    visit(*shared);
   }
   template <class T>
   void visit(Bounded<T>& list) {
@@ -199,6 +220,17 @@ struct Layout {
   void visit(Bounded<T>&) {
     T item{};
     tell('b', 0);
+    visit(item);
+  }
+  template <class T>
+  void visit(std::optional<T>&) {
+    T item{};
+    tell('o', 0);
+    visit(item);
+  }
+  template <class T>
+  void visit(std::shared_ptr<const T>&) {
+    T item{};
     visit(item);
   }
 

@@ -70,6 +70,24 @@ void check_rotations(const Model& model, const ElementRotations& rotations) {
   }
 }
 
+void check_held(const Model& model, const Bounded<HeldNode>& held, const std::string& what) {
+  std::vector<bool> there(model.tissue.free_nodes.size());
+  for (const HeldNode& node : held) {
+    require(0 <= node.free && node.free < static_cast<int>(there.size()) && !there[node.free], what);
+    there[node.free] = true;
+  }
+}
+
+void check_field(const Model& model, const FieldState& field) {
+  require(0 <= field.tick && field.tick <= model.scene.tissue.window, "the tick of a window");
+  require(field.window->grown >= 0 && field.window->share > 0 && field.window->share <= 1, "the share of a defect");
+  require(field.held.capacity() == field.window->held.capacity(), "the room for held nodes");
+  check_held(model, field.held, "a held node");
+  check_held(model, field.window->held, "a node held when the window began");
+  for (int i = 0; i < model.mesh.node_count(); ++i)
+    require(std::abs(field.window->rotations.col(i).norm() - 1) < kElementTolerance, "the rotation of a node");
+}
+
 void check_monitor(const Model& model, const State& state, int needle) {
   const ShaftMonitor& monitor = state.monitors[needle];
   const int samples = monitor_samples(model.needles[needle].length);
@@ -99,6 +117,7 @@ void check_state(const Model& model, const State& state) {
     require(path.needle < 0 || state.insertions[path.needle].path == i, "the needle of a path");
   }
   check_rotations(model, state.tissue.rotations);
+  if (state.tissue.field) check_field(model, *state.tissue.field);
   for (int i = 0; i < model.needle_count(); ++i) {
     check_insertion(model, state, i);
     check_monitor(model, state, i);

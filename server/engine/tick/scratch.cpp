@@ -5,21 +5,10 @@
 
 namespace acus {
 
-namespace {
-
-// Nodes of the tissue that the rows of a tick touch, at most.
-int max_touched_nodes(const Scene& scene) {
-  const double spacing = least_spacing(scene.needles);
-  int points = 0;
-  for (const Needle& needle : scene.needles) points += max_material_points(needle, spacing);
-  return 4 * points;
-}
-
-}  // namespace
-
 Scratch::Scratch(const Model& model, const Progress& progress)
     : guides(model.scene.guides.size()),
-      tissue(model.tissue_system, model.max_rows, max_touched_nodes(model.scene)),
+      tissue(model.tissue_system, model.max_rows,
+             model.tissue_system.field ? max_held_nodes(model.scene) : max_touched_nodes(model.scene)),
       paths_taken(kMaxPaths),
       rows(model.max_rows),
       forces(model.scene.needles.size()),

@@ -83,13 +83,21 @@ void Simulation::begin_report() {
 
 Costs Simulation::costs() const {
   const SparseCholesky& factor = model_.tissue_system.factor;
-  return {static_cast<int>(model_.tissue.free_nodes.size()),
-          factor.factor_entries(),
-          factor.factor_bytes(),
-          scratch_->tissue.rows->corridor().capacity(),
-          factor.tree().longest_way,
-          model_.max_rows,
-          model_.max_tick_steps()};
+  Costs costs{.free_nodes = static_cast<int>(model_.tissue.free_nodes.size()),
+              .factor_entries = factor.factor_entries(),
+              .factor_bytes = factor.factor_bytes(),
+              .corridor_nodes = scratch_->tissue.rows->corridor().capacity(),
+              .corridor_column = factor.tree().longest_way,
+              .max_rows = model_.max_rows,
+              .max_tick_steps = model_.max_tick_steps()};
+  if (const auto& field = model_.tissue_system.field) {
+    const FieldTask& task = scratch_->tissue.field->task;
+    costs.window = field->window;
+    costs.modes = static_cast<int>(field->modes.count());
+    costs.slice = task.cost() / field->window;
+    costs.largest_slice = task.largest_slice(field->window);
+  }
+  return costs;
 }
 
 double Simulation::potential_energy() const {

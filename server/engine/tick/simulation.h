@@ -21,6 +21,10 @@ struct Costs {
   std::size_t factor_bytes = 0;
   int corridor_nodes = 0;          // tissue nodes whose compliance is kept
   int corridor_column = 0;         // entries of each of their three columns, at most
+  int window = 0;                  // ticks of the deferred field; without one the next three are 0
+  int modes = 0;                   // that carry its inertia
+  double slice = 0;                // of its work in a tick, in entries of the factor: the mean,
+  double largest_slice = 0;        // and the largest
   int max_rows = 0;                // scalar rows of the laws in one tick
   int max_tick_steps = 0;          // times that a tick may solve, of Scene::laws.max_steps steps each
 };

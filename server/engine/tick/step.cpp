@@ -18,6 +18,7 @@ void step(const Model& model, const Commands& commands, State& state, Scratch& s
   if (scratch.outcome.finite) {
     commit(model, scratch, state);
     transitions(model, scratch, state);
+    hold_ahead(model, scratch, state);
     look_ahead(model, state, scratch);
   }
   write_report(model, state, scratch, report);

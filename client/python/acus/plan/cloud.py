@@ -40,6 +40,7 @@ class Cloud:
     def _changed(self, draw, rate):
         scene = self.scene.copy()
         scene["rate"] = rate
+        scene["tissue.window"] = 0  # which adopts states of any
         for name, value in draw.items():
             if name not in FACTORS:
                 scene[name] = value

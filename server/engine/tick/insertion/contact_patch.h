@@ -15,11 +15,10 @@
 #include <array>
 #include <span>
 
+#include "server/engine/state/capacities.h"
 #include "server/engine/tick/views.h"
 
 namespace acus {
-
-inline constexpr int kPatchPoints = 21;  // one, eight and twelve around it
 
 struct ContactPatch {
   std::array<MaterialPoint, kPatchPoints> points;  // their weights are shares, which sum to 1

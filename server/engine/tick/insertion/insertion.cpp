@@ -6,10 +6,6 @@
 
 namespace acus {
 
-int max_material_points(const Needle& parameters, double spacing) {
-  return max_shaft_points(parameters, spacing) + 3 + kPatchPoints;
-}
-
 Vector3 InsertionView::cutting_direction() const {
   return needle.shape.frames.back() * parameters.cutting_direction.normalized();
 }

@@ -33,10 +33,6 @@ inline constexpr double kContactMargin = 1e-3;  // m
 // Most borders that a tip crosses in a tick; more wait for the next.
 inline constexpr int kMaxCrossings = 64;
 
-// Most material points in the rows of a needle: the shaft's vertices, the path's end, the two vertices around the tip,
-// and those of a contact patch.
-int max_material_points(const Needle& parameters, double spacing);
-
 // The needle and the tissue of a tick, read only.
 struct InsertionView {
   int needle_index;

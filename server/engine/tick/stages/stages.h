@@ -49,6 +49,9 @@ void commit(const Model& model, Scratch& scratch, State& state);
 // 9. Contact, puncture, borders, growth of paths, exit, withdrawal; shafts beside their paths.
 void transitions(const Model& model, Scratch& scratch, State& state);
 
+// Part of 9. Of a deferred field, holds the nodes that the tips come to next.
+void hold_ahead(const Model& model, Scratch& scratch, State& state);
+
 // Part of 9. Compliance of the tetrahedra that the tips come to next, a node a tick, so that entering one costs no more
 // than staying in it. Fills a cache; no result depends on it.
 void look_ahead(const Model& model, const State& state, Scratch& scratch);

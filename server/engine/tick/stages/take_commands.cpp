@@ -31,7 +31,7 @@ void take_commands(const Model& model, const State& state, const Commands& comma
     begin_needle(model.needles[i], state.needles[i], scratch.bases[i].spun_pose(), state.bases[i].spun_pose(),
                  scratch.needles[i]);
   }
-  begin_tissue(state.tissue, scratch.tissue);
+  begin_tissue(model.tissue_system, state.tissue, scratch.tissue);
 }
 
 }  // namespace acus

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/models/field_tick.h"
 #include "server/engine/models/tissue_row_forces.h"
 #include "server/engine/tick/insertion/path_transitions.h"
 
 #include <algorithm>
+#include <array>
 
 #include "server/engine/state/limits.h"
 #include "server/engine/tick/insertion/shaft_monitor.h"
@@ -20,6 +22,24 @@ void transitions(const Model& model, Scratch& scratch, State& state) {
     scratch.outcome.transitions |= insertion_transitions(
         {at, scratch.insertions[i], state.tick, state.insertions[i], state.paths, scratch.events});
     monitor_shaft(at, scratch.insertions[i], state.insertions[i], state.monitors[i]);
+  }
+}
+
+void hold_ahead(const Model& model, Scratch& scratch, State& state) {
+  if (!model.tissue_system.field) return;
+  const StageTimer timer(scratch.times, Stage::transitions);
+  for (int i = 0; i < model.needle_count(); ++i) {
+    const InsertionView at = insertion_view(model, state, scratch, i);
+    const auto ahead = [&](double distance) {
+      return tetrahedron_ahead(at, scratch.insertions[i], state.insertions[i], state.paths, distance);
+    };
+    std::array<int, 2 + kPatchPoints> next{};
+    std::size_t count = 0;
+    next[count++] = ahead(0);
+    if (next[0] >= 0) next[count++] = ahead(kHoldAhead * model.element_sizes[next[0]]);
+    if (const auto patch = patch_ahead(at, state.insertions[i], kSurfaceHeld))
+      for (const auto& point : patch->points) next[count++] = point.tetrahedron;
+    hold_ahead(model.tissue_system, {next.data(), count}, scratch.tissue, state.tissue);
   }
 }
 

@@ -26,7 +26,8 @@ std::uint32_t flags_of(const Model& model, const State& state, const Scratch& sc
   raise(!o.tangents_exact, kTangentProjected);
   raise(!o.rows_fit, kRowsDropped);
   raise(model.iterates() && unfinished, kNewtonNotConverged);
-  raise(o.went_too_far(), kStepLimited);
+  const auto& field = state.tissue.field;
+  raise(o.went_too_far() || (field && field->window->share < kLeastShareUnnoticed), kStepLimited);
   raise(scratch.tissue.inverted, kElementsInverted);
   raise(!o.laws.converged, kLawsNotConverged);
   raise(o.laws.fell_back, kSolverFellBack);

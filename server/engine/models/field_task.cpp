@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/models/field_task.h"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+namespace acus {
+
+namespace {
+
+constexpr double kStepShare = 1.0 / 512;  // of all work, which a step is not to be longer than if it can be cut
+// Entries of the factor that a substitution goes through in the same time.
+constexpr double kBackwardEntry = 1.2;
+constexpr double kBatch = 1000;     // elastic forces of eight elements
+constexpr double kTurnBatch = 500;  // what they give to the rotations of nodes
+constexpr double kSmoothNode = 90;
+constexpr double kBeginNode = 130;  // the tick in which it begins makes up the window, too
+constexpr double kPlaceNode = 130, kDefectNode = 250, kProjectNode = 70;
+
+}  // namespace
+
+FieldTask::FieldTask(const TissueSystem& system)
+    : held_(system.position.size(), -1), panel_rows_(system.factor.make_panel_rows()), elements_(system.model) {
+  const TissueModel& model = system.model;
+  result_.x = model.mesh->nodes;
+  result_.element_rotations = ElementRotations(model);
+  result_.rotations.setZero(4, model.nodes());
+  result_.defect = result_.y_defect = result_.total = VectorX::Zero(model.unknowns());
+  result_.modes_defect.setZero(system.field->modes.count());
+  sums_.setZero(4, system.rotation_grid.points);
+  plan(system);
+}
+
+void FieldTask::plan(const TissueSystem& system) {
+  const int nodes = static_cast<int>(system.position.size()), batches = static_cast<int>(system.model.batches.size());
+  const SparseCholesky& factor = system.factor;
+  const auto each = [&](Work work, int count, double cost) { add(work, count, [&](int) { return cost; }); };
+  for (const bool counting : {true, false}) {
+    steps_.clear();
+    const double all = std::exchange(cost_, 0);
+    largest_step_ = counting ? 1e300 : kStepShare * all;
+    parts_ = factor.parts(largest_step_);
+    const int parts = static_cast<int>(parts_.size());
+    each(Work::begin, 1, kBeginNode * nodes);
+    add(Work::backward, parts, [&](int i) { return kBackwardEntry * factor.entries(parts_[parts - 1 - i]); });
+    each(Work::place, nodes, kPlaceNode);
+    each(Work::elements, batches, kBatch);
+    each(Work::turn, batches, kTurnBatch);
+    each(Work::smooth, 1, kSmoothNode * nodes);
+    each(Work::defect, nodes, kDefectNode);
+    each(Work::project, nodes, kProjectNode);
+    add(Work::forward, parts, [&](int i) { return factor.entries(parts_[i]); });
+  }
+}
+
+template <class Cost>
+void FieldTask::add(Work work, int count, Cost cost) {
+  for (int first = 0; first < count;) {
+    int last = first;
+    double of_step = 0;
+    do of_step += cost(last++);
+    while (last < count && of_step + cost(last) <= largest_step_);
+    cost_ += of_step;
+    steps_.push_back({work, first, last, cost_});
+    first = last;
+  }
+}
+
+double FieldTask::largest_slice(int window) const {
+  double largest = 0, before = 0;
+  std::size_t step = 0;
+  for (int tick = 0; tick < window; ++tick) {
+    step = steps_until(tick, window);
+    const double until = step == 0 ? 0 : steps_[step - 1].until;
+    largest = std::max(largest, until - std::exchange(before, until));
+  }
+  return largest;
+}
+
+std::size_t FieldTask::steps_until(int tick, int window) const {
+  const double due = cost_ * (tick + 1) / window;
+  if (tick + 1 >= window) return steps_.size();
+  const auto step = std::upper_bound(steps_.begin(), steps_.end(), due, [](double d, const Step& s) { return d < s.until; });
+  return static_cast<std::size_t>(step - steps_.begin());
+}
+
+void FieldTask::advance(const TissueSystem& system, const std::shared_ptr<const FieldWindow>& window,
+                        const ElementRotations& start, int tick) {
+  if (window_ != window) {
+    window_ = window;
+    done_ = 0;
+  }
+  for (const std::size_t until = steps_until(tick, system.field->window); done_ < until; ++done_)
+    run(system, *window, start, steps_[done_]);
+}
+
+void FieldTask::run(const TissueSystem& system, const FieldWindow& window, const ElementRotations& start, const Step& step) {
+  const auto [work, first, last, until] = step;
+  Result& r = result_;
+  switch (work) {
+    case Work::begin:
+      return begin(system, window);
+    case Work::backward:
+      for (int i = first; i < last; ++i) system.factor.backward(parts_[parts_.size() - 1 - i], r.y_defect, panel_rows_);
+      return;
+    case Work::place:
+      return place(system, window, first, last);
+    case Work::elements:
+      r.inverted |= add_elastic_forces(system.model, first, last, start, r.element_rotations, elements_);
+      return;
+    case Work::turn:
+      if (first == 0) {
+        r.rotations.setZero();
+        one_sign_ = have_one_sign(system.model, r.element_rotations);
+      }
+      return add_node_rotations(system.model, first, last, r.element_rotations, one_sign_, r.rotations);
+    case Work::smooth:
+      normalize_rotations(r.rotations);
+      return smooth_rotations(system.rotation_grid, r.rotations, sums_);
+    case Work::defect:
+      return find_defect(system, window, first, last);
+    case Work::project:
+      for (int position = 3 * first; position < 3 * last; position += 3)
+        system.field->project(position, r.defect.segment<3>(position), r.modes_defect);
+      return;
+    case Work::forward:
+      for (int i = first; i < last; ++i) system.factor.forward(parts_[i], r.y_defect, panel_rows_);
+      return;
+  }
+}
+
+void FieldTask::begin(const TissueSystem& system, const FieldWindow& window) {
+  std::fill(held_.begin(), held_.end(), -1);
+  for (std::size_t i = 0; i < window.held.size(); ++i) held_[window.held[i].free] = static_cast<int>(i);
+  result_.y_defect = window.y_moved;
+  result_.modes_defect.setZero();
+  result_.left.setZero();
+  result_.squares = result_.applied = 0;
+  result_.inverted = false;
+  for (const int node : system.model.fixed_nodes) elements_.x.col(node).head<3>() = result_.x.col(node) = window.x.col(node);
+  elements_.forces.setZero();
+}
+
+// The field, held nodes where they have come to.
+void FieldTask::place(const TissueSystem& system, const FieldWindow& window, int first, int last) {
+  for (int f = first; f < last; ++f) {
+    const int node = system.model.free_nodes[f], position = system.position[f];
+    const Vector3 moved = result_.y_defect.segment<3>(position) + system.field->motion(position, window.modes_moved);
+    result_.x.col(node) = held_[f] >= 0 ? window.held[held_[f]].x
+                                        : Vector3(window.x.col(node) + rotation_of(window.rotations, node) * moved);
+    elements_.x.col(node).head<3>() = result_.x.col(node);
+  }
+}
+
+void FieldTask::find_defect(const TissueSystem& system, const FieldWindow& window, int first, int last) {
+  const DeferredField& field = *system.field;
+  for (int f = first; f < last; ++f) {
+    const int node = system.model.free_nodes[f], position = system.position[f];
+    const Quaternion turn = rotation_of(result_.rotations, node);
+    Vector3 applied = system.model.mass[node] * system.model.gravity;
+    Vector3 p = window.p.segment<3>(position);
+    if (held_[f] >= 0) {
+      applied += window.held[held_[f]].force;
+      p += window.held[held_[f]].p;
+    }
+    const Vector3 missing = turn.conjugate() * (applied - elements_.forces.col(node).head<3>()) - field.rho * p - window.defect.segment<3>(position) -
+                            system.model.mass[node] * field.motion(position, window.inertia);
+    const Vector3 total = window.scheduled.segment<3>(position) + missing;
+    const Vector3 defect = missing + window.increase * (total - window.total.segment<3>(position));
+    result_.left += turn * missing;
+    result_.squares += missing.squaredNorm();
+    result_.applied += applied.squaredNorm();
+    result_.total.segment<3>(position) = total;
+    result_.defect.segment<3>(position) = result_.y_defect.segment<3>(position) = defect;
+  }
+}
+
+FieldTask::Result& FieldTask::take() {
+  window_ = nullptr;
+  return result_;
+}
+
+FieldState make_field_state(const TissueSystem& system, int most_held) {
+  const int room = std::min(most_held, static_cast<int>(system.position.size()));
+  const DeferredField& field = *system.field;
+  const Eigen::Index unknowns = system.model.unknowns(), modes = field.modes.count();
+  FieldWindow window;
+  window.x = system.model.mesh->nodes;
+  window.rotations.setZero(4, system.model.nodes());
+  window.rotations.row(0).setOnes();
+  window.y_moved = window.defect = window.y_defect = VectorX::Zero(unknowns);
+  window.modes_moved = window.inertia = window.modes_defect = VectorX::Zero(modes);
+  window.held = Bounded<HeldNode>(static_cast<std::size_t>(room));
+  window.p = window.y = window.scheduled = window.total = field.weight;
+  MatrixX panel_rows = system.factor.make_panel_rows();
+  system.factor.forward(window.y, panel_rows);
+  window.modes = VectorX::Zero(modes);
+  for (int position = 0; position < unknowns; position += 3)
+    field.project(position, field.weight.segment<3>(position), window.modes);
+  FieldState state;
+  state.held = window.held;
+  state.d = state.d_before = state.modes_moved = VectorX::Zero(modes);
+  state.window = std::make_shared<FieldWindow>(std::move(window));
+  return state;
+}
+
+}  // namespace acus
