@@ -39,11 +39,14 @@ std::shared_ptr<FieldWindow> spare_window(FieldScratch& field) {
   return oldest;
 }
 
-// Numbers of the held nodes and their slots.
+void forget_numbers(FieldScratch& field) {
+  for (const HeldNode& held : field.now.held) field.held_of[held.free] = -1;
+}
+
+// Numbers of the held nodes and their slots; those of another list have been forgotten.
 void list_held(TissueScratch& scratch) {
   FieldScratch& field = *scratch.field;
   Corridor& corridor = scratch.rows->corridor();
-  std::fill(field.held_of.begin(), field.held_of.end(), -1);
   std::fill(field.held_in.begin(), field.held_in.end(), -1);
   field.slots.clear();
   for (int i = 0; i < count_of(field.now); ++i) {
@@ -113,7 +116,7 @@ bool judge(const FieldWindow& last, const FieldTask::Result& result, FieldWindow
   const auto beyond = [&](double growth, double part) {
     return !(next.size <= std::max({growth * last.size, part * next.scale, kLeast}));
   };
-  next.grown = beyond(kGrowth, kPart) ? last.grown + 1 : 0;
+  next.grown = beyond(kGrowth, kPart) ? std::min(last.grown, kGrowing - 1) + 1 : 0;
   const bool stops = next.grown >= kGrowing || beyond(1, kMost);
   next.share = stops ? std::max(kLeastShare, last.share / 2)
                      : std::min(1.0, kComingBack * last.share);
@@ -193,11 +196,13 @@ Vector3 free_motion(const TissueSystem& system, int i, const FieldScratch& field
 void begin_field(const TissueSystem& system, const TissueState& state, TissueScratch& scratch) {
   FieldScratch& field = *scratch.field;
   for (std::size_t i = 0; i < field.now.held.size(); ++i) scratch.step.col(node_of(system, field.now.held[i])).setZero();
+  forget_numbers(field);
   field.now = *state.field;
   if (std::ranges::find(field.windows, field.now.window) == field.windows.end()) field.foreign = field.now.window;
   field.crossed = false;
   list_held(scratch);
   if (field.now.tick == system.field->window) {
+    forget_numbers(field);
     cross(system, state, scratch);
     list_held(scratch);
   }
