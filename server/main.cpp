@@ -334,8 +334,9 @@ int run(const Arguments& arguments) {
   }
   if (arguments.check) {
     const Rehearsal rehearsal = rehearse(world->simulation);
-    std::cout << summarise(world->simulation, rehearsal_warnings(rehearsal, world->hello.time_step)) << '\n'
-              << describe(rehearsal, world->hello.time_step);
+    const double time_step = world->hello.time_step;
+    const auto warnings = rehearsal_warnings(rehearsal, time_step, window_to_try(world->simulation));
+    std::cout << summarise(world->simulation, warnings) << '\n' << describe(rehearsal, time_step);
     return kEnded;
   }
   if (!arguments.loop.lockstep) raise_priority(RealtimeThread::sockets);  // before ZeroMQ starts its own thread

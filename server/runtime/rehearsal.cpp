@@ -177,14 +177,30 @@ Rehearsal rehearse(Simulation& simulation, const RehearsalLimits& limits) {
   return rehearsal;
 }
 
-std::vector<SceneWarning> rehearsal_warnings(const Rehearsal& rehearsal, double time_step) {
+int window_to_try(const Simulation& simulation) {
+  constexpr double kUnnoticed = 16e-3;  // s
+  constexpr int kLeastNodes = 700;      // whose elements and substitutions take longer than all else
+  if (simulation.scene().tissue.window > 0 || simulation.costs().free_nodes < kLeastNodes) return 0;
+  Scene scene = simulation.scene();
+  scene.tissue.window = static_cast<int>(std::round(kUnnoticed * scene.rate));
+  if (scene.tissue.fixed.empty() || scene.tissue.window < 2) return 0;
+  try {
+    validate(scene);
+  } catch (const SceneError&) {
+    return 0;
+  }
+  return scene.tissue.window;
+}
+
+std::vector<SceneWarning> rehearsal_warnings(const Rehearsal& rehearsal, double time_step, int window) {
   constexpr double kSpare = 1.25;  // of the time that a tick takes
   double longest = rehearsal.outside.p99;
   for (const RehearsedTicks& part : rehearsal.inside) longest = std::max(longest, part.p99);
   if (longest <= time_step) return {};
   return {{"ticks", "they take up to " + number("%.0f %%", 100 * longest / time_step) +
                         " of their time, so that this machine does not hold the rate; take a rate of at most " +
-                        number("%.0f", 1 / (kSpare * longest)) + " Hz, fewer cells or beams, or --lockstep"}};
+                        number("%.0f", 1 / (kSpare * longest)) + " Hz, fewer cells or beams, " +
+                        (window > 0 ? "tissue.window: " + std::to_string(window) + ", " : "") + "or --lockstep"}};
 }
 
 std::string describe(const Rehearsal& rehearsal, double time_step) {

@@ -39,8 +39,12 @@ struct Rehearsal {
 // Begins at the state after loading, and leaves the simulation there.
 Rehearsal rehearse(Simulation& simulation, const RehearsalLimits& limits = {});
 
-// Of ticks that take longer than a tick (s) may.
-std::vector<SceneWarning> rehearsal_warnings(const Rehearsal& rehearsal, double time_step);
+// tissue.window of 16 ms, which hands on haptic devices do not notice, where it would make the scene's ticks shorter; 0
+// where it would not, or the scene cannot have one.
+int window_to_try(const Simulation& simulation);
+
+// Of ticks that take longer than a tick (s) may. `window`: one that would make them shorter, if there is any.
+std::vector<SceneWarning> rehearsal_warnings(const Rehearsal& rehearsal, double time_step, int window = 0);
 
 // For a person to read, with the share of a tick of this length (s).
 std::string describe(const Rehearsal& rehearsal, double time_step);

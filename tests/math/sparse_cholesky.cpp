@@ -59,10 +59,11 @@ VectorX unpermuted(const SparseCholesky& factor, const VectorX& y) {
   return x;
 }
 
-SparseCholesky factor_of(const SparseMatrix& lower, int block = 1) {
+SparseCholesky factor_of(const SparseMatrix& lower, int block = 1, Precision precision = Precision::double_precision) {
   SparseCholesky factor;
   factor.analyze(lower, block);
   REQUIRE(factor.factorize(lower));
+  factor.keep(precision);
   return factor;
 }
 
@@ -101,9 +102,9 @@ TEST_CASE("forward and backward substitution are those of the dense factor of th
 
 TEST_CASE("substitutions in parts of any size have the bits of the whole") {
   const SparseMatrix a = definite_matrix(6);
-  for (const Precision precision : {Precision::bfloat16, Precision::single_precision, Precision::double_precision}) {
-    SparseCholesky factor = factor_of(a, 3);
-    REQUIRE(factor.factorize(a, precision));
+  for (const Precision precision :
+       {Precision::half_precision, Precision::single_precision, Precision::double_precision}) {
+    const SparseCholesky factor = factor_of(a, 3, precision);
     MatrixX panel_rows = factor.make_panel_rows();
     const VectorX b = Random(7).matrix(kUnknowns, 1);
     VectorX forward = b, backward = b;
@@ -143,9 +144,9 @@ VectorX unfolded(const SparseCholesky& factor, int position, const VectorX& way)
 
 TEST_CASE("unit columns are the forward substitutions of unit vectors, in all precisions") {
   const SparseMatrix a = definite_matrix(4);
-  for (const Precision precision : {Precision::bfloat16, Precision::single_precision, Precision::double_precision}) {
-    SparseCholesky factor = factor_of(a, 3);
-    REQUIRE(factor.factorize(a, precision));
+  for (const Precision precision :
+       {Precision::half_precision, Precision::single_precision, Precision::double_precision}) {
+    const SparseCholesky factor = factor_of(a, 3, precision);
     MatrixX panel_rows = factor.make_panel_rows();
     Eigen::MatrixX3d columns = Eigen::MatrixX3d::Constant(factor.tree().longest_way, 3, 9.0);
     for (const int node : {0, 5, 100, kUnknowns / 3 - 1}) {
@@ -206,10 +207,8 @@ TEST_CASE("in the tree every row below a panel belongs to a panel on its way to 
 }
 
 // `least` and `most`: of the residual that rounding leaves, of the right-hand side.
-void check_rounded(Precision precision, double least, double most, std::size_t bytes_of_entry) {
-  const SparseMatrix a = definite_matrix(16);
-  SparseCholesky factor = factor_of(a);
-  factor.keep(precision);
+void check_rounded(const SparseMatrix& a, Precision precision, double least, double most, std::size_t bytes_of_entry) {
+  const SparseCholesky factor = factor_of(a, 1, precision);
   CHECK(factor.precision() == precision);
   CHECK(factor.factor_bytes() == factor.factor_entries() * bytes_of_entry);
   // L as rounded, column by column, and from it the matrix that it belongs to.
@@ -232,8 +231,46 @@ void check_rounded(Precision precision, double least, double most, std::size_t b
 }
 
 TEST_CASE("in fewer bits the substitutions are exact ones of a matrix that is off by rounding") {
-  check_rounded(Precision::single_precision, 1e-9, 1e-6, 4);
-  check_rounded(Precision::bfloat16, 1e-4, 2e-2, 2);
+  check_rounded(definite_matrix(16), Precision::single_precision, 1e-9, 1e-6, 4);
+  check_rounded(definite_matrix(16), Precision::half_precision, 1e-5, 2e-3, 2);
+}
+
+// Half of the unknowns are a thousand times stiffer than the others, all of them by `size`.
+SparseMatrix scaled_matrix(double size) {
+  SparseMatrix a = definite_matrix(18);
+  const auto scale = [size](Eigen::Index i) { return std::sqrt(i < kUnknowns / 2 ? size : 1000 * size); };
+  for (int column = 0; column < kUnknowns; ++column)
+    for (SparseMatrix::InnerIterator entry(a, column); entry; ++entry)
+      entry.valueRef() *= scale(entry.row()) * scale(column);
+  return a;
+}
+
+TEST_CASE("half precision has room for stiffness of any size") {
+  for (const double size : {1e-12, 1.0, 1e12})
+    check_rounded(scaled_matrix(size), Precision::half_precision, 1e-5, 2e-3, 2);
+}
+
+TEST_CASE("unit columns made by and by have the bits of those made at once") {
+  const SparseMatrix a = definite_matrix(19);
+  for (const Precision precision : {Precision::half_precision, Precision::double_precision}) {
+    const SparseCholesky factor = factor_of(a, 3, precision);
+    MatrixX panel_rows = factor.make_panel_rows();
+    Eigen::MatrixX3d whole(factor.tree().longest_way, 3), parts(whole.rows(), 3);
+    for (const int node : {0, 5, 100, kUnknowns / 3 - 1}) {
+      whole.setZero();
+      parts.setZero();
+      factor.unit_columns(factor.position(3 * node), whole, panel_rows);
+      SparseCholesky::OnWay at = factor.begin_unit_columns(factor.position(3 * node), parts);
+      int calls = 0;
+      double left = 0;
+      for (; at.panel >= 0; ++calls) {
+        left += 500;
+        factor.go_on(at, left, parts, panel_rows);
+      }
+      CHECK(calls > 1);
+      CHECK(std::memcmp(whole.data(), parts.data(), sizeof(double) * static_cast<std::size_t>(whole.size())) == 0);
+    }
+  }
 }
 
 TEST_CASE("the same matrix and right-hand side give the same bits, again and in another factor") {
@@ -245,8 +282,10 @@ TEST_CASE("the same matrix and right-hand side give the same bits, again and in 
   factor.forward(x, panel_rows);
   factor.backward(x, panel_rows);
 
-  REQUIRE(factor.factorize(definite_matrix(11)));  // something else in between
-  REQUIRE(factor.factorize(a));
+  for (const SparseMatrix& matrix : {definite_matrix(11), a}) {
+    REQUIRE(factor.factorize(matrix));
+    factor.keep(Precision::double_precision);
+  }
   const SparseCholesky fresh = factor_of(a);
   for (const SparseCholesky* again : {static_cast<const SparseCholesky*>(&factor), &fresh}) {
     VectorX y = b;
@@ -265,6 +304,7 @@ TEST_CASE("an indefinite matrix is refused and the next definite one accepted") 
 
   const SparseMatrix a = definite_matrix(14);
   REQUIRE(factor.factorize(a));
+  factor.keep(Precision::double_precision);
   const VectorX b = Random(15).matrix(kUnknowns, 1);
   MatrixX panel_rows = factor.make_panel_rows();
   VectorX x = permuted(factor, b);

@@ -24,6 +24,7 @@ struct Bench {
     TissueAssembler(model).assemble(mesh.nodes, rotations_at(model, mesh.nodes, forces), Tangent::rest, factors, lower);
     factor.analyze(lower, 3);
     REQUIRE(factor.factorize(lower));
+    factor.keep(Precision::double_precision);
     inverse = test::inverse(dense_matrix(model, mesh.nodes, Tangent::rest, factors));
   }
 
@@ -45,7 +46,7 @@ TEST_CASE("the Gram matrix is the block of the inverse, also after slots were gi
   CHECK(corridor.used() == 6);
   bench.check_gram(corridor);
   for (const int node : {7, 40, 31}) {
-    corridor.begin_use();
+    corridor.begin_use(0);
     CHECK(corridor.slot(node) >= 0);
     bench.check_gram(corridor);
   }
@@ -60,10 +61,10 @@ TEST_CASE("the node unused for longest makes room") {
     return false;
   };
   for (const int node : {1, 2, 3, 1}) {
-    corridor.begin_use();
+    corridor.begin_use(0);
     corridor.slot(node);
   }
-  corridor.begin_use();
+  corridor.begin_use(0);
   corridor.slot(4);
   CHECK_FALSE(holds(2));
   CHECK(holds(1));
@@ -79,8 +80,50 @@ TEST_CASE("a node keeps its slot; a full corridor says no until the next use") {
   CHECK(corridor.slot(8) == slot);
   CHECK(corridor.slot(10) == -1);
   bench.check_gram(corridor);
-  corridor.begin_use();
+  corridor.begin_use(0);
   CHECK(corridor.slot(10) >= 0);
+}
+
+TEST_CASE("columns made ahead, by and by, are those made at once") {
+  const Bench bench;
+  Corridor corridor(bench.factor, 5), at_once(bench.factor, 5);
+  const auto make = [&](int node) {
+    int uses = 0;
+    do corridor.begin_use(300), ++uses;
+    while (corridor.make_ahead(node));
+    return uses;
+  };
+  corridor.slot(3);
+  CHECK(make(40) > 3);
+  CHECK(make(40) == 1);
+  // One that is asked for before it is done, and others that are asked for meanwhile.
+  corridor.begin_use(300);
+  CHECK(corridor.make_ahead(17));
+  CHECK(corridor.slot(7) >= 0);
+  CHECK(corridor.slot(17) >= 0);
+  // One that is left behind, and finished before the next; slots that are asked for when it is multiplied.
+  corridor.begin_use(300);
+  CHECK(corridor.make_ahead(29));
+  CHECK(make(40) > 3);
+  CHECK(corridor.used() == 5);
+  for (const int node : {3, 40, 17, 7, 29}) at_once.slot(node);
+  CHECK(corridor.gram() == at_once.gram());
+  bench.check_gram(corridor);
+}
+
+TEST_CASE("what is made ahead gives way where there is no other room") {
+  const Bench bench;
+  Corridor corridor(bench.factor, 2);
+  corridor.begin_use(300);
+  CHECK(corridor.make_ahead(5));
+  CHECK(corridor.slot(8) >= 0);
+  CHECK(corridor.slot(9) >= 0);
+  CHECK_FALSE(corridor.make_ahead(5));
+  corridor.begin_use(300);
+  CHECK(corridor.slot(9) >= 0);
+  CHECK(corridor.make_ahead(5));
+  CHECK(corridor.slot(8) >= 0);
+  bench.check_gram(corridor);
 }
 
 TEST_CASE("cleared, the corridor forgets and fills again") {

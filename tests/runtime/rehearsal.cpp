@@ -105,6 +105,34 @@ TEST_CASE("ticks that take longer than they may are warned of, with a rate that 
   REQUIRE(found.size() == 1);
   CHECK(found[0].text.starts_with("they take up to 200 % of their time"));
   CHECK(found[0].text.find("a rate of at most 400 Hz") != std::string::npos);
+  CHECK(found[0].text.find("tissue.window") == std::string::npos);
+  CHECK(rehearsal_warnings(rehearsal, 0.001, 16)[0].text.find("tissue.window: 16, or --lockstep") != std::string::npos);
+}
+
+TEST_CASE("a window is what large tissue on supports may try, where the scene can have one") {
+  const auto with_cells = [](const std::string& cells) {
+    return parse_scene(
+        "acus_scene: 1\nrate: 1000\n"
+        "tissue:\n"
+        "  rung: warped\n"
+        "  mesh: {box: {size: [0.1, 0.1, 0.1], cells: [" +
+            cells +
+            "]}}\n"
+            "  regions: [{material: {poisson_ratio: 0.45, rayleigh_stiffness: 0.01}}]\n"
+            "  fixed: [{box: {max: [.inf, .inf, -0.04]}}]\n"
+            "needles: [{length: 0.1, base: {position: [0, 0, 0.2]}}]\n",
+        "scene.yaml", "");
+  };
+  Scene scene = with_cells("10, 10, 10");
+  CHECK(window_to_try(Simulation(scene)) == 16);
+  scene.rate = 250;
+  CHECK(window_to_try(Simulation(scene)) == 4);
+  scene.tissue.window = 4;
+  CHECK(window_to_try(Simulation(scene)) == 0);
+  scene.tissue.window = 0;
+  scene.tissue.rung = TissueRung::linear;
+  CHECK(window_to_try(Simulation(scene)) == 0);
+  CHECK(window_to_try(Simulation(with_cells("4, 4, 4"))) == 0);
 }
 
 }  // namespace acus

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A list with a capacity that is fixed when it is made: adding to it never allocates, and a copy has the same capacity.
+// A copy to a list that has it costs no more than the items.
 #pragma once
 
+#include <algorithm>
 #include <cassert>
 #include <cstddef>
 #include <vector>
@@ -13,6 +15,17 @@ class Bounded {
  public:
   Bounded() = default;
   explicit Bounded(std::size_t capacity) : items_(capacity) {}
+  Bounded(const Bounded& other) { *this = other; }
+  Bounded(Bounded&&) noexcept = default;
+  Bounded& operator=(Bounded&&) noexcept = default;
+  Bounded& operator=(const Bounded& other) {
+    if (this == &other) return *this;
+    items_.resize(other.capacity());
+    std::copy(other.begin(), other.end(), items_.begin());
+    size_ = other.size_;
+    return *this;
+  }
+  ~Bounded() = default;
 
   std::size_t capacity() const { return items_.size(); }
   std::size_t size() const { return size_; }

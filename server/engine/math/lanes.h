@@ -28,8 +28,8 @@ struct alignas(kLanes * sizeof(double)) Octet {
   const double& operator[](int i) const { return at[i]; }
 };
 
-// The upper half of a float: eight bits of mantissa.
-struct Bfloat16 {
+// Half precision, IEEE 754 binary16: eleven bits of mantissa, 6e-5 to 65504; none below that but zero is ever kept.
+struct Float16 {
   unsigned short bits;
 };
 
@@ -81,7 +81,7 @@ struct Lanes : Halves {
 
   static Lanes load(const double* p);
   static Lanes load(const float* p);
-  static Lanes load(const Bfloat16* p);
+  static Lanes load(const Float16* p);
   void store(double* p) const;
 
   friend Lanes operator+(const Lanes& a, const Lanes& b) {
@@ -145,20 +145,21 @@ inline Lanes Lanes::load(const float* p) {
 #endif
 }
 
-inline Lanes Lanes::load(const Bfloat16* p) {
+inline Lanes Lanes::load(const Float16* p) {
 #if defined(__AVX512F__)
-  const __m256i bits =
-      _mm256_slli_epi32(_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))), 16);
-  return Halves{_mm512_maskz_cvtps_pd(0xff, _mm256_castsi256_ps(bits))};
-#elif defined(__AVX__)
-  const __m128i bits = _mm_loadu_si128(reinterpret_cast<const __m128i*>(p)), zero = _mm_setzero_si128();
-  return Halves{_mm256_cvtps_pd(_mm_castsi128_ps(_mm_unpacklo_epi16(zero, bits))),
-                _mm256_cvtps_pd(_mm_castsi128_ps(_mm_unpackhi_epi16(zero, bits)))};
+  return Halves{_mm512_maskz_cvtps_pd(0xff, _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))))};
+#elif defined(__F16C__)
+  const auto four = [](const Float16* at) {
+    return _mm256_cvtps_pd(_mm_cvtph_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(at))));
+  };
+  return Halves{four(p), four(p + 4)};
 #else
   float numbers[kLanes];
   for (int i = 0; i < kLanes; ++i) {
-    const unsigned bits = static_cast<unsigned>(p[i].bits) << 16;
-    __builtin_memcpy(numbers + i, &bits, sizeof bits);
+    constexpr unsigned kExponents = (127 - 15) << 23;  // between the zeros of both
+    const unsigned bits = p[i].bits, size = bits & 0x7fff;
+    const unsigned wide = size == 0 ? 0 : (bits & 0x8000) << 16 | ((size << 13) + kExponents);
+    __builtin_memcpy(numbers + i, &wide, sizeof wide);
   }
   return load(numbers);
 #endif

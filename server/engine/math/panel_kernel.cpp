@@ -26,15 +26,15 @@ inline void prefetch(const Real* numbers) {
 }
 
 template <int width, int count, class Real>
-inline void forward_strip(const Real* strip, int below, double* w, std::ptrdiff_t stride) {
+inline void forward_strip(const Real* strip, int below, PanelScale scale, double* w, std::ptrdiff_t stride) {
   double x[count][kTileRows];  // with the sign of what is taken off
 #pragma GCC unroll 3
   for (int r = 0; r < count; ++r) {
-    product<width>(strip, w + r * stride).store(x[r]);
+    (product<width>(strip, w + r * stride) * scale.triangle).store(x[r]);
 #pragma GCC unroll 8
     for (int j = 0; j < width; ++j) {
       w[r * stride + j] = x[r][j];
-      x[r][j] = -x[r][j];
+      x[r][j] *= -scale.tiles;
     }
   }
   const Real* tile = strip + triangle_size(width);
@@ -57,7 +57,7 @@ inline void forward_strip(const Real* strip, int below, double* w, std::ptrdiff_
 }
 
 template <int width, class Real>
-inline void backward_strip(const Real* strip, int below, double* w) {
+inline void backward_strip(const Real* strip, int below, PanelScale scale, double* w) {
   static_assert(width <= kLanes);
   Lanes products[kLanes];
 #pragma GCC unroll 8
@@ -71,8 +71,8 @@ inline void backward_strip(const Real* strip, int below, double* w) {
     for (int j = 0; j < width; ++j) products[j] = multiply_add(Lanes::load(tile + j * kTileRows), rows, products[j]);
   }
   double x[kTileRows];
-  (Lanes::load(w) - sums(products)).store(x);
-  product<width>(strip + kTileRows * width, x).store(x);
+  (Lanes::load(w) - sums(products) * scale.tiles).store(x);
+  (product<width>(strip + kTileRows * width, x) * scale.triangle).store(x);
 #pragma GCC unroll 8
   for (int j = 0; j < width; ++j) w[j] = x[j];
 }
@@ -103,34 +103,34 @@ inline void with_width(int width, Visit visit) {
 }
 
 template <int count, class Real>
-void forward(const Real* strip, int columns, int below, double* w, std::ptrdiff_t stride) {
+void forward(const Real* strip, int columns, int below, PanelScale scale, double* w, std::ptrdiff_t stride) {
   for (int j = 0; j < columns; j += kStripColumns) {
     const int width = columns - j < kStripColumns ? columns - j : kStripColumns, under = columns - j - width + below;
-    with_width(width,
-               [=](auto constant) { forward_strip<decltype(constant)::value, count>(strip, under, w + j, stride); });
+    with_width(width, [=](auto constant) {
+      forward_strip<decltype(constant)::value, count>(strip, under, scale, w + j, stride);
+    });
     strip += strip_size(width, under);
   }
 }
 
 template <class Real>
-void forward_one(const Real* panel, int columns, int below, double* w) {
-  forward<1>(panel, columns, below, w, 0);
+void forward_one(const Real* panel, int columns, int below, PanelScale scale, double* w) {
+  forward<1>(panel, columns, below, scale, w, 0);
 }
 
 template <class Real>
-void backward(const Real* strip, int columns, int below, double* w) {
+void backward(const Real* strip, int columns, int below, PanelScale scale, double* w) {
   for (int j = (columns - 1) / kStripColumns * kStripColumns; j >= 0; j -= kStripColumns) {
     const int width = columns - j < kStripColumns ? columns - j : kStripColumns, under = columns - j - width + below;
     strip -= strip_size(width, under);
-    with_width(width, [=](auto constant) { backward_strip<decltype(constant)::value>(strip, under, w + j); });
+    with_width(width, [=](auto constant) { backward_strip<decltype(constant)::value>(strip, under, scale, w + j); });
   }
 }
 
 }  // namespace
 
 extern const PanelKernel<float> panel_kernel_of_float{forward_one<float>, forward<3, float>, backward<float>};
-extern const PanelKernel<Bfloat16> panel_kernel_of_bfloat16{forward_one<Bfloat16>, forward<3, Bfloat16>,
-                                                            backward<Bfloat16>};
+extern const PanelKernel<Float16> panel_kernel_of_float16{forward_one<Float16>, forward<3, Float16>, backward<Float16>};
 extern const PanelKernel<double> panel_kernel_of_double{forward_one<double>, forward<3, double>, backward<double>};
 
 }  // namespace ACUS_KERNEL

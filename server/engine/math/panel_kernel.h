@@ -18,12 +18,17 @@ constexpr int strip_size(int width, int below) {
   return round_up(triangle_size(width) + round_up(below, kTileRows) * width, kStripAlignment);
 }
 
+// What the numbers of panels are to be multiplied by, powers of two: those of triangles, and those of tiles.
+struct PanelScale {
+  double triangle = 1, tiles = 1;
+};
+
 // A panel of `columns` columns with `below` rows under their triangle. Right-hand sides as for PanelValues.
 template <class Real>
 struct PanelKernel {
-  void (*forward_one)(const Real* panel, int columns, int below, double* w);
-  void (*forward_three)(const Real* panel, int columns, int below, double* w, std::ptrdiff_t stride);
-  void (*backward)(const Real* panel_end, int columns, int below, double* w);
+  void (*forward_one)(const Real* panel, int columns, int below, PanelScale scale, double* w);
+  void (*forward_three)(const Real* panel, int columns, int below, PanelScale scale, double* w, std::ptrdiff_t stride);
+  void (*backward)(const Real* panel_end, int columns, int below, PanelScale scale, double* w);
 };
 
 // That of the chosen instruction set.

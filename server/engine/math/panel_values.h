@@ -6,9 +6,9 @@
 // panel's: first those of its later columns. T is kept as its inverse, which has no chain of divisions to wait for, by
 // columns and once more by rows: forward solves x = T⁻¹ w, then w_below -= tiles x; backward mirrors it.
 //
-// Kept as float, L takes half the memory traffic of double, which is what a substitution costs, as bfloat16 a quarter.
-// Sums are in double, so that all substitutions are those of one and the same matrix: that of L as rounded, off by 6e-8
-// of |L||L|ᵀ, as bfloat16 by 4e-3.
+// Kept as float, L takes half the memory traffic of double, which is what a substitution costs, in half precision a
+// quarter, times a power of two that suits its range. Sums are in double, so that all substitutions are those of one
+// and the same matrix: that of L as rounded, off by 6e-8 of |L||L|ᵀ, in half precision by 5e-4.
 #pragma once
 
 #include <cstddef>
@@ -20,6 +20,9 @@
 
 namespace acus {
 
+// Numbers that are kept of a factor, padding included.
+std::size_t kept_entries(const PanelTree& tree);
+
 template <class Real>
 class PanelValues {
  public:
@@ -30,12 +33,11 @@ class PanelValues {
   // right-hand side, or three that stand `stride` apart; each has kTileRows entries to spare behind the panel's rows.
   // Parts of a panel, whole strips, do that with columns `first` to `last` - 1: forward one after the other.
   void forward(const PanelTree& tree, int s, int first, int last, double* w) const;
-  void forward_three(const PanelTree& tree, int s, double* w, std::ptrdiff_t stride) const;
+  void forward_three(const PanelTree& tree, int s, int first, int last, double* w, std::ptrdiff_t stride) const;
 
   // w <- L⁻ᵀ w likewise, from the rows below to the columns, the last part first; the spare entries must be zero.
   void backward(const PanelTree& tree, int s, int first, int last, double* w) const;
 
-  std::size_t entries() const { return values_.size(); }
   std::size_t bytes() const { return values_.size() * sizeof(Real); }
 
  private:
@@ -43,10 +45,11 @@ class PanelValues {
 
   std::vector<Real, Eigen::aligned_allocator<Real>> values_;
   std::vector<std::ptrdiff_t> start_;  // per panel, into values_; the end behind the last
+  PanelScale scale_;
 };
 
 extern template class PanelValues<float>;
 extern template class PanelValues<double>;
-extern template class PanelValues<Bfloat16>;
+extern template class PanelValues<Float16>;
 
 }  // namespace acus

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 
 // Present when the BLAS behind CHOLMOD is OpenBLAS. One thread: the simulation owns one core, and sums must not depend
 // on how they were shared out.
@@ -133,19 +134,17 @@ void SparseCholesky::analyze(const SparseMatrix& lower, int block) {
   tree_ = f.tree();
 }
 
-bool SparseCholesky::factorize(const SparseMatrix& lower, Precision precision) {
+bool SparseCholesky::factorize(const SparseMatrix& lower) {
   Factor& f = *factor_;
   assert(f.L != nullptr);
   cholmod_sparse view = view_of(lower);
   cholmod_factorize(&view, f.L, &f.common);
-  if (f.common.status != CHOLMOD_OK) return false;
-  keep(precision);
-  return true;
+  return f.common.status == CHOLMOD_OK;
 }
 
 void SparseCholesky::keep(Precision precision) {
   if (precision != this->precision()) {
-    if (precision == Precision::bfloat16) values_.emplace<PanelValues<Bfloat16>>();
+    if (precision == Precision::half_precision) values_.emplace<PanelValues<Float16>>();
     if (precision == Precision::single_precision) values_.emplace<PanelValues<float>>();
     if (precision == Precision::double_precision) values_.emplace<PanelValues<double>>();
   }
@@ -156,9 +155,7 @@ void SparseCholesky::keep(Precision precision) {
 
 void SparseCholesky::finish() { cholmod_free_factor(&factor_->L, &factor_->common); }
 
-std::size_t SparseCholesky::factor_entries() const {
-  return std::visit([](const auto& values) { return values.entries(); }, values_);
-}
+std::size_t SparseCholesky::factor_entries() const { return kept_entries(tree_); }
 
 std::size_t SparseCholesky::factor_bytes() const {
   return std::visit([](const auto& values) { return values.bytes(); }, values_);
@@ -255,23 +252,43 @@ void SparseCholesky::backward(const Part& part, Eigen::Ref<VectorX> x, MatrixX& 
 }
 
 void SparseCholesky::unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns, MatrixX& panel_rows) const {
-  const int leaf = tree_.panel_of[position];
+  OnWay at = begin_unit_columns(position, columns);
+  for (double all = std::numeric_limits<double>::infinity(); at.panel >= 0;) go_on(at, all, columns, panel_rows);
+}
+
+SparseCholesky::OnWay SparseCholesky::begin_unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns) const {
+  const int leaf = tree_.panel_of[position], length = tree_.panels[leaf].to_root;
   assert(tree_.panel_of[position + 2] == leaf);
-  const int length = tree_.panels[leaf].to_root;
   columns.topRows(length).setZero();
   columns.block<3, 3>(length - tree_.from_root[position], 0).setIdentity();
-  std::visit([&](const auto& values) {
-    for (int s = leaf; s >= 0; s = tree_.panels[s].parent) {
-      const PanelTree::Panel& panel = tree_.panels[s];
-      auto own = columns.middleRows(length - panel.to_root, panel.columns);
-      panel_rows.topRows(panel.columns) = own;
-      panel_rows.middleRows(panel.columns, panel.below + kTileRows).setZero();
-      values.forward_three(tree_, s, panel_rows.data(), panel_rows.rows());
-      own = panel_rows.topRows(panel.columns);
-      for (int i = 0; i < panel.below; ++i)
-        columns.row(length - tree_.from_root[tree_.rows[panel.first_row + i]]) += panel_rows.row(panel.columns + i);
-    }
-  }, values_);
+  return {position, leaf};
+}
+
+void SparseCholesky::go_on(OnWay& at, double& entries, Eigen::Ref<Eigen::MatrixX3d> columns,
+                           MatrixX& panel_rows) const {
+  const int length = tree_.panels[tree_.panel_of[at.position]].to_root;
+  std::visit(
+      [&](const auto& values) {
+        while (at.panel >= 0 && entries > 0) {
+          const PanelTree::Panel& panel = tree_.panels[at.panel];
+          auto own = columns.middleRows(length - panel.to_root, panel.columns);
+          if (at.column == 0) {
+            panel_rows.topRows(panel.columns) = own;
+            panel_rows.middleRows(panel.columns, panel.below + kTileRows).setZero();
+          }
+          const int first = at.column;
+          do at.column = std::min(at.column + kStripColumns, panel.columns);
+          while (at.column < panel.columns && entries_of(panel, first, at.column) < entries);
+          values.forward_three(tree_, at.panel, first, at.column, panel_rows.data(), panel_rows.rows());
+          entries -= entries_of(panel, first, at.column);
+          if (at.column < panel.columns) return;
+          own = panel_rows.topRows(panel.columns);
+          for (int i = 0; i < panel.below; ++i)
+            columns.row(length - tree_.from_root[tree_.rows[panel.first_row + i]]) += panel_rows.row(panel.columns + i);
+          at = {at.position, panel.parent};
+        }
+      },
+      values_);
 }
 
 }  // namespace acus

@@ -19,7 +19,7 @@ namespace acus {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-enum class Precision { bfloat16, single_precision, double_precision };
+enum class Precision { half_precision, single_precision, double_precision };
 
 class SparseCholesky {
  public:
@@ -33,13 +33,12 @@ class SparseCholesky {
   // dissection the ordering with the smallest factor is taken. Throws std::runtime_error when memory runs out.
   void analyze(const SparseMatrix& lower_triangle, int block = 1);
 
-  // Numeric factorisation of a matrix with the analysed pattern; false if it is not positive definite.
-  bool factorize(const SparseMatrix& lower_triangle, Precision precision = Precision::double_precision);
-
-  // Keeps the factor in another precision from now on; not after finish().
+  // Numeric factorisation of a matrix with the analysed pattern; false if it is not positive definite. Substitutions go
+  // with the factor that was last kept.
+  bool factorize(const SparseMatrix& lower_triangle);
   void keep(Precision precision);
 
-  // Frees what only another factorisation needs: factorize() and keep() must not be called again.
+  // Frees what only factorize() and keep() need: they must not be called again.
   void finish();
 
   int size() const { return static_cast<int>(position_.size()); }
@@ -74,6 +73,16 @@ class SparseCholesky {
   // panel to the root (panel_tree.h), longest_way entries at most. The rest of `columns` is left alone.
   void unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns, MatrixX& panel_rows) const;
 
+  // unit_columns() by and by, with the same bits. Whoever goes on leaves `columns` and `panel_rows` alone in between.
+  struct OnWay {
+    int position;
+    int panel;       // that comes next, -1: there is none, all is done
+    int column = 0;  // of it
+  };
+  OnWay begin_unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns) const;
+  // Through about so many entries of L, which are taken off `entries`.
+  void go_on(OnWay& at, double& entries, Eigen::Ref<Eigen::MatrixX3d> columns, MatrixX& panel_rows) const;
+
  private:
   struct Factor;
   int panels() const { return static_cast<int>(tree_.panels.size()); }
@@ -81,7 +90,7 @@ class SparseCholesky {
   std::unique_ptr<Factor> factor_;
   std::vector<int> position_;
   PanelTree tree_;
-  std::variant<PanelValues<Bfloat16>, PanelValues<float>, PanelValues<double>> values_;  // as Precision
+  std::variant<PanelValues<Float16>, PanelValues<float>, PanelValues<double>> values_;  // as Precision
 };
 
 }  // namespace acus

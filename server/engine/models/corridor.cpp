@@ -3,11 +3,21 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
+#include <utility>
 
 namespace acus {
 
+namespace {
+
+constexpr double kProductEntry =
+    1.5;  // of columns that are multiplied, entries that three substitutions go through in that time
+
+}  // namespace
+
 Corridor::Corridor(const SparseCholesky& factor, int capacity, const ModeShapes* stiffened)
     : factor_(factor), stiffened_(stiffened), panel_rows_(factor.make_panel_rows()) {
+  next_.panel_rows = panel_rows_;
   slots_.resize(static_cast<std::size_t>(capacity));
   slot_of_node_.assign(static_cast<std::size_t>(factor.size() / 3), -1);
   columns_.assign(slots_.size(), Eigen::MatrixX3d::Zero(factor.tree().longest_way, 3));
@@ -20,28 +30,63 @@ void Corridor::clear() {
     slots_[s] = Slot{};
   }
   used_ = 0;
+  next_.slot = -1;
 }
 
 int Corridor::take_slot() {
   if (used_ < capacity()) return used_++;
   const auto oldest = std::min_element(slots_.begin(), slots_.end(),
                                        [](const Slot& a, const Slot& b) { return a.last_use < b.last_use; });
-  if (oldest->last_use == use_) return -1;
-  slot_of_node_[oldest->node] = -1;
-  return static_cast<int>(oldest - slots_.begin());
+  const int slot = static_cast<int>(oldest - slots_.begin());
+  // What is made ahead must not be what there is no room for.
+  if (oldest->last_use == use_) return std::exchange(next_.slot, -1);
+  if (slot == next_.slot) next_.slot = -1;
+  return slot;
 }
 
-void Corridor::fill(int s, int node) {
-  const int position = factor_.position(3 * node);
-  factor_.unit_columns(position, columns_[s], panel_rows_);
-  slots_[s] = {node, factor_.tree().panel_of[position], use_};
+void Corridor::give_slot(int s, int node) {
+  if (slots_[s].node >= 0) slot_of_node_[slots_[s].node] = -1;
+  slots_[s] = {node, factor_.tree().panel_of[factor_.position(3 * node)], use_};
   slot_of_node_[node] = s;
-  for (int other = 0; other < used_; ++other) {
-    Matrix3 block = product(other, s);
-    if (stiffened_ != nullptr) block -= stiffening(other, s);
-    gram_.block<3, 3>(3 * other, 3 * s) = block;
-    gram_.block<3, 3>(3 * s, 3 * other) = block.transpose();
+}
+
+// G of two slots; what that costs, in entries.
+double Corridor::multiply(int s, int other) {
+  Matrix3 block = product(other, s);
+  if (stiffened_ != nullptr) block -= stiffening(other, s);
+  gram_.block<3, 3>(3 * other, 3 * s) = block;
+  gram_.block<3, 3>(3 * s, 3 * other) = block.transpose();
+  return kProductEntry * factor_.tree().panels[slots_[s].panel].to_root;
+}
+
+void Corridor::fill(int s) {
+  factor_.unit_columns(factor_.position(3 * slots_[s].node), columns_[s], panel_rows_);
+  for (int other = 0; other < used_; ++other)
+    if (has_columns(other)) multiply(s, other);
+}
+
+double Corridor::go_on(double entries) {
+  const int s = next_.slot;
+  slots_[s].last_use = use_;
+  factor_.go_on(next_.at, entries, columns_[s], next_.panel_rows);
+  for (; next_.at.panel < 0 && next_.multiplied < used_ && entries > 0; ++next_.multiplied)
+    entries -= multiply(s, next_.multiplied);
+  if (next_.at.panel < 0 && next_.multiplied == used_) next_.slot = -1;
+  return entries;
+}
+
+bool Corridor::make_ahead(int node) {
+  if (next_.slot < 0) {
+    if (slot_of_node_[node] >= 0) return slots_[slot_of_node_[node]].last_use = use_, false;
+    const int s = take_slot();
+    if (s < 0) return false;
+    give_slot(s, node);
+    next_.slot = s;
+    next_.at = factor_.begin_unit_columns(factor_.position(3 * node), columns_[s]);
+    next_.multiplied = 0;
   }
+  if (ahead_ > 0) ahead_ = go_on(ahead_);
+  return true;
 }
 
 // Psi_a Psi_bᵀ, the transpose of Psi_b Psi_aᵀ to the bit.
@@ -87,8 +132,10 @@ int Corridor::slot(int node) {
   if (s < 0) {
     s = take_slot();
     if (s < 0) return -1;
-    fill(s, node);
+    give_slot(s, node);
+    fill(s);
   }
+  if (s == next_.slot) go_on(std::numeric_limits<double>::infinity());
   slots_[s].last_use = use_;
   return s;
 }

@@ -8,7 +8,8 @@
 // Where `stiffened` = Psi is given (low_modes.h), G = YᵀY - Psi Psiᵀ: the compliance of a tissue whose slow motions
 // have less of it in a tick than the factor says.
 //
-// Slots are fixed in number; when all are taken, the one that was used longest ago is given to the new node.
+// Slots are fixed in number; when all are taken, the one that was used longest ago is given to the new node. Columns of
+// nodes that may be asked for soon are made ahead, some of one node a tick.
 #pragma once
 
 #include <cstdint>
@@ -29,15 +30,21 @@ class Corridor {
   // Forgets all columns: the factor has changed.
   void clear();
 
-  // A new tick: slots asked for before may be given away from here on.
-  void begin_use() { ++use_; }
+  // A new tick: slots asked for before may be given away from here on. `ahead`: what make_ahead() may spend until the
+  // next, in entries of the factor.
+  void begin_use(double ahead) {
+    ++use_;
+    ahead_ = ahead;
+  }
 
   // The slot of a free node, its columns computed if they are not there yet; -1 if every slot is in use already.
   int slot(int node);
-  bool holds(int node) const { return slot_of_node_[node] >= 0; }
+  // Goes on with columns of a node that slot() may be asked for later; true if there was something to do. Of one node
+  // at a time: the one before is finished first.
+  bool make_ahead(int node);
 
   int capacity() const { return static_cast<int>(slots_.size()); }
-  int used() const { return used_; }                // slots 0 .. used - 1 hold columns
+  int used() const { return used_; }                // slots 0 .. used - 1 hold columns or get them
   const MatrixX& gram() const { return gram_; }     // 3 used x 3 used in the top left corner (m/N)
   int node(int slot) const { return slots_[slot].node; }
   Vector3 free_displacement(int slot, const VectorX& y) const;       // Yᵀ y (m)
@@ -50,14 +57,28 @@ class Corridor {
     std::uint64_t last_use = 0;
   };
 
+  // Columns that are made by and by.
+  struct Ahead {
+    int slot = -1;
+    SparseCholesky::OnWay at{};
+    int multiplied = 0;  // slots with whose columns they have been, once they are there
+    MatrixX panel_rows;
+  };
+
   int take_slot();
-  void fill(int slot, int node);
+  void give_slot(int slot, int node);
+  void fill(int slot);
+  double go_on(double entries);  // what is left of them
+  bool has_columns(int slot) const { return slot != next_.slot || next_.at.panel < 0; }
+  double multiply(int slot, int other);
   Matrix3 product(int a, int b) const;
   Matrix3 stiffening(int a, int b) const;
 
   const SparseCholesky& factor_;
   const ModeShapes* stiffened_;
   MatrixX panel_rows_;  // scratch
+  Ahead next_;
+  double ahead_ = 0;
   std::vector<Slot> slots_;
   std::vector<int> slot_of_node_;
   std::vector<Eigen::MatrixX3d> columns_;  // longest_way x 3 each

@@ -47,8 +47,6 @@ struct DeferredField {
   LowModes modes;           // Phi, omega²
   VectorX theta0, theta1;   // s²
   ModeShapes stiffening;    // Psi
-  VectorX mass;             // kg, in the factor's order
-  VectorX weight;           // N, likewise
 
   // Phi a of the node at a position, and a += Phiᵀ f for a force on it. (Loops, for Eigen would ask for memory.)
   Vector3 motion(int position, const VectorX& a) const {

@@ -10,18 +10,21 @@ namespace acus {
 namespace {
 
 constexpr double kStepShare = 1.0 / 512;  // of all work, which a step is not to be longer than if it can be cut
-// Entries of the factor that a substitution goes through in the same time.
-constexpr double kBackwardEntry = 1.2;
-constexpr double kBatch = 1000;     // elastic forces of eight elements
-constexpr double kTurnBatch = 500;  // what they give to the rotations of nodes
-constexpr double kSmoothNode = 90;
-constexpr double kBeginNode = 130;  // the tick in which it begins makes up the window, too
-constexpr double kPlaceNode = 130, kDefectNode = 250, kProjectNode = 70;
+// Entries of a factor in half precision that forward goes through in the same time.
+constexpr double kBackwardEntry = 1.4;
+constexpr double kBatch = 1700;     // elastic forces of eight elements
+constexpr double kTurnBatch = 700;  // what they give to the rotations of nodes
+constexpr double kSmoothNode = 120;
+constexpr double kBeginNode = 270;  // the tick in which it begins makes up the window, too
+constexpr double kPlaceNode = 580, kDefectNode = 580, kProjectNode = 120;
 
 }  // namespace
 
 FieldTask::FieldTask(const TissueSystem& system)
-    : held_(system.position.size(), -1), panel_rows_(system.factor.make_panel_rows()), elements_(system.model) {
+    : free_at_(system.position.size()),
+      held_(system.position.size(), -1),
+      panel_rows_(system.factor.make_panel_rows()),
+      elements_(system.model) {
   const TissueModel& model = system.model;
   result_.x = model.mesh->nodes;
   result_.element_rotations = ElementRotations(model);
@@ -29,6 +32,7 @@ FieldTask::FieldTask(const TissueSystem& system)
   result_.defect = result_.y_defect = result_.total = VectorX::Zero(model.unknowns());
   result_.modes_defect.setZero(system.field->modes.count());
   sums_.setZero(4, system.rotation_grid.points);
+  for (std::size_t f = 0; f < free_at_.size(); ++f) free_at_[system.position[f] / 3] = static_cast<int>(f);
   plan(system);
 }
 
@@ -132,7 +136,8 @@ void FieldTask::run(const TissueSystem& system, const FieldWindow& window, const
 
 void FieldTask::begin(const TissueSystem& system, const FieldWindow& window) {
   std::fill(held_.begin(), held_.end(), -1);
-  for (std::size_t i = 0; i < window.held.size(); ++i) held_[window.held[i].free] = static_cast<int>(i);
+  for (std::size_t i = 0; i < window.held.size(); ++i)
+    held_[system.position[window.held[i].free] / 3] = static_cast<int>(i);
   result_.y_defect = window.y_moved;
   result_.modes_defect.setZero();
   result_.left.setZero();
@@ -144,25 +149,25 @@ void FieldTask::begin(const TissueSystem& system, const FieldWindow& window) {
 
 // The field, held nodes where they have come to.
 void FieldTask::place(const TissueSystem& system, const FieldWindow& window, int first, int last) {
-  for (int f = first; f < last; ++f) {
-    const int node = system.model.free_nodes[f], position = system.position[f];
+  for (int at = first; at < last; ++at) {
+    const int node = system.model.free_nodes[free_at_[at]], position = 3 * at;
     const Vector3 moved = result_.y_defect.segment<3>(position) + system.field->motion(position, window.modes_moved);
-    result_.x.col(node) = held_[f] >= 0 ? window.held[held_[f]].x
-                                        : Vector3(window.x.col(node) + rotation_of(window.rotations, node) * moved);
+    result_.x.col(node) = held_[at] >= 0 ? window.held[held_[at]].x
+                                         : Vector3(window.x.col(node) + rotation_of(window.rotations, node) * moved);
     elements_.x.col(node).head<3>() = result_.x.col(node);
   }
 }
 
 void FieldTask::find_defect(const TissueSystem& system, const FieldWindow& window, int first, int last) {
   const DeferredField& field = *system.field;
-  for (int f = first; f < last; ++f) {
-    const int node = system.model.free_nodes[f], position = system.position[f];
+  for (int at = first; at < last; ++at) {
+    const int node = system.model.free_nodes[free_at_[at]], position = 3 * at;
     const Quaternion turn = rotation_of(result_.rotations, node);
     Vector3 applied = system.model.mass[node] * system.model.gravity;
     Vector3 p = window.p.segment<3>(position);
-    if (held_[f] >= 0) {
-      applied += window.held[held_[f]].force;
-      p += window.held[held_[f]].p;
+    if (held_[at] >= 0) {
+      applied += window.held[held_[at]].force;
+      p += window.held[held_[at]].p;
     }
     const Vector3 missing = turn.conjugate() * (applied - elements_.forces.col(node).head<3>()) - field.rho * p - window.defect.segment<3>(position) -
                             system.model.mass[node] * field.motion(position, window.inertia);
@@ -192,12 +197,15 @@ FieldState make_field_state(const TissueSystem& system, int most_held) {
   window.y_moved = window.defect = window.y_defect = VectorX::Zero(unknowns);
   window.modes_moved = window.inertia = window.modes_defect = VectorX::Zero(modes);
   window.held = Bounded<HeldNode>(static_cast<std::size_t>(room));
-  window.p = window.y = window.scheduled = window.total = field.weight;
+  window.p.resize(unknowns);
+  for (std::size_t f = 0; f < system.position.size(); ++f)
+    window.p.segment<3>(system.position[f]) = system.model.mass[system.model.free_nodes[f]] * system.model.gravity;
+  window.y = window.scheduled = window.total = window.p;
   MatrixX panel_rows = system.factor.make_panel_rows();
   system.factor.forward(window.y, panel_rows);
   window.modes = VectorX::Zero(modes);
   for (int position = 0; position < unknowns; position += 3)
-    field.project(position, field.weight.segment<3>(position), window.modes);
+    field.project(position, window.p.segment<3>(position), window.modes);
   FieldState state;
   state.held = window.held;
   state.d = state.d_before = state.modes_moved = VectorX::Zero(modes);

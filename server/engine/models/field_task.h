@@ -41,7 +41,7 @@ class FieldTask {
   enum class Work { begin, backward, place, elements, turn, smooth, defect, project, forward };
   struct Step {
     Work work;
-    int first, last;  // parts (backward: from the last), nodes or batches
+    int first, last;  // parts (backward: from the last), nodes in the factor's order, or batches
     double until;     // cost of all steps up to this one
   };
 
@@ -60,7 +60,8 @@ class FieldTask {
   std::shared_ptr<const FieldWindow> window_;  // that it is at
   std::size_t done_ = 0;                       // steps
   Result result_;
-  std::vector<int> held_;                      // per free node, its number in the window's list, or -1
+  std::vector<int> free_at_;  // free nodes in the factor's order: so they lie side by side in memory
+  std::vector<int> held_;     // in that order, their numbers in the window's list, or -1
   MatrixX panel_rows_;
   ElementScratch elements_;
   bool one_sign_ = false;                      // of the elements' rotations

@@ -366,7 +366,7 @@ void hold_ahead(const TissueSystem& system, std::span<const int> tetrahedra, Tis
       if (free >= 0 && hold_node(system, free, scratch)) state.x.col(node) = scratch.x.col(node);
     }
   }
-  *state.field = scratch.field->now;
+  state.field->held = scratch.field->now.held;
 }
 
 }  // namespace acus

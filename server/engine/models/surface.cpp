@@ -80,6 +80,8 @@ void Surface::index_nodes() {
     if (!node_triangles_[i].empty()) nodes_.push_back(i);
   put_outermost_first();
   clusters_ = Clusters(mesh_.nodes, triangles_, kClusterTriangles);
+  for (int cluster = 0; cluster < clusters_.count(); ++cluster)
+    rest_bounds_.push_back(clusters_.bounds(mesh_.nodes, cluster));
 }
 
 // The six nodes that span the box at rest, so that near() finds most points in it at once.
@@ -142,7 +144,7 @@ std::optional<SurfacePoint> Surface::entry(const Matrix3X& x, const Vector3& a, 
   int triangle = -1;
   const Vector3 way = b - a;
   for (int cluster = 0; cluster < clusters_.count(); ++cluster) {
-    if (misses(clusters_.bounds(x, cluster), a, way)) continue;
+    if (misses(bounds(x, cluster), a, way)) continue;
     for (const int t : clusters_.elements(cluster)) {
       const Corners c(triangles_[t], x);
       const auto crossing = cross_triangle(a, way, c.a, c.b, c.c);
@@ -178,8 +180,7 @@ Surface::Nearest Surface::find_nearest(const Matrix3X& x, const Vector3& p, cons
   std::array<double, kBatch> least;
   for (int begin = 0; begin < clusters_.count(); begin += kBatch) {
     const int count = std::min(kBatch, clusters_.count() - begin);
-    for (int i = 0; i < count; ++i)
-      least[i] = clusters_.count() > 1 ? least_distance2(clusters_.bounds(x, begin + i), p) : 0;
+    for (int i = 0; i < count; ++i) least[i] = clusters_.count() > 1 ? least_distance2(bounds(x, begin + i), p) : 0;
     const auto best = static_cast<int>(std::min_element(least.begin(), least.begin() + count) - least.begin());
     if (!(least[best] > nearest.point.distance2)) look_for_closer(x, p, begin + best, counts, nearest);
     for (int i = 0; i < count; ++i)

@@ -66,6 +66,10 @@ class Surface {
 
   void index_nodes();
   void put_outermost_first();
+  // Those at rest, which contact patches ask for many times a tick, are kept.
+  Bounds bounds(const Matrix3X& x, int cluster) const {
+    return x.data() == mesh_.nodes.data() ? rest_bounds_[cluster] : clusters_.bounds(x, cluster);
+  }
   template <class Counts>
   void look_for_closer(const Matrix3X& x, const Vector3& p, int cluster, const Counts& counts, Nearest& nearest) const;
   template <class Counts>
@@ -78,6 +82,7 @@ class Surface {
   std::vector<int> owners_;                        // tetrahedron per triangle
   std::vector<int> nodes_;                         // of the triangles; outermost ones first
   Clusters clusters_;                              // of the triangles
+  std::vector<Bounds> rest_bounds_;                // of the clusters
   std::vector<std::vector<int>> node_triangles_;   // per mesh node
 };
 

@@ -10,6 +10,8 @@ namespace acus {
 
 namespace {
 
+constexpr double kAheadShare = 1.0 / 6;  // of a tick's work, for columns that may be asked for soon
+
 // Elastic forces at x_k; on the first call of a tick also what the last tick's step came to, and its supports carried.
 void evaluate(const TissueSystem& system, const TissueState& state, TissueScratch& scratch) {
   if (system.matrix == TissueMatrix::constant) {
@@ -44,7 +46,10 @@ bool refactorize(const TissueSystem& system, TissueScratch& scratch) {
     if (system.damped)
       Eigen::Map<VectorX>(scratch.matrix.valuePtr(), scratch.matrix.nonZeros()) +=
           Eigen::Map<const VectorX>(scratch.damping.valuePtr(), scratch.damping.nonZeros()) / h;
-    if (scratch.own_factor->factorize(scratch.matrix)) return tangent == Tangent::exact;
+    if (scratch.own_factor->factorize(scratch.matrix)) {
+      scratch.own_factor->keep(Precision::double_precision);
+      return tangent == Tangent::exact;
+    }
   }
   return false;
 }
@@ -69,6 +74,12 @@ void evaluate_damping(const TissueSystem& system, const TissueState& state, Tiss
   damping_forces(system.model, scratch.velocity, scratch.start_rotations, scratch.elements, scratch.damping_force);
 }
 
+// Of the factor, that a tick goes through, or what costs as much.
+double entries_of_tick(const TissueSystem& system, const TissueScratch& scratch) {
+  return system.field ? scratch.field->task.cost() / system.field->window
+                      : 2.0 * static_cast<double>(scratch.factor(system).factor_entries());
+}
+
 }  // namespace
 
 void begin_tissue(const TissueSystem& system, const TissueState& state, TissueScratch& scratch) {
@@ -78,7 +89,7 @@ void begin_tissue(const TissueSystem& system, const TissueState& state, TissueSc
   scratch.inverted = false;
   scratch.guarded = state.guarded;
   scratch.first = {};
-  scratch.rows->corridor().begin_use();
+  scratch.rows->corridor().begin_use(kAheadShare * entries_of_tick(system, scratch));
   if (system.field) begin_field(system, state, scratch);
 }
 

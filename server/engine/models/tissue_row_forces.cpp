@@ -70,10 +70,7 @@ bool prepare_tissue(const TissueSystem& system, int tetrahedron, TissueScratch& 
   if (system.matrix == TissueMatrix::refactorized) return false;
   for (const int node : system.model.mesh->tetrahedra[tetrahedron]) {
     const int free = system.model.free_index[node];
-    if (free < 0) continue;
-    const bool made = !scratch.rows->corridor().holds(free);
-    if (scratch.rows->corridor().slot(free) < 0) return false;
-    if (made) return true;
+    if (free >= 0 && scratch.rows->corridor().make_ahead(free)) return true;
   }
   return false;
 }

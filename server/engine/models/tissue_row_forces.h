@@ -26,8 +26,8 @@ int add_empty_tissue_row(TissueScratch& scratch);
 void add_tissue_compliance(const TissueSystem& system, Eigen::Ref<MatrixX> W, std::span<double> delta,
                            TissueScratch& scratch);
 
-// Computes what rows on a tetrahedron will need, one node at a call, and keeps what is there from being replaced soon;
-// false if all is there or there is no room.
+// Goes on with what rows on a tetrahedron will need, and keeps what is there from being replaced soon; false if all is
+// there or there is no room.
 bool prepare_tissue(const TissueSystem& system, int tetrahedron, TissueScratch& scratch);
 
 }  // namespace acus

@@ -35,6 +35,7 @@ TissueScratch::TissueScratch(const TissueSystem& system, int max_rows, int max_n
     system.assembler.assemble(x, element_rotations, Tangent::rest, tick_factors(system.h), matrix);
     own_factor->analyze(matrix, 3);
     own_factor->factorize(matrix);
+    own_factor->keep(Precision::double_precision);
   }
   panel_rows = factor(system).make_panel_rows();
   rows.emplace(factor(system), max_rows, max_nodes, system.field ? &system.field->stiffening : nullptr);

@@ -64,15 +64,18 @@ double factor_error(const SparseCholesky& factor, const SparseMatrix& lower) {
   return largest;
 }
 
-void keep_few_bits(SparseCholesky& factor, const SparseMatrix& rest) {
-  const auto keep = [&](Precision precision, double largest_error) {
+// Says how far off the test is: in half precision if that does, else in single precision.
+double keep_few_bits(SparseCholesky& factor, const SparseMatrix& rest) {
+  const auto error_in = [&](Precision precision) {
     factor.keep(precision);
-    return factor_error(factor, rest) < largest_error;
+    return factor_error(factor, rest);
   };
-  const bool large = factor.factor_entries() >= TissueSystem::kBfloat16Entries;
-  if (large && keep(Precision::bfloat16, TissueSystem::kBfloat16Error)) return;
-  if (keep(Precision::single_precision, TissueSystem::kSinglePrecisionError)) return;
-  factor.keep(Precision::double_precision);
+  if (factor.factor_entries() >= TissueSystem::kHalfPrecisionEntries)
+    if (const double error = error_in(Precision::half_precision); error < TissueSystem::kHalfPrecisionError)
+      return error;
+  const double error = error_in(Precision::single_precision);
+  if (!(error < TissueSystem::kSinglePrecisionError)) factor.keep(Precision::double_precision);
+  return error;
 }
 
 void factorize_rest(TissueSystem& system, const ElementRotations& upright) {
@@ -81,23 +84,21 @@ void factorize_rest(TissueSystem& system, const ElementRotations& upright) {
   system.assembler.assemble(nodes, upright, Tangent::rest,
                             system.field ? MatrixFactors{.stiffness = system.field->c2} : tick_factors(system.h), rest);
   system.factor.analyze(rest, 3);
-  const bool once = system.matrix != TissueMatrix::refactorized;
-  const bool definite = system.factor.factorize(rest, once ? Precision::single_precision : Precision::double_precision);
+  const bool definite = system.factor.factorize(rest), once = system.matrix != TissueMatrix::refactorized;
+  const double error = definite && once ? keep_few_bits(system.factor, rest) : 0;
   // Rounding may make a singular matrix definite; but then it does not say where translations go.
-  if (system.field && (!definite || factor_error(system.factor, rest) > kLargestErrorOfHeld)) {
+  if (system.field && (!definite || !(error < kLargestErrorOfHeld))) {
     throw std::runtime_error(
         "tissue.window: expected 0 for tissue that supports do not hold, found parts that are free; add `fixed` "
-        "volumes that "
-        "hold them, or leave the window out");
+        "volumes "
+        "that hold them, or leave the window out");
   }
   if (!definite) {
     throw std::runtime_error(
         "tissue: expected a stiffness that can be factorised, found a matrix that is not positive definite; bring "
         "young_modulus and density of its regions closer together, or poisson_ratio further from 0.5");
   }
-  if (!once) return;
-  keep_few_bits(system.factor, rest);
-  system.factor.finish();
+  if (once) system.factor.finish();
 }
 
 void sum_damping_beside_supports(TissueSystem& system, const ElementRotations& upright) {
@@ -127,16 +128,14 @@ DeferredField begin_deferred_field(const TissueSystem& system, int window) {
 // What takes the factor.
 void finish_deferred_field(const TissueSystem& system, DeferredField& field) {
   const TissueModel& model = system.model;
-  field.mass.resize(model.unknowns());
-  field.weight.resize(model.unknowns());
+  VectorX mass(model.unknowns());
   Matrix3X places(3, static_cast<Eigen::Index>(model.free_nodes.size()));
   for (std::size_t f = 0; f < model.free_nodes.size(); ++f) {
     const int node = model.free_nodes[f], position = system.position[f];
-    field.mass.segment<3>(position).setConstant(model.mass[node]);
-    field.weight.segment<3>(position) = model.mass[node] * model.gravity;
+    mass.segment<3>(position).setConstant(model.mass[node]);
     places.col(position / 3) = model.mesh->nodes.col(node);
   }
-  field.modes = find_low_modes(system.factor, field.c2, field.mass, places, DeferredField::kModes);
+  field.modes = find_low_modes(system.factor, field.c2, mass, places, DeferredField::kModes);
   const auto stiffness = field.c2 * field.modes.omega2.array();
   field.theta0 = stiffness.inverse();
   field.theta1 = (field.c1 + stiffness).inverse();

@@ -8,10 +8,10 @@
 // The factor of a matrix that is factorised once is kept in as few bits as do (panel_values.h). Test displacements z,
 // the three translations and one rough one, say how far rounding has moved it: A⁻¹ A z is compared with z.
 //
-// bfloat16: of factors of kBfloat16Entries, more than the caches near a core hold, if the test is off by at most
-// kBfloat16Error. A tick then takes all but that share of a step, and the next one takes the rest, since the residual
-// of a tick is always in double precision: neither rest shapes nor converged iterations depend on the rounding of the
-// factor. Free motion, compliance and correction are of the one rounded matrix, so laws hold exactly.
+// Half precision: of factors of kHalfPrecisionEntries, more than the caches near a core hold, if the test is off by at
+// most kHalfPrecisionError. A tick then takes all but that share of a step, and the next one takes the rest, since the
+// residual of a tick is always in double precision: neither rest shapes nor converged iterations depend on the rounding
+// of the factor. Free motion, compliance and correction are of the one rounded matrix, so laws hold exactly.
 //
 // Single precision: unless the test is off by more than kSinglePrecisionError, as by a stiff inclusion that only soft
 // tissue holds. Else double.
@@ -31,8 +31,8 @@ namespace acus {
 enum class TissueMatrix { constant, turned, refactorized };
 
 struct TissueSystem {
-  static constexpr std::size_t kBfloat16Entries = 2'000'000;
-  static constexpr double kBfloat16Error = 0.15;         // -
+  static constexpr std::size_t kHalfPrecisionEntries = 2'000'000;
+  static constexpr double kHalfPrecisionError = 0.15;    // -
   static constexpr double kSinglePrecisionError = 1e-4;  // -
   static constexpr double kLargeStep = 0.1;              // -, of the mean element size
 

@@ -179,6 +179,7 @@ double work_done(const TissueModel& model, const Load& load, SparseCholesky& fac
                                   {.mass = inertia_factor(model), .stiffness = 1}, stiffness);
   if (factor.size() == 0) factor.analyze(stiffness, 3);
   if (!factor.factorize(stiffness)) throw std::runtime_error("locking: a stiffness is not positive definite");
+  factor.keep(Precision::double_precision);
   VectorX y(model.unknowns());
   for (int i = 0; i < model.unknowns(); ++i) y[factor.position(i)] = load.forces(i % 3, model.free_nodes[i / 3]);
   MatrixX panel_rows = factor.make_panel_rows();
