@@ -39,6 +39,9 @@ void study_entries(const StudyPlan& plan);
 // holds.csv: the largest jump of force after bases have stopped at random moments of the scenes' motions (force_jumps.h).
 void study_holds(const StudyPlan& plan);
 
+// windows.csv: what deferred fields of several lengths do to forces and run time, in every scene of the project.
+void study_windows(const StudyPlan& plan);
+
 // stability.csv: extreme cases and pairs of them, with a verdict each (stability_cases.h, stability_criteria.h).
 void study_stability(const StudyPlan& plan);
 

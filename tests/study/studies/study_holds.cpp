@@ -1,21 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bases that stop at random moments: what moved against friction and viscosity settles, and nothing may jump.
 #include <algorithm>
-#include <filesystem>
-#include <stdexcept>
 
 #include "client/replay/trajectory.h"
 #include "server/engine/math/random.h"
 #include "tests/study/bench/trajectory_driver.h"
 #include "tests/study/studies/csv.h"
 #include "tests/study/studies/force_jumps.h"
+#include "tests/study/studies/project_scenes.h"
 #include "tests/study/studies/study.h"
 
 namespace acus {
 
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double kRate = 1000;  // Hz
 constexpr double kHeld = 0.3;   // s
@@ -36,21 +33,6 @@ constexpr Column<Hold> kColumns[] = {
     {"jump_N", [](const Hold& hold) -> Cell { return hold.jump.size; }},
     {"after_s", [](const Hold& hold) -> Cell { return static_cast<double>(hold.jump.tick + 1) / kRate; }},
 };
-
-std::string trajectory_of(const std::string& folder, const std::string& scene) {
-  return folder + "/trajectories/" + scene + ".csv";
-}
-
-// Those with a trajectory of their own name, by name.
-std::vector<std::string> scene_names(const std::string& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.path().extension() == ".yaml" && fs::exists(trajectory_of(folder, entry.path().stem())))
-      names.push_back(entry.path().stem());
-  std::ranges::sort(names);
-  if (names.empty()) throw std::runtime_error(folder + " has no scene with a trajectory; see --scenes");
-  return names;
-}
 
 // Goes on from `held` with the bases at rest.
 Hold hold(Simulation& held) {
@@ -95,7 +77,7 @@ void hold_in_scene(const StudyPlan& plan, const std::string& name, int holds, un
 
 void study_holds(const StudyPlan& plan) {
   CsvFile file(plan.out + "/holds.csv", names_of(kColumns));
-  std::vector<std::string> names = scene_names(plan.scenes);
+  std::vector<std::string> names = scenes_with_motion(plan.scenes);
   if (plan.quick && names.size() > kQuickScenes) names.resize(kQuickScenes);
   const auto count = static_cast<int>(names.size());
   const int holds = ((plan.quick ? kQuickHolds : kHolds) + count - 1) / count;

@@ -34,9 +34,11 @@ struct StudyCommand {
 constexpr StudyCommand kStudies[] = {
     {"errors", "Errors against a converged reference and run time, over every knob of a scene", study_errors},
     {"refinement", "Locking and point forces: what depends on the mesh, and what mends it", study_refinement},
+    {"windows", "Deferred fields: how far forces are from those without, and how long ticks take", study_windows},
     {"entries", "Needles that go in at random places, and whether the tissue notices them", study_entries},
     {"holds", "Bases that stop at random moments of the scenes' motions, and how far forces jump then", study_holds},
-    {"haptics", "Hands on haptic devices on needles: which loops are stable, with the kit and without it", study_haptics},
+    {"haptics", "Hands on haptic devices on needles: which loops are stable, with the kit and without it",
+     study_haptics},
     {"stability", "Extreme cases and their nastiest pairs, each with a verdict", study_stability},
 };
 
