@@ -10,8 +10,8 @@ namespace acus {
 
 namespace {
 
-constexpr double kProductEntry =
-    1.5;  // of columns that are multiplied, entries that three substitutions go through in that time
+// Entries of the factor that three substitutions go through while one of the columns is multiplied with another's.
+constexpr double kProductEntry = 1.5;
 
 }  // namespace
 

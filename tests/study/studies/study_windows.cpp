@@ -122,7 +122,9 @@ void study_windows(const StudyPlan& plan) {
     Track reference;
     for (const int window : windows) {
       plan.progress(done++, runs, name + ", window " + std::to_string(window));
-      WindowRun row{.scene = name, .window = window};
+      WindowRun row;
+      row.scene = name;
+      row.window = window;
       scene.tissue.window = window;
       try {
         validate(scene);
