@@ -85,7 +85,8 @@ TEST_CASE("low modes are the lowest of the dense eigenproblem") {
   CHECK((gram - MatrixX::Identity(gram.rows(), gram.cols())).cwiseAbs().maxCoeff() < 1e-5);
 }
 
-TEST_CASE("a column under its weight comes to the same rest with a deferred field as without, and stays") {
+TEST_CASE("a column under its weight comes to the same rest with a deferred field as without, and stays" *
+          doctest::test_suite("gate")) {
   const FieldBench bench({0.5, 0, -3});
   FieldMotion every_tick(bench.model, 0);
   TissueState expected = every_tick.state();

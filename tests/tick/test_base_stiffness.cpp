@@ -201,7 +201,7 @@ Vector3 weight(const Scene& scene) {
   return simulation.model().needles[0].mass.sum() * scene.gravity;
 }
 
-TEST_CASE("what lasts of a needle that is swung through the air is its weight") {
+TEST_CASE("what lasts of a needle that is swung through the air is its weight" * doctest::test_suite("gate")) {
   Scene scene = direct_scene();
   scene.gravity = {0, 0, -9.81};
   scene.needles[0].base = {{0.2, 0, 0.3}, Quaternion::Identity()};  // lies, beside the block
@@ -223,7 +223,8 @@ TEST_CASE("what lasts of a needle that is swung through the air is its weight") 
   }
 }
 
-TEST_CASE("what lasts is the sum of the laws' forces, and all there is of a needle that was held for long") {
+TEST_CASE("what lasts is the sum of the laws' forces, and all there is of a needle that was held for long" *
+          doctest::test_suite("gate")) {
   const Scene scene = direct_scene();
   Simulation simulation(scene);
   Pose pose = scene.needles[0].base;

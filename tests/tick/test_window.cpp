@@ -54,7 +54,7 @@ double share_above(const List& list, double limit) {
 
 }  // namespace
 
-TEST_CASE("forces and tips are those of the tissue that moves at every tick") {
+TEST_CASE("forces and tips are those of the tissue that moves at every tick" * doctest::test_suite("gate")) {
   const Felt every_tick = feel(0);
   REQUIRE(every_tick.largest > 0.2);
   for (const int window : {1, 4, 8, 16}) {
