@@ -67,9 +67,8 @@ class Insertion {
   }
 
   Tick timed_tick() {
-    const double before = processor_time();
-    simulation_.step();
-    Tick tick{.seconds = processor_time() - before, .rows = static_cast<double>(simulation_.report().rows)};
+    Tick tick{.seconds = processor_time_of([&] { simulation_.step(); })};
+    tick.rows = static_cast<double>(simulation_.report().rows);
     for (const NeedleReport& needle : simulation_.report().needles) {
       tick.depth = std::max(tick.depth, needle.inserted_depth);
       tick.outside = tick.outside && needle.phase == Phase::free;

@@ -97,6 +97,7 @@ class TissueMotion {
   const TissueBalance& balance() const { return scratch_.balance; }
   Precision precision() const { return scratch_.factor(system_).precision(); }
   int corridor_nodes() const { return scratch_.rows->corridor().capacity(); }
+  int corridor_used() const { return scratch_.rows->corridor().used(); }
 
  private:
   const TissueSystem& system_;

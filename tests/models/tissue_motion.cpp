@@ -578,7 +578,7 @@ TEST_CASE("a large factor in few bits moves the tissue as converged ticks do" * 
   CHECK((once.back() - often.back()).norm() < 5e-3 * largest);
 }
 
-TEST_CASE("what rows on a tetrahedron need is made ready over ticks") {
+TEST_CASE("nodes made ready over ticks are those that rows on the tetrahedron need") {
   const RowBench bench;
   BenchMotion motion(bench.model, kStep, TissueMatrix::turned, 1, 8);
   const TissueState state = make_tissue_state(bench.model);
@@ -589,6 +589,10 @@ TEST_CASE("what rows on a tetrahedron need is made ready over ticks") {
   CHECK(ticks < 100);
   motion.begin(state);
   CHECK_FALSE(motion.prepare(bench.points[0].a.tetrahedron));
+  int free = 0;
+  for (const int node : bench.mesh.tetrahedra[static_cast<std::size_t>(bench.points[0].a.tetrahedron)])
+    free += bench.model.free_index[static_cast<std::size_t>(node)] >= 0;
+  CHECK(motion.corridor_used() == free);
 }
 
 TEST_CASE("tissue without a free node is no tissue") {

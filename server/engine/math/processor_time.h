@@ -12,4 +12,12 @@ inline double processor_time() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+// That some work takes (s).
+template <class Work>
+double processor_time_of(const Work& work) {
+  const double start = processor_time();
+  work();
+  return processor_time() - start;
+}
+
 }  // namespace acus

@@ -132,6 +132,7 @@ void SparseCholesky::analyze(const SparseMatrix& lower, int block) {
   position_.resize(static_cast<std::size_t>(lower.rows()));
   for (int i = 0; i < size(); ++i) position_[static_cast<std::size_t>(permutation[i])] = i;
   tree_ = f.tree();
+  entries_ = kept_entries(tree_);
 }
 
 bool SparseCholesky::factorize(const SparseMatrix& lower) {
@@ -155,8 +156,6 @@ void SparseCholesky::keep(Precision precision) {
 
 void SparseCholesky::finish() { cholmod_free_factor(&factor_->L, &factor_->common); }
 
-std::size_t SparseCholesky::factor_entries() const { return kept_entries(tree_); }
-
 std::size_t SparseCholesky::factor_bytes() const {
   return std::visit([](const auto& values) { return values.bytes(); }, values_);
 }
@@ -169,6 +168,14 @@ namespace {
 
 double entries_of(const PanelTree::Panel& panel, int first, int last) {
   return (last - first) * (panel.columns + panel.below - 0.5 * (first + last - 1));
+}
+
+// Columns from `first` on that have no more entries than that, in whole strips: one at least.
+int end_of_part(const PanelTree::Panel& panel, int first, double most) {
+  int last = first;
+  do last = std::min(last + kStripColumns, panel.columns);
+  while (last < panel.columns && entries_of(panel, first, last + kStripColumns) <= most);
+  return last;
 }
 
 }  // namespace
@@ -196,8 +203,7 @@ std::vector<SparseCholesky::Part> SparseCholesky::parts(double most) const {
       continue;
     }
     for (int first = 0, last = 0; first < panel.columns; first = last) {
-      do last = std::min(last + kStripColumns, panel.columns);
-      while (last < panel.columns && entries_of(panel, first, last + kStripColumns) <= most);
+      last = end_of_part(panel, first, most);
       all.push_back({s, s + 1, first, last});
     }
     of_last = most;
@@ -253,7 +259,8 @@ void SparseCholesky::backward(const Part& part, Eigen::Ref<VectorX> x, MatrixX& 
 
 void SparseCholesky::unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns, MatrixX& panel_rows) const {
   OnWay at = begin_unit_columns(position, columns);
-  for (double all = std::numeric_limits<double>::infinity(); at.panel >= 0;) go_on(at, all, columns, panel_rows);
+  double all = std::numeric_limits<double>::infinity();
+  go_on(at, all, columns, panel_rows);
 }
 
 SparseCholesky::OnWay SparseCholesky::begin_unit_columns(int position, Eigen::Ref<Eigen::MatrixX3d> columns) const {
@@ -277,8 +284,7 @@ void SparseCholesky::go_on(OnWay& at, double& entries, Eigen::Ref<Eigen::MatrixX
             panel_rows.middleRows(panel.columns, panel.below + kTileRows).setZero();
           }
           const int first = at.column;
-          do at.column = std::min(at.column + kStripColumns, panel.columns);
-          while (at.column < panel.columns && entries_of(panel, first, at.column) < entries);
+          at.column = end_of_part(panel, first, entries);
           values.forward_three(tree_, at.panel, first, at.column, panel_rows.data(), panel_rows.rows());
           entries -= entries_of(panel, first, at.column);
           if (at.column < panel.columns) return;

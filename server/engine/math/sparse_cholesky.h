@@ -42,7 +42,7 @@ class SparseCholesky {
   void finish();
 
   int size() const { return static_cast<int>(position_.size()); }
-  std::size_t factor_entries() const;  // stored entries of L, padding included
+  std::size_t factor_entries() const { return entries_; }  // stored entries of L, padding included
   std::size_t factor_bytes() const;
   Precision precision() const;
 
@@ -90,6 +90,7 @@ class SparseCholesky {
   std::unique_ptr<Factor> factor_;
   std::vector<int> position_;
   PanelTree tree_;
+  std::size_t entries_ = 0;
   std::variant<PanelValues<Float16>, PanelValues<float>, PanelValues<double>> values_;  // as Precision
 };
 

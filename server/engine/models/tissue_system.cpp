@@ -89,9 +89,8 @@ void factorize_rest(TissueSystem& system, const ElementRotations& upright) {
   // Rounding may make a singular matrix definite; but then it does not say where translations go.
   if (system.field && (!definite || !(error < kLargestErrorOfHeld))) {
     throw std::runtime_error(
-        "tissue.window: expected 0 for tissue that supports do not hold, found parts that are free; add `fixed` "
-        "volumes "
-        "that hold them, or leave the window out");
+        "tissue.window: expected 0 for tissue that supports do not hold, found parts that are free; "
+        "add `fixed` volumes that hold them, or leave the window out");
   }
   if (!definite) {
     throw std::runtime_error(

@@ -177,9 +177,7 @@ class EntryRun {
     way_ += entry_.speed * h_;
     const Pose& start = entry_.scene.needles[0].base;
     simulation_.command(0, {.pose = Pose{start.position + way_ * entry_.along, start.orientation}, .spin = {}});
-    const double began = processor_time();
-    simulation_.step();
-    outcome_.seconds += processor_time() - began;
+    outcome_.seconds += processor_time_of([&] { simulation_.step(); });
     note(simulation_.report());
     return outcome_.deepest < kPushedOn && way_ < kWay;
   }

@@ -14,13 +14,6 @@ namespace acus {
 
 namespace {
 
-template <class Work>
-double time_of(Work work) {
-  const double start = processor_time();
-  work();
-  return processor_time() - start;
-}
-
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -148,9 +141,9 @@ Recording record(const Experiment& experiment, const Matrix3X& probe_points) {
   CholmodSolve calibration(matrix, simulation_order(matrix));
   std::vector<double> solves;
   while (recording.ticks < ticks) {
-    if (recording.ticks % (ticks / kSolves + 1) == 0) solves.push_back(time_of([&] { calibration.run(); }));
+    if (recording.ticks % (ticks / kSolves + 1) == 0) solves.push_back(processor_time_of([&] { calibration.run(); }));
     driver.command();
-    recording.processor_seconds += time_of([&] { simulation.step(); });
+    recording.processor_seconds += processor_time_of([&] { simulation.step(); });
     note(recording, simulation.report());
     if (recording.ticks % ticks_per_probing == 0)
       recording.probes.push_back(probes.displacements(simulation.tissue_positions()));

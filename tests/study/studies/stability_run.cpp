@@ -55,9 +55,7 @@ class Recorder {
   Simulation& simulation() { return simulation_; }
 
   void step() {
-    const double start = processor_time();
-    simulation_.step();
-    series_.seconds += processor_time() - start;
+    series_.seconds += processor_time_of([&] { simulation_.step(); });
     note(simulation_.report());
   }
 
