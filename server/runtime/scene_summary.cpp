@@ -179,12 +179,13 @@ struct Memory {
 
 Memory memory(const Scene& scene, const Costs& costs) {
   constexpr double kWord = sizeof(double);
-  constexpr double kSquares = 4;  // rows x rows: W; the matrices of the elimination, pivoting, the interior point
+  constexpr double kSquares =
+      4;  // rows x rows: W; the matrices of the elimination, of what is left, of the base's stiffness
   constexpr double kPanel = 12;   // numbers per row, of each needle: see engine/models/needle_compliance.h
   const double corridor = 3.0 * costs.corridor_nodes;
   const double rows = costs.max_rows;
   const double panels = kPanel * static_cast<double>(scene.needles.size());
-  return {static_cast<double>(costs.factor_bytes), kWord * corridor * (costs.corridor_column + corridor + 2 * rows),
+  return {static_cast<double>(costs.factor_bytes), kWord * corridor * (costs.corridor_column + corridor),
           kWord * rows * (kSquares * rows + panels)};
 }
 

@@ -118,6 +118,24 @@ TEST_CASE("a start at the answer needs no step, one beside it few") {
   CHECK(solve(p, LawMethod::direct, {}, first.lambda).result.steps.picks <= 4);
 }
 
+TEST_CASE("a needle that slows down: picks end, one at a time where those together go too far") {
+  Random random(11);
+  int solutions = 0, unended = 0;
+  for (const double stiffness : {1.0, 1e2, 1e4})
+    for (int repeat = 0; repeat < 10; ++repeat) {
+      Problem p = needle_problem(random, 20, 1e-3, 10e-3, stiffness);
+      VectorX last = solve(p, LawMethod::direct).lambda;
+      for (int tick = 0; tick < 4; ++tick, ++solutions) {
+        p.delta_free *= 0.8;
+        const Answer a = solve(p, LawMethod::direct, {}, last);
+        check_exact(p, a);
+        last = a.lambda;
+        if (a.result.steps.iterations > 0) ++unended;
+      }
+    }
+  CHECK(unended < solutions / 20);
+}
+
 TEST_CASE("where the direct method ends short of the answer Gauss-Seidel goes on, and the result says so") {
   // Disks that do not stand behind their normal row are not the direct method's.
   Random random(8);

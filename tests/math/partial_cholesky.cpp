@@ -42,6 +42,16 @@ TEST_CASE("a part of a larger matrix is worked on in its place") {
   CHECK(large.rightCols(20) == MatrixX::Constant(60, 20, 7));
 }
 
+TEST_CASE("mirrored, the lower triangle is on both sides") {
+  Random random(4);
+  for (const Eigen::Index n : {0, 1, 15, 16, 17, 50}) {
+    const MatrixX A = random.matrix(n, n);
+    MatrixX mirrored = A;
+    mirror_lower(mirrored);
+    CHECK(mirrored == MatrixX(A.selfadjointView<Eigen::Lower>()));
+  }
+}
+
 TEST_CASE("a pivot that is not positive is told") {
   Random random(3);
   MatrixX A = random_matrix(30, random);

@@ -148,7 +148,7 @@ TEST_CASE("free displacement and compliance say what a held node will do") {
     REQUIRE(motion.add_row({point, {}, 0}, n) == 0);
     MatrixX W = MatrixX::Zero(1, 1);
     double delta = 0;
-    motion.add_compliance(W, {&delta, 1});
+    motion.set_compliance(W, {&delta, 1});
     const Vector3 start = material_position(bench.mesh, motion.x(), point);  // its nodes are held by now
     CHECK((start - before).norm() < 1e-4);
     motion.correct({&lambda, 1});

@@ -77,8 +77,8 @@ class TissueMotion {
     return add_tissue_couple(system_, tetrahedron, torque, scratch_);
   }
   int add_empty_row() { return add_empty_tissue_row(scratch_); }
-  void add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta) {
-    add_tissue_compliance(system_, W, delta, scratch_);
+  void set_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta) {
+    set_tissue_compliance(system_, W, delta, scratch_);
   }
   bool prepare(int tetrahedron) { return prepare_tissue(system_, tetrahedron, scratch_); }
   void clear_corridor() { scratch_.rows->corridor().clear(); }

@@ -4,6 +4,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "server/engine/math/random.h"
@@ -25,8 +27,9 @@ struct Compliance {
   MatrixX W;
   std::vector<double> delta;
 
-  Compliance(TissueMotion& motion, int rows) : W(MatrixX::Zero(rows, rows)), delta(static_cast<std::size_t>(rows), 0.0) {
-    motion.add_compliance(W, delta);
+  Compliance(TissueMotion& motion, int rows)
+      : W(MatrixX::Constant(rows, rows, std::nan(""))), delta(static_cast<std::size_t>(rows), 0.0) {
+    motion.set_compliance(W, delta);
     W = MatrixX(W.selfadjointView<Eigen::Lower>());
   }
 };
@@ -256,6 +259,40 @@ TEST_CASE("turned: compliance is that of the dense inverse at rest, turned with 
     for (int i = 0; i < rows.rows(); i += 3) rows.middleRows<3>(i) = turn.transpose() * rows.middleRows<3>(i);
     const MatrixX expected = rows.transpose() * inverse * rows;
     CHECK((Compliance(motion, 5).W - expected).norm() < rounding(motion) * expected.norm());
+  }
+}
+
+TEST_CASE("rows at one point, at others, on a patch and on nothing: the dense inverse, in any order") {
+  const RowBench bench;
+  Random random(6);
+  const MaterialPoint near = random_point(bench.mesh, random), far = random_point(bench.mesh, random);
+  MaterialPoint patch[] = {random_point(bench.mesh, random), near, far};
+  for (MaterialPoint& point : patch) point.weights /= 3;
+  struct Kind {
+    std::vector<MaterialPoint> points;
+    int rows;  // one after the other
+  };
+  std::vector<Kind> kinds{{{near}, 6}, {{}, 2}, {{far}, 1}, {{near}, 3}, {{patch, patch + 3}, 3}, {{}, 1}, {{far}, 5}};
+  const MatrixX inverse = test::inverse(dense_matrix(bench.model, bench.mesh.nodes, Tangent::rest, kTick));
+  const TissueState state = make_tissue_state(bench.model);
+  for (int order = 0; order < 5; ++order) {
+    std::rotate(kinds.begin(), kinds.begin() + 2 * order % 7, kinds.end());
+    BenchMotion motion(bench.model, kStep, TissueMatrix::turned, 21, 40);
+    motion.begin(state);
+    motion.linearize(state);
+    motion.clear_rows();
+    MatrixX rows = MatrixX::Zero(bench.model.unknowns(), 21);
+    int count = 0;
+    for (const Kind& kind : kinds) {
+      for (int k = 0; k < kind.rows; ++k, ++count) {
+        const Vector3 n = random.direction();
+        const int row = kind.points.empty() ? motion.add_empty_row() : motion.add_row(kind.points, n);
+        REQUIRE(row == count);
+        for (const MaterialPoint& point : kind.points) rows.col(row) += row_vector(bench.model, {point, {}, 0}, n);
+      }
+    }
+    const MatrixX expected = rows.transpose() * inverse * rows;
+    CHECK((Compliance(motion, count).W - expected).norm() < rounding(motion) * expected.norm());
   }
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "server/engine/math/partial_cholesky.h"
 #include "server/engine/models/needle_rows.h"
 #include "server/engine/models/tissue_row_forces.h"
 
@@ -71,12 +72,11 @@ void Rows::assemble(std::span<const NeedleModel> models, std::span<NeedleScratch
     assert(tissue_row == i);
   }
   auto W = this->W();
-  W.triangularView<Eigen::Lower>().setZero();
+  set_tissue_compliance(system, W, delta_free_, tissue);
   for (std::size_t k = 0; k < needles.size(); ++k)
     add_needle_compliances(models[k], places_of(static_cast<int>(k)), W, needles[k]);
-  add_tissue_compliance(system, W, delta_free_, tissue);
   W.diagonal() = W.diagonal().cwiseMax(kLeastCompliance);
-  W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
+  mirror_lower(W);
   for (int i = 0; i < n; ++i) W(i, i) += rows_[i].compliance;
 }
 

@@ -54,6 +54,20 @@ void cholesky_solve(const Eigen::Ref<const MatrixX>& L, Eigen::Ref<VectorX> x) {
   L.transpose().triangularView<Eigen::Upper>().solveInPlace(x);
 }
 
+// Square by square, so that what is read across columns is still near when the next column asks for it.
+void mirror_lower(Eigen::Ref<MatrixX> A) {
+  constexpr Eigen::Index kSquare = 16;
+  for (Eigen::Index j = 0; j < A.cols(); j += kSquare) {
+    const Eigen::Index width = std::min(kSquare, A.cols() - j);
+    auto corner = A.block(j, j, width, width);
+    corner.triangularView<Eigen::StrictlyUpper>() = corner.transpose();
+    for (Eigen::Index i = j + width; i < A.rows(); i += kSquare) {
+      const Eigen::Index height = std::min(kSquare, A.rows() - i);
+      A.block(j, i, width, height) = A.block(i, j, height, width).transpose();
+    }
+  }
+}
+
 void gather_lower(const Eigen::Ref<const MatrixX>& W, std::span<const int> rows, Eigen::Ref<MatrixX> out) {
   const auto n = static_cast<Eigen::Index>(rows.size());
   for (Eigen::Index j = 0; j < n; ++j) {

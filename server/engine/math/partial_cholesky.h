@@ -21,6 +21,9 @@ bool partial_cholesky(Eigen::Ref<MatrixX> A, Eigen::Index count);
 // x <- (L Lᵀ)⁻¹ x, with the lower triangle of a matrix all of whose unknowns were eliminated.
 void cholesky_solve(const Eigen::Ref<const MatrixX>& L, Eigen::Ref<VectorX> x);
 
+// Makes a matrix symmetric: its strict upper triangle becomes the lower one's transpose.
+void mirror_lower(Eigen::Ref<MatrixX> A);
+
 // The lower triangle of some rows of a symmetric W, in the order given: out_ij = W_rows[i],rows[j] for i >= j.
 void gather_lower(const Eigen::Ref<const MatrixX>& W, std::span<const int> rows, Eigen::Ref<MatrixX> out);
 

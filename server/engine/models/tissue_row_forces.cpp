@@ -60,10 +60,10 @@ int add_empty_tissue_row(TissueScratch& scratch) {
   return scratch.rows->end();
 }
 
-void add_tissue_compliance(const TissueSystem& system, Eigen::Ref<MatrixX> W, std::span<double> delta,
+void set_tissue_compliance(const TissueSystem& system, Eigen::Ref<MatrixX> W, std::span<double> delta,
                            TissueScratch& scratch) {
   if (!system.field) scratch.rows->read_displacements(scratch.y);
-  scratch.rows->add_compliance(W, delta);
+  scratch.rows->set_compliance(W, delta);
 }
 
 bool prepare_tissue(const TissueSystem& system, int tetrahedron, TissueScratch& scratch) {

@@ -22,8 +22,8 @@ int add_tissue_row(const TissueSystem& system, std::span<const MaterialPoint> po
 int add_tissue_couple(const TissueSystem& system, int tetrahedron, const Vector3& torque, TissueScratch& scratch);
 // A row that does not act on the tissue.
 int add_empty_tissue_row(TissueScratch& scratch);
-// Adds the compliance of the rows (m/N) to the lower triangle of W and their free displacements (m) to `delta`.
-void add_tissue_compliance(const TissueSystem& system, Eigen::Ref<MatrixX> W, std::span<double> delta,
+// Sets the lower triangle of W to the compliance of the rows (m/N) and adds their free displacements (m) to `delta`.
+void set_tissue_compliance(const TissueSystem& system, Eigen::Ref<MatrixX> W, std::span<double> delta,
                            TissueScratch& scratch);
 
 // Goes on with what rows on a tetrahedron will need, and keeps what is there from being replaced soon; false if all is

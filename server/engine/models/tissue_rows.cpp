@@ -3,96 +3,161 @@
 
 #include <algorithm>
 #include <cassert>
-#include <utility>
 
 namespace acus {
 
 TissueRows::TissueRows(const SparseCholesky& factor, int max_rows, int max_nodes, const ModeShapes* stiffened)
     : corridor_(factor, std::min(max_nodes, factor.size() / 3), stiffened) {
-  const int slots = corridor_.capacity();
-  ends_.resize(static_cast<std::size_t>(max_rows) + 1);
-  parts_.reserve(static_cast<std::size_t>(8 * max_rows + 3 * max_nodes));
-  gram_rows_.setZero(3 * slots, max_rows);
-  gram_columns_.setZero(max_rows, 3 * slots);
-  slot_displacement_.setZero(3, slots);
-  slot_read_.resize(static_cast<std::size_t>(slots));
-  slot_forces_.setZero(3 * slots);
-  touched_.reserve(static_cast<std::size_t>(slots));
+  const auto rows = static_cast<std::size_t>(max_rows), slots = static_cast<std::size_t>(corridor_.capacity());
+  const std::size_t parts = 8 * rows + 3 * static_cast<std::size_t>(max_nodes);
+  open_.reserve(slots);
+  blocks_.reserve(rows);
+  slots_.reserve(parts);
+  forces_.reserve(3 * parts);
+  slot_displacement_.setZero(3, corridor_.capacity());
+  place_.assign(slots, -1);
+  touched_.reserve(slots);
+  places_.resize(parts);
+  moved_.resize(3 * slots);
+  slot_forces_.setZero(3 * corridor_.capacity());
 }
 
-void TissueRows::begin() {
-  assert(count_ + 1 < static_cast<int>(ends_.size()));
-  parts_.erase(parts_.begin() + ends_[count_], parts_.end());
+void TissueRows::clear() {
+  count_ = 0;
+  blocks_.clear();
+  slots_.clear();
+  forces_.clear();
 }
+
+void TissueRows::begin() { open_.clear(); }
 
 bool TissueRows::add_force(int free_node, const Vector3& force) {
   const int slot = corridor_.slot(free_node);
   if (slot < 0) return false;
-  for (auto part = parts_.begin() + ends_[count_]; part != parts_.end(); ++part)
-    if (part->slot == slot) return part->force += force, true;
-  if (parts_.size() == parts_.capacity()) return false;
-  parts_.push_back({slot, force});
+  for (Part& part : open_)
+    if (part.slot == slot) return part.force += force, true;
+  if (slots_.size() + open_.size() == slots_.capacity()) return false;
+  open_.push_back({slot, force});
   return true;
 }
 
+bool TissueRows::fits_last_block() const {
+  if (blocks_.empty() || blocks_.back().rows == kBlockRows) return false;
+  return std::ranges::equal(slots(blocks_.back()), open_, {}, {}, &Part::slot);
+}
+
 int TissueRows::end() {
-  ends_[count_ + 1] = static_cast<int>(parts_.size());
+  assert(blocks_.size() < blocks_.capacity());
+  if (!fits_last_block()) {
+    const int begin = static_cast<int>(slots_.size());
+    for (const Part& part : open_) slots_.push_back(part.slot);
+    forces_.resize(3 * slots_.size(), Four::Zero());
+    blocks_.push_back({count_, 0, begin, static_cast<int>(slots_.size())});
+  }
+  Block& block = blocks_.back();
+  Four* numbers = forces_.data() + 3 * block.begin;
+  for (const Part& part : open_)
+    for (int a = 0; a < 3; ++a) (*numbers++)[block.rows] = part.force[a];
+  ++block.rows;
   return count_++;
 }
 
-void TissueRows::read_displacements(const VectorX& y) {
-  std::fill(slot_read_.begin(), slot_read_.begin() + corridor_.used(), 0);
-  for (int r = 0; r < count_; ++r)
-    for (const Part& part : parts(r))
-      if (std::exchange(slot_read_[part.slot], 1) == 0)
-        slot_displacement_.col(part.slot) = corridor_.free_displacement(part.slot, y);
+bool TissueRows::meet(int slot) {
+  if (place_[slot] >= 0) return false;
+  place_[slot] = static_cast<int>(touched_.size());
+  touched_.push_back(slot);
+  return true;
 }
 
-// G S first, by rows; turned round, so that all rows that come after one are contiguous, W_t takes one pass over them for
-// each of the few slots that the row acts on. Slots before the first and behind the last that a row acts on are left
-// alone: what other paths have left behind.
-void TissueRows::add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta) {
-  const int n = count_;
-  int first = corridor_.used(), last = -1;
-  for (int r = 0; r < n; ++r)
-    for (const Part& part : parts(r)) {
-      first = std::min(first, part.slot);
-      last = std::max(last, part.slot);
+void TissueRows::forget_met() {
+  for (const int slot : touched_) place_[slot] = -1;
+  touched_.clear();
+}
+
+void TissueRows::read_displacements(const VectorX& y) {
+  forget_met();
+  for (const int slot : slots_)
+    if (meet(slot)) slot_displacement_.col(slot) = corridor_.free_displacement(slot, y);
+}
+
+// G S of a block, at the slots met so far.
+void TissueRows::multiply_by_gram(const Block& block) {
+  const Eigen::Index stride = corridor_.gram().rows();
+  const double* gram = corridor_.gram().data();
+  Four* moved = moved_.data();
+  for (const int at : touched_) {
+    Four sum[3] = {Four::Zero(), Four::Zero(), Four::Zero()};
+    const Four* f = forces(block);
+    for (const int slot : slots(block)) {
+      const double* column = gram + 3 * at + 3 * slot * stride;
+      for (int b = 0; b < 3; ++b, column += stride, ++f)
+        for (int a = 0; a < 3; ++a) sum[a] += column[a] * *f;
     }
-  if (last < 0) return;
-  const int dofs = 3 * (last - first + 1);
-  for (int r = 0; r < n; ++r) {
-    auto column = gram_rows_.col(r).head(dofs);
-    column.setZero();
-    for (const auto& [slot, f] : parts(r)) {
-      const auto gram = corridor_.gram().block(3 * first, 3 * slot, dofs, 3);
-      column += f[0] * gram.col(0) + f[1] * gram.col(1) + f[2] * gram.col(2);
-      delta[r] += f.dot(slot_displacement_.col(slot));
-    }
+    for (int a = 0; a < 3; ++a) *moved++ = sum[a];
   }
-  gram_columns_.topLeftCorner(n, dofs) = gram_rows_.topLeftCorner(dofs, n).transpose();
-  for (int r = 0; r < n; ++r) {
-    auto below = W.col(r).segment(r, n - r);
-    for (const auto& [slot, f] : parts(r)) {
-      const auto columns = gram_columns_.block(r, 3 * (slot - first), n - r, 3);
-      below += f[0] * columns.col(0) + f[1] * columns.col(1) + f[2] * columns.col(2);
+}
+
+// For a block to come.
+void TissueRows::fetch_gram(const Block& block) const {
+  constexpr Eigen::Index kLine = 64 / sizeof(double);
+  const auto [first, last] = std::ranges::minmax(touched_);
+  for (const int slot : slots(block))
+    for (int b = 0; b < 3; ++b) {
+      const double* column = corridor_.gram().col(3 * slot + b).data();
+      for (const double *at = column + 3 * first, *end = column + 3 * (last + 1); at < end; at += kLine)
+        __builtin_prefetch(at);
     }
+}
+
+// The rows of `later` in the columns of `block`, whose G S moved_ is; `column` is the first of them, at the first row.
+void TissueRows::set_block(const Block& block, const Block& later, double* column, Eigen::Index stride) const {
+  Four columns[kBlockRows] = {Four::Zero(), Four::Zero(), Four::Zero(), Four::Zero()};
+  const Four* f = forces(later);
+  for (int k = later.begin; k < later.end; ++k) {
+    const Four* moved = moved_.data() + 3 * places_[k];
+    for (int a = 0; a < 3; ++a, ++f)
+      for (int c = 0; c < kBlockRows; ++c) columns[c] += moved[a][c] * *f;
+  }
+  for (int c = 0; c < block.rows; ++c, column += stride) {
+    if (&block != &later && later.rows == kBlockRows)
+      Four::Map(column) = columns[c];
+    else
+      for (int r = &block == &later ? c : 0; r < later.rows; ++r) column[r] = columns[c][r];
+  }
+}
+
+void TissueRows::set_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta) {
+  forget_met();
+  for (auto block = blocks_.rbegin(); block != blocks_.rend(); ++block) {
+    Four free = Four::Zero();
+    const Four* f = forces(*block);
+    for (int k = block->begin; k < block->end; ++k, f += 3) {
+      const int slot = slots_[k];
+      meet(slot);
+      places_[k] = place_[slot];
+      for (int a = 0; a < 3; ++a) free += slot_displacement_(a, slot) * f[a];
+    }
+    for (int r = 0; r < block->rows; ++r) delta[block->first_row + r] += free[r];
+    multiply_by_gram(*block);
+    if (const auto next = block + 1; next != blocks_.rend() && !touched_.empty()) fetch_gram(*next);
+    double* column = W.col(block->first_row).data();
+    for (auto later = block.base() - 1; later != blocks_.end(); ++later)
+      set_block(*block, *later, column + later->first_row, W.outerStride());
   }
 }
 
 void TissueRows::gather_forces(std::span<const double> lambda) {
-  touched_.clear();
-  std::fill(slot_read_.begin(), slot_read_.end(), 0);
-  for (int r = 0; r < count_; ++r)
-    for (const Part& part : parts(r)) {
-      const int slot = part.slot;
+  forget_met();
+  for (const Block& block : blocks_) {
+    Four own = Four::Zero();
+    for (int r = 0; r < block.rows; ++r) own[r] = lambda[block.first_row + r];
+    const Four* f = forces(block);
+    for (const int slot : slots(block)) {
       auto force = slot_forces_.segment<3>(3 * slot);
-      if (std::exchange(slot_read_[slot], 1) == 0) {
-        touched_.push_back(slot);
-        force.setZero();
-      }
-      force += lambda[r] * part.force;
+      if (meet(slot)) force.setZero();
+      for (int a = 0; a < 3; ++a) force[a] += (own * *f++).sum();
     }
+  }
 }
 
 void TissueRows::add_forces(std::span<const double> lambda, VectorX& y) {

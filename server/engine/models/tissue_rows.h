@@ -3,8 +3,11 @@
 //
 //   W_t = Sᵀ G S,    delta_free = Sᵀ Yᵀ y,    y <- y + Y S lambda
 //
-// S: the rows' forces on the corridor's slots; G, Y: corridor.h; y = L⁻¹ (-g). A row acts on few slots, and W_t takes
-// one pass over contiguous memory for each.
+// S: the rows' forces on the corridor's slots; G, Y: corridor.h; y = L⁻¹ (-g). A row acts on few slots, and the rows at
+// one point of the tissue on the same ones: up to four of them are a block, and what one number does for all four is
+// one operation. Of a block p, G S_p is made at the slots of the blocks from p on alone, which is half of G S, and is
+// used up before the next one's is made, so it stays in the nearest cache; columns of G that the next block needs are
+// on their way there meanwhile.
 #pragma once
 
 #include <span>
@@ -24,10 +27,7 @@ class TissueRows {
   const Corridor& corridor() const { return corridor_; }
 
   int count() const { return count_; }
-  void clear() {
-    count_ = 0;
-    parts_.clear();
-  }
+  void clear();
   // A row is made by begin(), add_force() for each of its nodes and end(), which returns its index; without end() it is
   // forgotten.
   void begin();
@@ -39,8 +39,8 @@ class TissueRows {
   // rows act on.
   Matrix3X& displacements() { return slot_displacement_; }
   void read_displacements(const VectorX& y);
-  // Adds W_t (m/N) to the lower triangle of W and the free displacements of the rows to `delta`.
-  void add_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta);
+  // Sets the lower triangle of W to W_t (m/N) and adds the free displacements of the rows to `delta`.
+  void set_compliance(Eigen::Ref<MatrixX> W, std::span<double> delta);
 
   // S lambda: forces on the slots in touched(), in the order in which rows touch them, so that no sum depends on which
   // slot a node was given.
@@ -51,23 +51,43 @@ class TissueRows {
   void add_forces(std::span<const double> lambda, VectorX& y);
 
  private:
+  static constexpr int kBlockRows = 4;
+  using Four = Eigen::Array<double, kBlockRows, 1>;  // one number of each row of a block, 0 for those that it has not
+
   struct Part {
     int slot;
     Vector3 force;
   };
-  std::span<const Part> parts(int row) const {
-    return {parts_.begin() + ends_[row], parts_.begin() + ends_[row + 1]};
+  struct Block {
+    int first_row;
+    int rows;
+    int begin, end;  // of its slots in slots_; three numbers per slot in forces_, one after the other
+  };
+
+  bool fits_last_block() const;
+  std::span<const int> slots(const Block& block) const {
+    return {slots_.begin() + block.begin, slots_.begin() + block.end};
   }
+  const Four* forces(const Block& block) const { return forces_.data() + 3 * block.begin; }
+  // Meets every slot once, in the order of the rows.
+  bool meet(int slot);
+  void forget_met();
+  void multiply_by_gram(const Block& block);
+  void fetch_gram(const Block& block) const;
+  void set_block(const Block& block, const Block& later, double* column, Eigen::Index stride) const;
 
   Corridor corridor_;
-  std::vector<int> ends_;    // per row, where the parts of the one before end; one more than rows
-  std::vector<Part> parts_;  // of one row after the other; never beyond its capacity
   int count_ = 0;
-  MatrixX gram_rows_, gram_columns_;  // G S: 3 slots x rows; its transpose
-  Matrix3X slot_displacement_;        // Yᵀ y
-  std::vector<char> slot_read_;       // per slot, whether this call has met it
-  std::vector<int> touched_;          // slots that forces act on, in the order of the rows
-  VectorX slot_forces_;               // S lambda
+  std::vector<Part> open_;      // of the row that is being made
+  std::vector<Block> blocks_;   // of one row after the other
+  std::vector<int> slots_;      // never beyond its capacity, as the others
+  std::vector<Four> forces_;    // S
+  Matrix3X slot_displacement_;  // Yᵀ y
+  std::vector<int> place_;      // per slot, where it is in touched_, -1 if it has not been met
+  std::vector<int> touched_;    // slots met
+  std::vector<int> places_;     // as slots_: where each is in touched_
+  std::vector<Four> moved_;     // G S of one block: three numbers per slot met
+  VectorX slot_forces_;         // S lambda
 };
 
 }  // namespace acus

@@ -13,9 +13,25 @@ double least_spacing(std::span<const Needle> needles) {
   return least;
 }
 
-int max_shaft_points(const Needle& parameters, double spacing) {
+namespace {
+
+constexpr int kMoreVertices = 4;  // at the ends of the shaft
+
+int vertices_along(const Needle& parameters, double spacing) {
   assert(spacing > 0 && spacing < kInfinity);
-  return 2 * static_cast<int>(std::ceil(parameters.length / spacing)) + 4;
+  return static_cast<int>(std::ceil(parameters.length / spacing));
+}
+
+int rows_of_vertex(const Needle& parameters, bool borders) {
+  return 3 + (parameters.torsional_friction > 0 ? 1 : 0) + (borders ? 1 : 0);  // two across, friction; torsion; support
+}
+
+constexpr int kRowsOfTip = 5;  // cutting, border, two across, support
+
+}  // namespace
+
+int max_shaft_points(const Needle& parameters, double spacing) {
+  return 2 * vertices_along(parameters, spacing) + kMoreVertices;
 }
 
 int max_material_points(const Needle& parameters, double spacing) {
@@ -34,10 +50,20 @@ int max_held_nodes(const Scene& scene) {
   return max_touched_nodes(scene) + kOfNeedle * static_cast<int>(scene.needles.size());
 }
 
-int max_insertion_rows(const Needle& parameters, double spacing) {
-  const int of_vertex = 4 + (parameters.torsional_friction > 0 ? 1 : 0);  // two across, friction, support; torsion
-  constexpr int kOfTip = 5;                                               // cutting, border, two across, support
-  return of_vertex * max_shaft_points(parameters, spacing) + kOfTip;
+int max_insertion_rows(const Needle& parameters, double spacing, bool borders) {
+  return rows_of_vertex(parameters, borders) * max_shaft_points(parameters, spacing) + kRowsOfTip;
+}
+
+int max_insertion_rows(const Scene& scene) {
+  const double spacing = least_spacing(scene.needles);
+  const bool borders = scene.tissue.regions.size() > 1;
+  int rows = 0, squeezed = 0;
+  for (const Needle& needle : scene.needles) {
+    const int more = rows_of_vertex(needle, borders) * vertices_along(needle, spacing);
+    rows += max_insertion_rows(needle, spacing, borders) - more;
+    squeezed = std::max(squeezed, more);
+  }
+  return rows + squeezed;
 }
 
 }  // namespace acus

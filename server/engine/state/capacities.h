@@ -11,10 +11,14 @@ namespace acus {
 // The smallest distance between the vertices of any path (m): a needle may pick up a path that another one has cut.
 double least_spacing(std::span<const Needle> needles);
 
-// Path vertices that the shaft can hold at once, `spacing` apart or further.
+// Path vertices that the shaft can hold at once: they are `spacing` apart or further at rest, and tissue can be
+// squeezed along a needle to half of that.
 int max_shaft_points(const Needle& parameters, double spacing);
-// Rows of an insertion in one tick, at most.
-int max_insertion_rows(const Needle& parameters, double spacing);
+// Rows of an insertion in one tick, at most; `borders`: between regions, which may hold a tip.
+int max_insertion_rows(const Needle& parameters, double spacing, bool borders);
+// Of all insertions together: not all of them are in squeezed tissue at once, so there is room for that around the one
+// that needs most.
+int max_insertion_rows(const Scene& scene);
 inline constexpr int kPatchPoints =
     21;  // of a tip's contact (tick/insertion/contact_patch.h): one, eight and twelve around it
 // Material points in the rows of a needle, at most: the shaft's vertices, the path's end, the two vertices around the

@@ -85,9 +85,7 @@ int vertices_per_path(const Scene& scene) {
 }
 
 int count_rows(const Scene& scene) {
-  int rows = max_guide_rows(scene);
-  for (const Needle& needle : scene.needles) rows += max_tissue_rows(scene, needle);
-  return rows;
+  return max_guide_rows(scene) + (scene.tissue.left_out() ? 0 : max_insertion_rows(scene));
 }
 
 // An element's force comes from differences of coordinates, which are rounded to their share of the largest one: E a times
@@ -118,7 +116,8 @@ void refuse_tip_inside(const Model& model, int needle) {
 }  // namespace
 
 int max_tissue_rows(const Scene& scene, const Needle& needle) {
-  return scene.tissue.left_out() ? 0 : max_insertion_rows(needle, least_spacing(scene.needles));
+  const bool borders = scene.tissue.regions.size() > 1;
+  return scene.tissue.left_out() ? 0 : max_insertion_rows(needle, least_spacing(scene.needles), borders);
 }
 
 int max_guide_rows(const Scene& scene) { return kMaxGuideRows * static_cast<int>(scene.guides.size()); }

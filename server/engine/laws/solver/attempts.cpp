@@ -7,7 +7,10 @@
 
 namespace acus {
 
-Attempts::Attempts(int capacity) : pivoting_(capacity), interior_point_(capacity) {
+Attempts::Attempts(int capacity)
+    : room_(VectorX::Zero(static_cast<Eigen::Index>(capacity) * capacity)),
+      pivoting_(capacity, room_),
+      interior_point_(capacity, room_) {
   trial_lambda_.resize(static_cast<std::size_t>(capacity));
   trial_delta_.resize(static_cast<std::size_t>(capacity));
 }

@@ -53,6 +53,8 @@ inline constexpr Attempt kGaussSeidel[]{
 class Attempts {
  public:
   explicit Attempts(int capacity);
+  Attempts(const Attempts&) = delete;
+  Attempts& operator=(const Attempts&) = delete;
 
   // Starts from the forces given and leaves better ones, with their displacements. Attempts to rounding end at
   // kRoundingEnd or at the tolerance (N), what is less. Adds steps, and sweeps to the tolerance, to `result`. Nothing
@@ -64,6 +66,7 @@ class Attempts {
   int sweep_up_to(int most, double end, const LawSystem& system, const LawState& state, StepBudget& budget);
   int try_interior_point(const LawSystem& system, const LawState& state, StepBudget& budget);
 
+  VectorX room_;  // of the matrices of both
   Pivoting pivoting_;
   InteriorPoint interior_point_;
   std::vector<double> trial_lambda_, trial_delta_;

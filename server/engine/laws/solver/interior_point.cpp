@@ -2,6 +2,7 @@
 #include "server/engine/laws/solver/interior_point.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -34,11 +35,11 @@ void InteriorPoint::Range::set_step(double lambda) {
   upper.set_step(-change);
 }
 
-InteriorPoint::InteriorPoint(int capacity) {
+InteriorPoint::InteriorPoint(int capacity, VectorX& room) : room_(room) {
   const auto n = static_cast<std::size_t>(capacity);
   rows_.reserve(n);
   ranges_.reserve(n);
-  matrix_.setZero(capacity, capacity);
+  assert(room.size() >= static_cast<Eigen::Index>(capacity) * capacity);
   free_.setZero(capacity);
   lambda_.setZero(capacity);
 }
@@ -86,7 +87,7 @@ void InteriorPoint::begin_range(const LawSystem& system, int row, const LawState
 
 bool InteriorPoint::factorize(const LawSystem& system) {
   const auto n = static_cast<Eigen::Index>(rows_.size());
-  auto matrix = matrix_.topLeftCorner(n, n);
+  auto matrix = this->matrix();
   gather_lower(system.W, rows_, matrix);
   for (Eigen::Index a = 0; a < n; ++a)
     matrix(a, a) += system.scale[rows_[a]] * (ranges_[a].stiffness() + kRegularization);
@@ -98,7 +99,7 @@ void InteriorPoint::find_step(const LawSystem& system) {
   const auto n = static_cast<Eigen::Index>(rows_.size());
   auto lambda = lambda_.head(n);
   for (Eigen::Index a = 0; a < n; ++a) lambda[a] = system.scale[rows_[a]] * ranges_[a].pull() - free_[a];
-  cholesky_solve(matrix_.topLeftCorner(n, n), lambda);
+  cholesky_solve(matrix(), lambda);
   for (Eigen::Index a = 0; a < n; ++a) ranges_[a].set_step(lambda[a]);
 }
 

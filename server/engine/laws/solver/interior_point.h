@@ -30,7 +30,8 @@ class InteriorPoint {
   static constexpr double kToBoundary = 0.995;     // share of the way to the nearest bound that a step may go
   static constexpr double kRegularization = 1e-12;
 
-  explicit InteriorPoint(int capacity);
+  // `room`: as for Pivoting.
+  InteriorPoint(int capacity, VectorX& room);
 
   // Leaves forces within all bounds, and their displacements. Returns the number of iterations, each of which it takes
   // from `budget`.
@@ -63,6 +64,10 @@ class InteriorPoint {
 
   void begin(const LawSystem& system, const LawState& state);
   void begin_range(const LawSystem& system, int row, const LawState& state);
+  Eigen::Map<MatrixX> matrix() {  // m/N
+    const auto n = static_cast<Eigen::Index>(rows_.size());
+    return {room_.data(), n, n};
+  }
   bool factorize(const LawSystem& system);
   void find_step(const LawSystem& system);
   double longest_step() const;
@@ -72,7 +77,7 @@ class InteriorPoint {
 
   std::vector<int> rows_;
   std::vector<Range> ranges_;  // of rows_
-  MatrixX matrix_;             // m/N
+  VectorX& room_;              // of matrix()
   VectorX free_;               // m, displacements at zero force of rows_
   VectorX lambda_;             // N, of rows_ after a full step
 };

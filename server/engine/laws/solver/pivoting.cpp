@@ -2,6 +2,7 @@
 #include "server/engine/laws/solver/pivoting.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "server/engine/laws/contact_block.h"
@@ -15,11 +16,12 @@ constexpr int kContactRows = 3;
 
 }  // namespace
 
-Pivoting::Pivoting(int capacity) {
+Pivoting::Pivoting(int capacity, VectorX& room) : room_(room) {
   const auto n = static_cast<std::size_t>(capacity);
   pieces_.resize(n);
+  picks_.reserve(n);
   rows_.reserve(n);
-  matrix_.setZero(capacity, capacity);
+  assert(room.size() >= static_cast<Eigen::Index>(capacity) * capacity);
   viscous_.setZero(capacity);
   rhs_.setZero(capacity);
   forces_.setZero(capacity);
@@ -50,19 +52,18 @@ void Pivoting::start(const LawSystem& system, const LawState& state) {
   }
 }
 
-// Every row whose law is violated picks its piece anew; returns how many changed.
-int Pivoting::pick_anew(const LawSystem& system, const LawState& state) {
+// Of every row whose law is violated.
+void Pivoting::find_picks(const LawSystem& system, const LawState& state) {
   const double slack = kPickAbove * force_scale(state.lambda);
-  int changed = 0;
+  picks_.clear();
   for (int i = 0; i < system.rows(); ++i) {
-    if (pieces_[i].kind == Piece::contact || !(law_violation(system, i, state) > slack)) continue;
+    if (pieces_[i].kind == Piece::contact) continue;
+    const double violation = law_violation(system, i, state);
+    if (!(violation > slack)) continue;
     const double step = state.lambda[i] - state.delta[i] / system.scale[i];  // where the row's own line leads
     const Piece picked = piece_at(system.laws[i], step, state.lambda[i]);
-    if (picked == pieces_[i]) continue;
-    pieces_[i] = picked;
-    ++changed;
+    if (!(picked == pieces_[i])) picks_.push_back({i, picked, violation});
   }
-  return changed;
 }
 
 void Pivoting::number_rows(int rows) {
@@ -74,22 +75,24 @@ void Pivoting::number_rows(int rows) {
     if (pieces_[i].kind == Piece::contact) rows_.push_back(i);
 }
 
-// matrix_ forces_ = rhs_ on lines, matrix_ forces_ + rhs_ = displacements of contacts, with the others at their bounds.
+// matrix() forces_ = rhs_ on lines, matrix() forces_ + rhs_ = displacements of contacts, with the others at their
+// bounds.
 void Pivoting::fill(const LawSystem& system, const LawState& state) {
   const auto n = static_cast<Eigen::Index>(rows_.size());
-  gather_lower(system.W, rows_, matrix_.topLeftCorner(n, n));
+  auto matrix = this->matrix();
+  gather_lower(system.W, rows_, matrix);
   for (Eigen::Index a = 0; a < n; ++a) forces_[a] = state.lambda[rows_[a]];  // where contacts start from
 
   for (int i = 0; i < system.rows(); ++i) state.lambda[i] = pieces_[i].kind == Piece::bound ? pieces_[i].force : 0;
   update_displacements(system, state);
   for (Eigen::Index a = 0; a < n; ++a) rhs_[a] = state.delta[rows_[a]];
   if (lines_ == 0) return;
-  const double regularization = kRegularization * matrix_.diagonal().head(lines_).mean();
+  const double regularization = kRegularization * matrix.diagonal().head(lines_).mean();
   for (Eigen::Index a = 0; a < lines_; ++a) {
     const Piece& piece = pieces_[rows_[a]];
     viscous_[a] = piece.kind == Piece::sliding ? 1 / system.laws[rows_[a]].viscosity : 0;
     rhs_[a] = viscous_[a] * piece.force - rhs_[a];
-    matrix_(a, a) += viscous_[a] + regularization;
+    matrix(a, a) += viscous_[a] + regularization;
   }
 }
 
@@ -97,7 +100,7 @@ void Pivoting::fill(const LawSystem& system, const LawState& state) {
 // left at zero force of all contacts.
 void Pivoting::solve_contacts(const LawSystem& system) {
   const Eigen::Index count = static_cast<Eigen::Index>(rows_.size()) - lines_;
-  auto K = matrix_.block(lines_, lines_, count, count);
+  auto K = matrix().block(lines_, lines_, count, count);
   K.triangularView<Eigen::StrictlyUpper>() = K.transpose();
   auto all = forces_.segment(lines_, count);
   bool moved = true;
@@ -125,7 +128,7 @@ void Pivoting::refine(const LawSystem& system, const LawState& state) {
     const int i = rows_[a];
     step[a] = viscous_[a] * (pieces_[i].force - state.lambda[i]) - state.delta[i];
   }
-  cholesky_solve(matrix_.topLeftCorner(lines_, lines_), step);
+  cholesky_solve(matrix().topLeftCorner(lines_, lines_), step);
   for (Eigen::Index a = 0; a < lines_; ++a) state.lambda[rows_[a]] += step[a];
   update_displacements(system, state);
 }
@@ -135,9 +138,10 @@ bool Pivoting::move(const LawSystem& system, const LawState& state) {
   number_rows(system.rows());
   fill(system, state);
   const auto n = static_cast<Eigen::Index>(rows_.size()), contacts = n - lines_;
-  if (!partial_cholesky(matrix_.topLeftCorner(n, n), lines_)) return false;
-  const auto factor = matrix_.topLeftCorner(lines_, lines_);
-  const auto coupling = matrix_.block(lines_, 0, contacts, lines_);
+  auto matrix = this->matrix();
+  if (!partial_cholesky(matrix, lines_)) return false;
+  const auto factor = matrix.topLeftCorner(lines_, lines_);
+  const auto coupling = matrix.block(lines_, 0, contacts, lines_);
   auto lines = rhs_.head(lines_);
   factor.triangularView<Eigen::Lower>().solveInPlace(lines);
   rhs_.segment(lines_, contacts) += coupling.lazyProduct(lines);
@@ -158,20 +162,25 @@ int Pivoting::solve(const LawSystem& system, const LawState& state, StepBudget& 
   copy(state, trial);
   double best = law_residual(system, state);
   start(system, state);
-  int picks = 0, fewest = system.rows() + 1, patience = kPatience;
-  for (int changed = system.rows(); changed > 0 && patience > 0 && picks < kMaxPicks && budget.take(); ++picks) {
-    if (!move(system, trial)) break;
+  bool one_by_one = false;
+  std::size_t fewest = n + 1;
+  int picks = 0;
+  while (picks < kMaxPicks && budget.take() && move(system, trial)) {
+    ++picks;
     const double residual = law_residual(system, trial);
     if (residual < best) {
       best = residual;
       copy(trial, state);
     }
-    changed = pick_anew(system, trial);
-    if (changed < fewest) {
-      fewest = changed;
-      patience = kPatience;
+    find_picks(system, trial);
+    if (picks_.empty()) break;
+    one_by_one = one_by_one || picks_.size() >= fewest;
+    fewest = picks_.size();
+    if (one_by_one) {
+      const Pick& worst = *std::ranges::max_element(picks_, {}, &Pick::violation);
+      pieces_[worst.row] = worst.piece;
     } else {
-      --patience;
+      for (const Pick& pick : picks_) pieces_[pick.row] = pick.piece;
     }
   }
   return picks;

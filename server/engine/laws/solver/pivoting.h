@@ -5,8 +5,10 @@
 // Cholesky factorisation over the rows on lines; then every row whose law is violated picks its piece anew. That is
 // block principal pivoting [Judice, Pires 1994, "A block principal pivoting algorithm for large-scale strictly monotone
 // linear complementarity problems"], or Newton's method on the pieces: semismooth, and at the answer as soon as the
-// pieces are right. One to three picks are usual. Nothing proves that the picks end; where the rows that pick anew have
-// not become fewer for kPatience picks, or at kMaxPicks, it gives up (interior_point.h is what does not).
+// pieces are right. One to three picks are usual. Rows that pick together may all go too far, as they do along a needle
+// that comes to rest, one point after the other: as soon as the rows that would pick anew have not become fewer, the
+// one alone picks from then on that violates its law most. Nothing proves that the picks end; at kMaxPicks it gives up
+// (interior_point.h is what does not).
 //
 // A contact with friction is no chain of pieces. It is solved exactly (contact_block.h) at every pick, on the block
 // K = W_CC - W_CS W_SS⁻¹ W_SC that the rows S on lines leave of it; several contacts in turn, until none moves.
@@ -29,11 +31,11 @@ class Pivoting {
   static constexpr double kPickAbove = 1e-12;    // violation, as share of the largest force, see force_scale()
   static constexpr double kContactsEnd = 1e-12;  // change of a contact's force, as share of it or of 1 N
   static constexpr double kAtBound = 1 - 1e-9;   // a force of that share of a bound is on it
-  static constexpr int kMaxPicks = 12;
-  static constexpr int kPatience = 3;
+  static constexpr int kMaxPicks = 16;
   static constexpr int kMaxContactRounds = 100;
 
-  explicit Pivoting(int capacity);
+  // `room`: capacity² numbers that others may use between calls of solve(). It must outlive this.
+  Pivoting(int capacity, VectorX& room);
 
   // Starts on the pieces on which the forces given stand, and leaves the forces that violate the laws least, these or
   // better ones, with their displacements. Disks that do not stand behind their normal row keep their forces. Returns
@@ -49,10 +51,22 @@ class Pivoting {
     bool operator==(const Piece&) const = default;
   };
 
+  // What a row would pick anew.
+  struct Pick {
+    int row = 0;
+    Piece piece;
+    double violation = 0;  // N, of its law
+  };
+
   static Piece piece_at(const Law& law, double step, double lambda);
   void start(const LawSystem& system, const LawState& state);
-  int pick_anew(const LawSystem& system, const LawState& state);
+  void find_picks(const LawSystem& system, const LawState& state);
 
+  // W of rows_, lower triangle; factor, coupling and K after elimination. Packed, so that it stays in the caches.
+  Eigen::Map<MatrixX> matrix() {
+    const auto n = static_cast<Eigen::Index>(rows_.size());
+    return {room_.data(), n, n};
+  }
   bool move(const LawSystem& system, const LawState& state);
   void number_rows(int rows);
   void fill(const LawSystem& system, const LawState& state);
@@ -60,9 +74,10 @@ class Pivoting {
   void refine(const LawSystem& system, const LawState& state);
 
   std::vector<Piece> pieces_;
+  std::vector<Pick> picks_;
   std::vector<int> rows_;   // on lines, then of contacts: the numbering of all below
   Eigen::Index lines_ = 0;  // how many of them are on lines
-  MatrixX matrix_;          // W of rows_, lower triangle; factor, coupling and K after elimination
+  VectorX& room_;           // of matrix()
   VectorX viscous_;         // 1/c (m/N) of sliding rows, else zero
   VectorX rhs_;             // m
   VectorX forces_;          // N, of rows_

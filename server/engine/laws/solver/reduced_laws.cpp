@@ -66,7 +66,7 @@ bool ReducedLaws::reduce(const LawSystem& full) {
   split(full);
   if (!factorize(full)) return false;
   auto schur = factor().bottomRightCorner(other_count_, other_count_);
-  schur.triangularView<Eigen::StrictlyUpper>() = schur.transpose();
+  mirror_lower(schur);
   return true;
 }
 
