@@ -179,9 +179,9 @@ struct Memory {
 
 Memory memory(const Scene& scene, const Costs& costs) {
   constexpr double kWord = sizeof(double);
-  constexpr double kSquares =
-      4;  // rows x rows: W; the matrices of the elimination, of what is left, of the base's stiffness
-  constexpr double kPanel = 12;   // numbers per row, of each needle: see engine/models/needle_compliance.h
+  // rows x rows: W; the matrices of the elimination, of the laws that it leaves, of the base's stiffness
+  constexpr double kSquares = 4;
+  constexpr double kPanel = 12;  // numbers per row, of each needle: see engine/models/needle_compliance.h
   const double corridor = 3.0 * costs.corridor_nodes;
   const double rows = costs.max_rows;
   const double panels = kPanel * static_cast<double>(scene.needles.size());

@@ -101,7 +101,7 @@ void Pivoting::fill(const LawSystem& system, const LawState& state) {
 void Pivoting::solve_contacts(const LawSystem& system) {
   const Eigen::Index count = static_cast<Eigen::Index>(rows_.size()) - lines_;
   auto K = matrix().block(lines_, lines_, count, count);
-  K.triangularView<Eigen::StrictlyUpper>() = K.transpose();
+  mirror_lower(K);
   auto all = forces_.segment(lines_, count);
   bool moved = true;
   for (int round = 0; round < kMaxContactRounds && moved; ++round) {
