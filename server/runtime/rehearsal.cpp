@@ -23,6 +23,7 @@ struct Tick {
   double seconds = 0;  // processor time
   double depth = 0;    // m
   double rows = 0;
+  double window = 0;  // s, of the window's thread
   bool outside = true;
 };
 
@@ -69,6 +70,7 @@ class Insertion {
   Tick timed_tick() {
     Tick tick{.seconds = processor_time_of([&] { simulation_.step(); })};
     tick.rows = static_cast<double>(simulation_.report().rows);
+    tick.window = simulation_.window_seconds();
     for (const NeedleReport& needle : simulation_.report().needles) {
       tick.depth = std::max(tick.depth, needle.inserted_depth);
       tick.outside = tick.outside && needle.phase == Phase::free;
@@ -167,8 +169,11 @@ Rehearsal rehearse(Simulation& simulation, const RehearsalLimits& limits) {
   const RehearsalEnd end = run(simulation, limits, ticks);
   simulation.reset();
   leave_out_warm_up(ticks);
+  const double window_seconds =
+      ticks.empty() ? 0 : quantile_of(ticks, 0.99, [](const Tick& tick) { return tick.window; });
   const auto inside = std::stable_partition(ticks.begin(), ticks.end(), [](const Tick& tick) { return tick.outside; });
-  Rehearsal rehearsal{sum_up({ticks.begin(), inside}), {}, end, limits};
+  const int window = simulation.scene().tissue.window_thread ? simulation.scene().tissue.window : 0;
+  Rehearsal rehearsal{sum_up({ticks.begin(), inside}), {}, end, limits, window, window_seconds};
   const std::ptrdiff_t count = ticks.end() - inside;
   const int parts = parts_of(count);
   for (int part = 0; part < parts; ++part)
@@ -193,13 +198,21 @@ int window_to_try(const Simulation& simulation) {
 
 std::vector<SceneWarning> rehearsal_warnings(const Rehearsal& rehearsal, double time_step, int window) {
   constexpr double kSpare = 1.25;  // of the time that a tick takes
+  std::vector<SceneWarning> warnings;
   double longest = rehearsal.outside.p99;
   for (const RehearsedTicks& part : rehearsal.inside) longest = std::max(longest, part.p99);
-  if (longest <= time_step) return {};
-  return {{"ticks", "they take up to " + number("%.0f %%", 100 * longest / time_step) +
-                        " of their time, so that this machine does not hold the rate; take a rate of at most " +
-                        number("%.0f", 1 / (kSpare * longest)) + " Hz, fewer cells or beams, " +
-                        (window > 0 ? "tissue.window: " + std::to_string(window) + ", " : "") + "or --lockstep"}};
+  if (longest > time_step)
+    warnings.push_back(
+        {"ticks", "they take up to " + number("%.0f %%", 100 * longest / time_step) +
+                      " of their time, so that this machine does not hold the rate; take a rate of at most " +
+                      number("%.0f", 1 / (kSpare * longest)) + " Hz, fewer cells or beams, " +
+                      (window > 0 ? "tissue.window: " + std::to_string(window) + ", " : "") + "or --lockstep"});
+  if (const double needed = kSpare * rehearsal.window_seconds; needed > rehearsal.window * time_step)
+    warnings.push_back({"tissue.window", "its thread takes up to " + number("%.1f ms", 1e3 * rehearsal.window_seconds) +
+                                             " of the " + number("%.1f ms", 1e3 * rehearsal.window * time_step) +
+                                             " of a window, so that ticks wait for it; take at least " +
+                                             number("%.0f", std::ceil(needed / time_step)) + ", or fewer cells"});
+  return warnings;
 }
 
 std::string describe(const Rehearsal& rehearsal, double time_step) {
@@ -208,6 +221,9 @@ std::string describe(const Rehearsal& rehearsal, double time_step) {
   add(table, "needles outside", rehearsal.outside, time_step);
   for (const RehearsedTicks& part : rehearsal.inside) add(table, "pushed in", part, time_step);
   if (rehearsal.inside.empty()) table.add({why_none_is_inside(rehearsal)});
+  if (rehearsal.window > 0)
+    table.add({"  the window's thread takes " + number("%.2f", 1e3 * rehearsal.window_seconds) + " ms of a window of " +
+               number("%.2f", 1e3 * rehearsal.window * time_step) + " ms"});
   return table.text();
 }
 

@@ -34,6 +34,8 @@ struct Rehearsal {
   std::vector<RehearsedTicks> inside;  // deeper and deeper; none if no needle got to the tissue before the end
   RehearsalEnd end = RehearsalEnd::needles_are_through;
   RehearsalLimits limits;
+  int window = 0;             // ticks, that tissue.window_thread has for a window; 0: there is no such thread
+  double window_seconds = 0;  // that it takes, in 99 of 100 windows
 };
 
 // Begins at the state after loading, and leaves the simulation there.
@@ -43,7 +45,8 @@ Rehearsal rehearse(Simulation& simulation, const RehearsalLimits& limits = {});
 // where it would not, or the scene cannot have one.
 int window_to_try(const Simulation& simulation);
 
-// Of ticks that take longer than a tick (s) may. `window`: one that would make them shorter, if there is any.
+// Of ticks, and of a window's thread, that take longer than they may with ticks of this length (s). `window`: one that
+// would make them shorter, if there is any.
 std::vector<SceneWarning> rehearsal_warnings(const Rehearsal& rehearsal, double time_step, int window = 0);
 
 // For a person to read, with the share of a tick of this length (s).

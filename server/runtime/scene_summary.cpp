@@ -203,16 +203,19 @@ const char* use_of_factor(TissueRung rung) {
   return " entries, read twice in every tick";
 }
 
-void add_tissue(TextTable& table, TissueRung rung, const Costs& costs, const Memory& bytes) {
+void add_tissue(TextTable& table, const Tissue& tissue, const Costs& costs, const Memory& bytes) {
   table.add({"  unknowns", std::to_string(3 * costs.free_nodes),
              std::string("of ") + std::to_string(costs.free_nodes) + " free nodes"});
   table.add({"  factor", megabytes(bytes.factor),
              std::to_string(costs.factor_entries) +
-                 (costs.window > 0 ? " entries, read twice in a window" : use_of_factor(rung))});
+                 (costs.window > 0 ? " entries, read twice in a window" : use_of_factor(tissue.rung))});
   if (costs.window > 0)
     table.add({"  window", std::to_string(costs.window) + " ticks",
-               "work of a tick as much as " + five_digits(costs.slice) + " entries, at most " +
-                   five_digits(costs.largest_slice) + "; " + std::to_string(costs.modes) + " modes"});
+               (tissue.window_thread ? "work of a thread of its own, as much as " +
+                                           five_digits(costs.slice * costs.window) + " entries; "
+                                     : "work of a tick as much as " + five_digits(costs.slice) + " entries, at most " +
+                                           five_digits(costs.largest_slice) + "; ") +
+                   std::to_string(costs.modes) + " modes"});
   table.add({"  corridor", megabytes(bytes.corridor),
              std::string("compliance of up to ") + std::to_string(costs.corridor_nodes) + " nodes around the needles"});
 }
@@ -223,7 +226,7 @@ std::string expenses(const Simulation& simulation) {
   const Memory bytes = memory(simulation.scene(), costs);
   TextTable table;
   table.add({"costs"});
-  if (!tissue.left_out()) add_tissue(table, tissue.rung, costs, bytes);
+  if (!tissue.left_out()) add_tissue(table, tissue, costs, bytes);
   table.add({"  rows", std::to_string(costs.max_rows), "of the laws in one tick, at most"});
   const std::string laws_steps = std::to_string(simulation.scene().laws.max_steps);
   table.add({"  solutions", std::to_string(costs.max_tick_steps),

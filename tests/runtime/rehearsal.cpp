@@ -109,6 +109,31 @@ TEST_CASE("ticks that take longer than they may are warned of, with a rate that 
   CHECK(rehearsal_warnings(rehearsal, 0.001, 16)[0].text.find("tissue.window: 16, or --lockstep") != std::string::npos);
 }
 
+TEST_CASE("a window that its thread has too little time for is warned of, with one that it has enough for") {
+  Rehearsal rehearsal{{100, 0, 0, 1e-4, 2e-4}, {{50, 0.02, 36, 1e-4, 2e-4}}, {}, {}, 16, 12e-3};
+  CHECK(rehearsal_warnings(rehearsal, 0.001).empty());
+  CHECK(describe(rehearsal, 0.001).find("the window's thread takes 12.00 ms of a window of 16.00 ms") !=
+        std::string::npos);
+  rehearsal.window_seconds = 14e-3;
+  const std::vector<SceneWarning> found = rehearsal_warnings(rehearsal, 0.001);
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].of == "tissue.window");
+  CHECK(found[0].text ==
+        "its thread takes up to 14.0 ms of the 16.0 ms of a window, so that ticks wait for it; take at least 18, or "
+        "fewer cells");
+}
+
+TEST_CASE("a rehearsal times the window's thread") {
+  Scene scene = simulation_of("0.7071068, 0, 0.7071068, 0").scene();
+  scene.tissue.regions[0].material.rayleigh_stiffness = 0.01;
+  scene.tissue.window = 4;
+  scene.tissue.window_thread = true;
+  Simulation simulation(scene);
+  const Rehearsal rehearsal = rehearse(simulation, {.processor_time = 100, .duration = 1});
+  CHECK(rehearsal.window == 4);
+  CHECK(rehearsal.window_seconds > 0);
+}
+
 TEST_CASE("a window is what large tissue on supports may try, where the scene can have one") {
   const auto with_cells = [](const std::string& cells) {
     return parse_scene(

@@ -188,6 +188,11 @@ TEST_CASE("wrong types") {
   CHECK(error_of("rate: inf").starts_with("scene.yaml:2:7: rate: expected a number"));
   CHECK(error_of("rate: .nan").starts_with("scene.yaml:2:7: rate: expected a number"));
   CHECK(error_of("rate: 1e999").starts_with("scene.yaml:2:7: rate: expected a number"));
+  CHECK(error_of("tissue: {window: 16, window_thread: yes}") ==
+        "scene.yaml:2:37: tissue.window_thread: expected true or false, found \"yes\"");
+  CHECK(error_of("tissue: {window: 16, window_thread: 1}").ends_with("expected true or false, found 1"));
+  CHECK(error_of("tissue: {window: 16, window_thread: \"true\"}").ends_with("expected true or false, found \"true\""));
+  CHECK(error_of("tissue: {window: 16, window_thread: }").ends_with("expected true or false, found nothing"));
   CHECK(error_of("name: 5") == "scene.yaml:2:7: name: expected a text, found 5; put it in quotes");
   CHECK(error_of("name: {}") == "scene.yaml:2:7: name: expected a text, found a map");
   CHECK(error_of("laws: 3") == "scene.yaml:2:7: laws: expected fields \"name: value\", found 3");

@@ -43,6 +43,7 @@ std::string companion_of(const std::string& parent, const std::string& name) {
   if (name == "constraint_spacing") return "length: 1e-4, ";
   if (name == "inner_diameter") return "outer_diameter: 1, ";
   if (name == "friction_static") return "friction_dynamic: 0, ";
+  if (name == "window_thread") return "window: 16, ";
   if (name == "interfaces") return "regions: [{name: a}, {name: b}], ";
   if (parent != "tissue.interfaces[0]") return "";
   if (name == "between") return "and: a, ";
@@ -163,8 +164,8 @@ void for_each_number(const std::string& path, const Range& range, const VisitRan
     for_each_number_of<decltype(FieldsOf<Value>::list), Value>(FieldsOf<Value>::list, path, visit);
   } else if constexpr (is_list<Value> || is_optional<Value>) {
     for_each_number<typename Value::value_type>(path, range, visit);
-  } else if constexpr (std::is_arithmetic_v<Value> || std::is_same_v<Value, Vector3> ||
-                       std::is_same_v<Value, std::array<int, 3>>) {
+  } else if constexpr ((std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>) ||
+                       std::is_same_v<Value, Vector3> || std::is_same_v<Value, std::array<int, 3>>) {
     visit(path, range);
   }
 }

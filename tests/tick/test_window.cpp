@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenes with a deferred field: needles meet what they meet without it, states go on bit by bit from any tick of a window,
-// and scenes that cannot have one are refused.
+// Scenes with a deferred field: needles meet what they meet without it, states go on bit by bit from any tick of a
+// window, with a thread for it or without, and scenes that cannot have one are refused.
 #include <doctest/doctest.h>
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cstdio>
+#include <memory>
 #include <stdexcept>
 
+#include "server/engine/math/random.h"
 #include "server/engine/models/field_tick.h"
 #include "server/engine/scene/scene_error.h"
 #include "server/engine/state/adoption.h"
@@ -16,9 +22,10 @@
 namespace acus::test {
 namespace {
 
-Scene windowed(int window) {
+Scene windowed(int window, bool thread = false) {
   Scene scene = block_scene();
   scene.tissue.window = window;
+  scene.tissue.window_thread = thread;
   return scene;
 }
 
@@ -93,6 +100,67 @@ TEST_CASE("another simulation goes on bit by bit from a snapshot of any tick of 
   }
 }
 
+TEST_CASE("a window's thread gives the same bits") {
+  std::vector<std::uint64_t> hashes;
+  for (const bool thread : {false, true}) {
+    Bench bench(windowed(6, thread));
+    std::size_t tick = 0;
+    bench.each_tick = [&] {
+      const std::uint64_t now = hash(bench.simulation().state());
+      if (thread)
+        REQUIRE(now == hashes.at(tick++));
+      else
+        hashes.push_back(now);
+    };
+    bench.push(0, 0.02, 0.05);
+    bench.move(0, {0.001, 0, 0}, 0.02);
+    bench.push(0, -0.03, 0.1);
+    REQUIRE(hashes.size() > 300);
+  }
+}
+
+TEST_CASE("a window's thread may be broken off in its work at any time") {
+  Bench bench(windowed(6));
+  std::vector<State> states;
+  bench.each_tick = [&] { states.push_back(bench.simulation().state()); };
+  bench.push(0, 0.015, 0.05);
+  Simulation plain(windowed(6)), threaded(windowed(6, true));
+  CHECK(plain.model().fingerprint == threaded.model().fingerprint);
+  Random random(1);
+  for (int i = 0; i < 60; ++i) {
+    const State& state = states[static_cast<std::size_t>(random.index(static_cast<int>(states.size())))];
+    const int ticks = 1 + random.index(14);
+    for (Simulation* simulation : {&plain, &threaded}) {
+      simulation->restore(state);
+      for (int tick = 0; tick < ticks; ++tick) simulation->step();
+    }
+    REQUIRE(hash(plain.state()) == hash(threaded.state()));
+  }
+}
+
+TEST_CASE("a copy of the process has no thread for windows, and goes on without") {
+  auto threaded = std::make_unique<Simulation>(windowed(6, true));
+  Simulation plain(windowed(6));
+  const auto step = [](Simulation& of, int ticks) {
+    for (int tick = 0; tick < ticks; ++tick) of.step();
+    return hash(of.state());
+  };
+  REQUIRE(step(*threaded, 9) == step(plain, 9));
+  const std::uint64_t expected = step(plain, 20);
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    const bool same = step(*threaded, 20) == expected;
+    threaded.reset();
+    _exit(same ? 0 : 1);
+  }
+  int status = -1;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(status == 0);
+  CHECK(step(*threaded, 20) == expected);
+}
+
 TEST_CASE("a state that is kept stays as it is while others go on from it") {
   Bench bench(windowed(4));
   bench.push(0, 0.012, 0.05);
@@ -149,6 +217,12 @@ TEST_CASE("scenes that cannot have a deferred field are refused with the reason"
   says([](Scene& scene) { scene.tissue.element = TissueElement::nodal_pressure; }, "expected 0 with element nodal_pressure");
   says([](Scene& scene) { scene.tissue.regions[0].material.poisson_ratio = 0.49; }, "poisson_ratio above 0.47");
   says([](Scene& scene) { scene.tissue.regions[0].material.rayleigh_stiffness = 0; }, "no rayleigh_stiffness");
+  says(
+      [](Scene& scene) {
+        scene.tissue.window = 0;
+        scene.tissue.window_thread = true;
+      },
+      "tissue.window_thread: expected false without a window");
   says([](Scene& scene) { scene.tissue.fixed.clear(); }, "tissue.window: expected 0 for tissue that supports do not hold");
 }
 

@@ -41,6 +41,7 @@ struct DeferredField {
   static constexpr double kAhead = 1.5;  // windows, by which nodes that are not held are shown ahead of the field
 
   int window;               // k, ticks
+  bool threaded;            // the work of windows has a thread of its own
   double h;                 // s
   double beta, alpha;       // s, 1/s
   double c1, c2, rho;

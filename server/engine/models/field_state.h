@@ -33,6 +33,7 @@ struct HeldNode {
 // What does not change in a window: shared by all states in it. Vectors of unknowns are in the factor's order, forces in
 // N; those of modes in N kg^-0.5 and m kg^0.5.
 struct FieldWindow {
+  std::uint64_t begun = 0;  // FieldState::ticks, when it began
   // The field when the window began, but for the motion of the window before, which is y_moved, and its modes' part.
   Matrix3X x;                         // 3 x nodes, m, world
   Matrix4X rotations;                 // of nodes, made smooth (w x y z)
@@ -41,7 +42,7 @@ struct FieldWindow {
   Bounded<HeldNode> held;             // as they were
   VectorX inertia;                    // (beta/h) omega² e + (d - d⁻)/h² + (alpha/h) d
 
-  // p of the field is, in a tick, `carried` times p and `fed` times defect (FieldState).
+  // p of the field is, in a tick, `carried` times p and `fed` times defect (FieldShares).
   VectorX p, y, modes;                // p; L⁻¹ p; Phiᵀ p
   VectorX defect, y_defect, modes_defect;
   VectorX scheduled;                  // sum of all defects up to this one
@@ -55,6 +56,7 @@ struct FieldWindow {
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
+    visit("begun", self.begun);
     visit("x", self.x);
     visit("rotations", self.rotations);
     visit("y_moved", self.y_moved);
@@ -78,6 +80,28 @@ struct FieldWindow {
   }
 };
 
+// Of p and defect of a window, that act in a tick, and their sums over its ticks so far.
+struct FieldShares {
+  double carried = 0, fed = 0;
+  double carried_sum = 0, fed_sum = 0;
+
+  static FieldShares at_start() { return {.carried = 1}; }  // of a window; before the first tick of all nothing acts
+  void advance(double rho, int window, bool first) {
+    carried = first ? 1 : rho * carried;
+    fed = rho * fed + 1.0 / window;
+    carried_sum += carried;
+    fed_sum += fed;
+  }
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("carried", self.carried);
+    visit("fed", self.fed);
+    visit("carried_sum", self.carried_sum);
+    visit("fed_sum", self.fed_sum);
+  }
+};
+
 struct FieldState {
   std::shared_ptr<const FieldWindow> window = std::make_shared<FieldWindow>();
   int tick = 0;                       // of the window, those done
@@ -85,8 +109,7 @@ struct FieldState {
   Bounded<HeldNode> held;             // in the order in which they came
   VectorX d, d_before;                // m kg^0.5, of the last tick and the one before
   VectorX modes_moved;                // e, summed over the window's ticks so far
-  double carried = 0, fed = 0;        // shares of p and defect that act; at first nothing does
-  double carried_sum = 0, fed_sum = 0;  // over the window's ticks so far
+  FieldShares shares;
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -97,10 +120,7 @@ struct FieldState {
     visit("d", self.d);
     visit("d_before", self.d_before);
     visit("modes_moved", self.modes_moved);
-    visit("carried", self.carried);
-    visit("fed", self.fed);
-    visit("carried_sum", self.carried_sum);
-    visit("fed_sum", self.fed_sum);
+    visit("shares", self.shares);
   }
 };
 

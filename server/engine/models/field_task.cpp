@@ -2,7 +2,7 @@
 #include "server/engine/models/field_task.h"
 
 #include <algorithm>
-#include <cassert>
+#include <cmath>
 #include <utility>
 
 namespace acus {
@@ -14,23 +14,32 @@ constexpr double kStepShare = 1.0 / 512;  // of all work, which a step is not to
 constexpr double kBackwardEntry = 1.4;
 constexpr double kBatch = 1700;     // elastic forces of eight elements
 constexpr double kTurnBatch = 700;  // what they give to the rotations of nodes
-constexpr double kSmoothNode = 120;
-constexpr double kBeginNode = 270;  // the tick in which it begins makes up the window, too
+constexpr double kSmoothNode = 180;
+constexpr double kPrepareNode = 150;  // the tick in which it begins makes up the window, too
+constexpr double kCarryNode = 50, kFeedNode = 60;
 constexpr double kPlaceNode = 580, kDefectNode = 580, kProjectNode = 120;
+
+// Defects, as the roots of sums of squares, that stop the field: they have grown by kGrowth so many times in a row and
+// are kPart of weight and rows' forces, or are kMost of them and have grown at all.
+constexpr int kGrowing = 3;
+constexpr double kGrowth = 1.2, kPart = 1, kMost = 3;  // -
+constexpr double kLeast = 1e-2;                        // N, that stop it
+constexpr double kFading = 0.9;                        // -, a window, of forces that act no more
+constexpr double kLeastShare = 1.0 / 64;               // -, of a defect that is fed in
+constexpr double kComingBack = 1.02;                   // -, of that, a window
 
 }  // namespace
 
-FieldTask::FieldTask(const TissueSystem& system)
+FieldTask::FieldTask(const TissueSystem& system, std::shared_ptr<FieldWindow> memory)
     : free_at_(system.position.size()),
       held_(system.position.size(), -1),
       panel_rows_(system.factor.make_panel_rows()),
       elements_(system.model) {
   const TissueModel& model = system.model;
-  result_.x = model.mesh->nodes;
+  result_.window = std::move(memory);
   result_.element_rotations = ElementRotations(model);
-  result_.rotations.setZero(4, model.nodes());
-  result_.defect = result_.y_defect = result_.total = VectorX::Zero(model.unknowns());
-  result_.modes_defect.setZero(system.field->modes.count());
+  result_.ahead = model.mesh->nodes;
+  result_.v.setZero(3, model.nodes());
   sums_.setZero(4, system.rotation_grid.points);
   for (std::size_t f = 0; f < free_at_.size(); ++f) free_at_[system.position[f] / 3] = static_cast<int>(f);
   plan(system);
@@ -46,13 +55,15 @@ void FieldTask::plan(const TissueSystem& system) {
     largest_step_ = counting ? 1e300 : kStepShare * all;
     parts_ = factor.parts(largest_step_);
     const int parts = static_cast<int>(parts_.size());
-    each(Work::begin, 1, kBeginNode * nodes);
+    each(Work::prepare, 1, kPrepareNode * nodes);
+    each(Work::carry, nodes, kCarryNode);
     add(Work::backward, parts, [&](int i) { return kBackwardEntry * factor.entries(parts_[parts - 1 - i]); });
     each(Work::place, nodes, kPlaceNode);
     each(Work::elements, batches, kBatch);
     each(Work::turn, batches, kTurnBatch);
     each(Work::smooth, 1, kSmoothNode * nodes);
     each(Work::defect, nodes, kDefectNode);
+    each(Work::feed, nodes, kFeedNode);
     each(Work::project, nodes, kProjectNode);
     add(Work::forward, parts, [&](int i) { return factor.entries(parts_[i]); });
   }
@@ -89,100 +100,161 @@ std::size_t FieldTask::steps_until(int tick, int window) const {
   return static_cast<std::size_t>(step - steps_.begin());
 }
 
-void FieldTask::advance(const TissueSystem& system, const std::shared_ptr<const FieldWindow>& window,
-                        const ElementRotations& start, int tick) {
-  if (window_ != window) {
-    window_ = window;
-    done_ = 0;
-  }
+void FieldTask::begin(const std::shared_ptr<const FieldWindow>& window) {
+  window_ = window;
+  done_ = 0;
+}
+
+void FieldTask::advance(const TissueSystem& system, const ElementRotations& start, int tick) {
   for (const std::size_t until = steps_until(tick, system.field->window); done_ < until; ++done_)
-    run(system, *window, start, steps_[done_]);
+    run(system, *window_, start, steps_[done_]);
+}
+
+bool FieldTask::finish(const TissueSystem& system, const ElementRotations& start, const std::atomic<bool>& stopped) {
+  for (; done_ < steps_.size(); ++done_) {
+    if (stopped.load(std::memory_order_relaxed)) return false;
+    run(system, *window_, start, steps_[done_]);
+  }
+  return true;
 }
 
 void FieldTask::run(const TissueSystem& system, const FieldWindow& window, const ElementRotations& start, const Step& step) {
   const auto [work, first, last, until] = step;
-  Result& r = result_;
+  FieldWindow& next = *result_.window;
   switch (work) {
-    case Work::begin:
-      return begin(system, window);
+    case Work::prepare:
+      return prepare(system, window);
+    case Work::carry:
+      return carry(window, 3 * first, 3 * last);
     case Work::backward:
-      for (int i = first; i < last; ++i) system.factor.backward(parts_[parts_.size() - 1 - i], r.y_defect, panel_rows_);
+      for (int i = first; i < last; ++i)
+        system.factor.backward(parts_[parts_.size() - 1 - i], next.y_defect, panel_rows_);
       return;
     case Work::place:
       return place(system, window, first, last);
     case Work::elements:
-      r.inverted |= add_elastic_forces(system.model, first, last, start, r.element_rotations, elements_);
+      result_.inverted |= add_elastic_forces(system.model, first, last, start, result_.element_rotations, elements_);
       return;
     case Work::turn:
       if (first == 0) {
-        r.rotations.setZero();
-        one_sign_ = have_one_sign(system.model, r.element_rotations);
+        next.rotations.setZero();
+        one_sign_ = have_one_sign(system.model, result_.element_rotations);
       }
-      return add_node_rotations(system.model, first, last, r.element_rotations, one_sign_, r.rotations);
+      return add_node_rotations(system.model, first, last, result_.element_rotations, one_sign_, next.rotations);
     case Work::smooth:
-      normalize_rotations(r.rotations);
-      return smooth_rotations(system.rotation_grid, r.rotations, sums_);
+      normalize_rotations(next.rotations);
+      return smooth_rotations(system.rotation_grid, next.rotations, sums_);
     case Work::defect:
       return find_defect(system, window, first, last);
+    case Work::feed:
+      if (first == 0) judge(window);
+      return feed(window, 3 * first, 3 * last);
     case Work::project:
       for (int position = 3 * first; position < 3 * last; position += 3)
-        system.field->project(position, r.defect.segment<3>(position), r.modes_defect);
+        system.field->project(position, next.defect.segment<3>(position), next.modes_defect);
       return;
     case Work::forward:
-      for (int i = first; i < last; ++i) system.factor.forward(parts_[i], r.y_defect, panel_rows_);
+      for (int i = first; i < last; ++i) system.factor.forward(parts_[i], next.y_defect, panel_rows_);
       return;
   }
 }
 
-void FieldTask::begin(const TissueSystem& system, const FieldWindow& window) {
+void FieldTask::prepare(const TissueSystem& system, const FieldWindow& window) {
+  FieldWindow& next = *result_.window;
+  const DeferredField& field = *system.field;
   std::fill(held_.begin(), held_.end(), -1);
   for (std::size_t i = 0; i < window.held.size(); ++i)
     held_[system.position[window.held[i].free] / 3] = static_cast<int>(i);
-  result_.y_defect = window.y_moved;
-  result_.modes_defect.setZero();
-  result_.left.setZero();
-  result_.squares = result_.applied = 0;
+  next.begun = window.begun + static_cast<std::uint64_t>(field.window);
+  next.y_defect = window.y_moved;
+  next.modes_defect.setZero();
+  next.left.setZero();
+  shares_ = FieldShares::at_start();
+  for (int tick = 0; tick < field.window; ++tick)
+    shares_.advance(field.rho, field.window, window.begun == 0 && tick == 0);
+  squares_ = applied_ = 0;
   result_.inverted = false;
-  for (const int node : system.model.fixed_nodes) elements_.x.col(node).head<3>() = result_.x.col(node) = window.x.col(node);
+  for (const int node : system.model.fixed_nodes) {
+    elements_.x.col(node).head<3>() = result_.ahead.col(node) = next.x.col(node) = window.x.col(node);
+    result_.v.col(node).setZero();
+  }
   elements_.forces.setZero();
+}
+
+void FieldTask::carry(const FieldWindow& window, int first, int last) {
+  FieldWindow& next = *result_.window;
+  for (int i = first; i < last; ++i) {
+    next.p[i] = shares_.carried * window.p[i] + shares_.fed * window.defect[i];
+    next.y[i] = shares_.carried * window.y[i] + shares_.fed * window.y_defect[i];
+    next.y_moved[i] = shares_.carried_sum * window.y[i] + shares_.fed_sum * window.y_defect[i];
+  }
 }
 
 // The field, held nodes where they have come to.
 void FieldTask::place(const TissueSystem& system, const FieldWindow& window, int first, int last) {
+  FieldWindow& next = *result_.window;
+  const DeferredField& field = *system.field;
   for (int at = first; at < last; ++at) {
     const int node = system.model.free_nodes[free_at_[at]], position = 3 * at;
-    const Vector3 moved = result_.y_defect.segment<3>(position) + system.field->motion(position, window.modes_moved);
-    result_.x.col(node) = held_[at] >= 0 ? window.held[held_[at]].x
-                                         : Vector3(window.x.col(node) + rotation_of(window.rotations, node) * moved);
-    elements_.x.col(node).head<3>() = result_.x.col(node);
+    const Vector3 moved = next.y_defect.segment<3>(position) + field.motion(position, window.modes_moved);
+    const Vector3 before = window.x.col(node);
+    const Vector3 x =
+        held_[at] >= 0 ? window.held[held_[at]].x : Vector3(before + rotation_of(window.rotations, node) * moved);
+    elements_.x.col(node).head<3>() = next.x.col(node) = x;
+    result_.ahead.col(node) = x + DeferredField::kAhead * (x - before);
+    result_.v.col(node) = (x - before) / (field.window * field.h);
   }
 }
 
 void FieldTask::find_defect(const TissueSystem& system, const FieldWindow& window, int first, int last) {
+  FieldWindow& next = *result_.window;
   const DeferredField& field = *system.field;
   for (int at = first; at < last; ++at) {
     const int node = system.model.free_nodes[free_at_[at]], position = 3 * at;
-    const Quaternion turn = rotation_of(result_.rotations, node);
+    const Quaternion turn = rotation_of(next.rotations, node);
     Vector3 applied = system.model.mass[node] * system.model.gravity;
     Vector3 p = window.p.segment<3>(position);
     if (held_[at] >= 0) {
       applied += window.held[held_[at]].force;
       p += window.held[held_[at]].p;
     }
-    const Vector3 missing = turn.conjugate() * (applied - elements_.forces.col(node).head<3>()) - field.rho * p - window.defect.segment<3>(position) -
+    const Vector3 missing = turn.conjugate() * (applied - elements_.forces.col(node).head<3>()) - field.rho * p -
+                            window.defect.segment<3>(position) -
                             system.model.mass[node] * field.motion(position, window.inertia);
     const Vector3 total = window.scheduled.segment<3>(position) + missing;
-    const Vector3 defect = missing + window.increase * (total - window.total.segment<3>(position));
-    result_.left += turn * missing;
-    result_.squares += missing.squaredNorm();
-    result_.applied += applied.squaredNorm();
-    result_.total.segment<3>(position) = total;
-    result_.defect.segment<3>(position) = result_.y_defect.segment<3>(position) = defect;
+    next.left += turn * missing;
+    squares_ += missing.squaredNorm();
+    applied_ += applied.squaredNorm();
+    next.defect.segment<3>(position) = missing + window.increase * (total - window.total.segment<3>(position));
+    next.total.segment<3>(position) = total;
+  }
+}
+
+// Finds what share of the defect is fed in, and whether the field is to be stopped.
+void FieldTask::judge(const FieldWindow& window) {
+  FieldWindow& next = *result_.window;
+  next.size = std::sqrt(squares_);
+  next.scale = std::max(std::sqrt(applied_), kFading * window.scale);
+  const auto beyond = [&](double growth, double part) {
+    return !(next.size <= std::max({growth * window.size, part * next.scale, kLeast}));
+  };
+  next.grown = beyond(kGrowth, kPart) ? std::min(window.grown, kGrowing - 1) + 1 : 0;
+  result_.stops = next.grown >= kGrowing || beyond(1, kMost);
+  next.share = result_.stops ? std::max(kLeastShare, window.share / 2) : std::min(1.0, kComingBack * window.share);
+  next.increase = result_.stops || next.share < 1 ? 0 : 1;
+}
+
+void FieldTask::feed(const FieldWindow& window, int first, int last) {
+  FieldWindow& next = *result_.window;
+  for (int i = first; i < last; ++i) {
+    next.defect[i] *= next.share;
+    next.y_defect[i] = next.defect[i];
+    next.scheduled[i] = window.scheduled[i] + next.defect[i];
   }
 }
 
 FieldTask::Result& FieldTask::take() {
-  window_ = nullptr;
+  begin(nullptr);
   return result_;
 }
 

@@ -3,20 +3,11 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
+#include <utility>
 
 namespace acus {
 
 namespace {
-
-// Defects, as the roots of sums of squares, that stop the field: they have grown by kGrowth so many times in a row and are
-// kPart of weight and rows' forces, or are kMost of them and have grown at all.
-constexpr int kGrowing = 3;
-constexpr double kGrowth = 1.2, kPart = 1, kMost = 3;  // -
-constexpr double kLeast = 1e-2;                        // N, that stop it
-constexpr double kFading = 0.9;                        // -, a window, of forces that act no more
-constexpr double kLeastShare = 1.0 / 64;               // -, of a defect that is fed in
-constexpr double kComingBack = 1.02;                   // -, of that, a window
 
 int count_of(const FieldState& state) { return static_cast<int>(state.held.size()); }
 
@@ -34,9 +25,8 @@ std::shared_ptr<FieldWindow> spare_window(FieldScratch& field) {
   for (auto& window : field.windows)
     if (window.use_count() == 1) return window;
   // Somebody keeps states of many windows.
-  std::shared_ptr<FieldWindow>& oldest = field.windows.front();
-  oldest = std::make_shared<FieldWindow>(*oldest);
-  return oldest;
+  auto& oldest = *std::ranges::min_element(field.windows, {}, [](const auto& window) { return window->begun; });
+  return oldest = std::make_shared<FieldWindow>(*oldest);
 }
 
 void forget_numbers(FieldScratch& field) {
@@ -87,7 +77,9 @@ void add_modes(const TissueSystem& system, const HeldNode& held, const Vector3& 
 void let_go(const TissueSystem& system, TissueScratch& scratch, FieldWindow& next) {
   FieldScratch& field = *scratch.field;
   FieldState& now = field.now;
+  const Corridor& corridor = scratch.rows->corridor();
   const std::uint64_t before = now.ticks - std::min<std::uint64_t>(now.ticks, static_cast<std::uint64_t>(system.field->window));
+  forget_numbers(field);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < now.held.size(); ++i) {
     const HeldNode held = now.held[i];
@@ -96,38 +88,34 @@ void let_go(const TissueSystem& system, TissueScratch& scratch, FieldWindow& nex
       continue;
     }
     next.p.segment<3>(position_of(system, held)) += held.p;
-    scratch.rows->corridor().add_force(field.slots[i], held.p, next.y);
+    corridor.add_force(field.slots[i], held.p, next.y);
+    corridor.add_force(field.slots[i], held.sum, next.y_moved);
     add_modes(system, held, held.p, next.modes);
   }
   now.held.resize(kept);
+  list_held(scratch);
 }
 
-// What nodes that are not held are shown as: the field is that of the window before.
-void show_field(const TissueSystem& system, const FieldWindow& last, const FieldWindow& next, TissueScratch& scratch) {
-  for (const int node : system.model.free_nodes)
-    scratch.x.col(node) = next.x.col(node) + DeferredField::kAhead * (next.x.col(node) - last.x.col(node));
-  for (const HeldNode& held : scratch.field->now.held) scratch.x.col(node_of(system, held)) = held.x;
-}
-
-// Finds what share of the defect is fed in, and whether the field is to be stopped.
-bool judge(const FieldWindow& last, const FieldTask::Result& result, FieldWindow& next) {
-  next.size = std::sqrt(result.squares);
-  next.scale = std::max(std::sqrt(result.applied), kFading * last.scale);
-  const auto beyond = [&](double growth, double part) {
-    return !(next.size <= std::max({growth * last.size, part * next.scale, kLeast}));
-  };
-  next.grown = beyond(kGrowth, kPart) ? std::min(last.grown, kGrowing - 1) + 1 : 0;
-  const bool stops = next.grown >= kGrowing || beyond(1, kMost);
-  next.share = stops ? std::max(kLeastShare, last.share / 2)
-                     : std::min(1.0, kComingBack * last.share);
-  next.increase = stops || next.share < 1 ? 0 : 1;
-  return stops;
+// What the kept ones have moved goes into the field, and what this one moves them: each one's columns, which come from
+// far away in memory, once.
+void go_on_with_held(TissueScratch& scratch, FieldWindow& next) {
+  FieldScratch& field = *scratch.field;
+  field.read = field.now.window;
+  field.read_of.clear();
+  for (int i = 0; i < count_of(field.now); ++i) {
+    HeldNode& held = field.now.held[i];
+    scratch.rows->corridor().add_force(field.slots[i], held.sum, next.y_moved);
+    held.sum.setZero();
+    read_window(scratch.rows->corridor(), i, field);
+    field.read_of.push_back(held.free);
+  }
+  next.held = field.now.held;
 }
 
 // Nothing moves, and nothing is under way.
-void stop(FieldState& now, FieldWindow& next, FieldTask::Result& result) {
-  for (VectorX* part : {&next.p, &next.y, &next.modes, &next.scheduled, &now.d, &now.d_before, &result.defect, &result.y_defect,
-                        &result.modes_defect, &result.total})
+void stop(FieldState& now, FieldWindow& next) {
+  for (VectorX* part : {&next.p, &next.y, &next.modes, &next.scheduled, &now.d, &now.d_before, &next.defect,
+                        &next.y_defect, &next.modes_defect, &next.total})
     part->setZero();
   for (HeldNode& held : now.held) held.p.setZero();
 }
@@ -138,56 +126,43 @@ void cross(const TissueSystem& system, const TissueState& state, TissueScratch& 
   FieldScratch& field = *scratch.field;
   FieldState& now = field.now;
   const std::shared_ptr<const FieldWindow> last = now.window;
-  field.task.advance(system, last, state.rotations, model.window - 1);
-  FieldTask::Result& result = field.task.take();
-  const std::shared_ptr<FieldWindow> window = spare_window(field);
-  FieldWindow& next = *window;
-  next.y = now.carried * last->y + now.fed * last->y_defect;
-  next.p = now.carried * last->p + now.fed * last->defect;
-  next.modes = now.carried * last->modes + now.fed * last->modes_defect;
-  next.y_moved = now.carried_sum * last->y + now.fed_sum * last->y_defect;
+  field.worker.advance(last, state.rotations, model.window - 1);
+  FieldTask::Result& result = field.worker.take();
+  FieldWindow& next = *result.window;
+  next.modes = now.shares.carried * last->modes + now.shares.fed * last->modes_defect;
   next.modes_moved = now.modes_moved;
-  const bool stops = judge(*last, result, next);
-  for (VectorX* part : {&result.defect, &result.y_defect, &result.modes_defect}) *part *= next.share;
-  next.scheduled = last->scheduled + result.defect;
-  if (stops) stop(now, next, result);
+  if (result.stops) stop(now, next);
   VectorX& p = field.modes;
   p = next.modes;
   for (std::size_t i = 0; i < now.held.size(); ++i) {
     HeldNode& held = now.held[i];
     const int node = node_of(system, held);
-    const Quaternion turn = rotation_of(result.rotations, node).conjugate() * rotation_of(last->rotations, node);
+    const Quaternion turn = rotation_of(next.rotations, node).conjugate() * rotation_of(last->rotations, node);
     held.p = turn * held.p;
-    scratch.rows->corridor().add_force(field.slots[i], turn * held.sum, next.y_moved);
-    held.sum.setZero();
+    held.sum = turn * held.sum;
     add_modes(system, held, held.p, p);
   }
   next.inertia = model.beta / model.h * model.modes.omega2.cwiseProduct(now.d - model.theta0.cwiseProduct(p)) +
                  (now.d - now.d_before) / (model.h * model.h) + model.alpha / model.h * now.d;
   let_go(system, scratch, next);
-  next.held = now.held;
-  next.left = result.left;
-  std::swap(next.x, result.x);
-  std::swap(next.rotations, result.rotations);
-  std::swap(next.defect, result.defect);
-  std::swap(next.y_defect, result.y_defect);
-  std::swap(next.modes_defect, result.modes_defect);
-  std::swap(next.total, result.total);
+  std::swap(scratch.x, result.ahead);
+  for (const HeldNode& held : now.held) scratch.x.col(node_of(system, held)) = held.x;
+  std::swap(field.v, result.v);
   std::swap(scratch.element_rotations.batches, result.element_rotations.batches);
   scratch.inverted = result.inverted;
-  show_field(system, *last, next, scratch);
-  now.window = window;
+  now.window = std::exchange(result.window, spare_window(field));
+  field.worker.follow(now.window);
+  go_on_with_held(scratch, next);
   now.modes_moved.setZero();
   now.tick = 0;
-  now.carried = 1;
-  now.fed = now.carried_sum = now.fed_sum = 0;
+  now.shares = FieldShares::at_start();
   field.crossed = true;
 }
 
 // Without the rows' forces, of one held node.
 Vector3 free_motion(const TissueSystem& system, int i, const FieldScratch& field) {
-  return field.products.segment<3>(3 * field.slots[i]) + field.carried * field.moved_by_p.col(i) +
-         field.fed * field.moved_by_defect.col(i) +
+  return field.products.segment<3>(3 * field.slots[i]) + field.shares.carried * field.moved_by_p.col(i) +
+         field.shares.fed * field.moved_by_defect.col(i) +
          system.field->motion(position_of(system, field.now.held[i]), field.shift);
 }
 
@@ -201,12 +176,7 @@ void begin_field(const TissueSystem& system, const TissueState& state, TissueScr
   if (std::ranges::find(field.windows, field.now.window) == field.windows.end()) field.foreign = field.now.window;
   field.crossed = false;
   list_held(scratch);
-  if (field.now.tick == system.field->window) {
-    forget_numbers(field);
-    cross(system, state, scratch);
-    list_held(scratch);
-  }
-  if (field.read != field.now.window) scratch.rotations = field.now.window->rotations;
+  if (field.now.tick == system.field->window) cross(system, state, scratch);
   read_window(scratch);
   field.moved.leftCols(count_of(field.now)).setZero();
 }
@@ -218,12 +188,12 @@ void move_field_freely(const TissueSystem& system, const TissueState& state, Tis
   const FieldWindow& window = *now.window;
   if (scratch.iteration == 0) {
     if (state.moved) scratch.balance = {state.support - system.weight, system.weight, state.inertia};
-    field.task.advance(system, now.window, field.crossed ? scratch.element_rotations : state.rotations, now.tick);
-    field.carried = now.ticks == 0 ? 1 : model.rho * now.carried;
-    field.fed = model.rho * now.fed + 1.0 / model.window;
+    field.worker.advance(now.window, field.crossed ? scratch.element_rotations : state.rotations, now.tick);
+    field.shares = now.shares;
+    field.shares.advance(model.rho, model.window, now.ticks == 0);
     VectorX &changed = field.modes, &of_held = field.of_held;
-    changed = (field.carried - model.rho * now.carried) * window.modes +
-              (field.fed - model.rho * now.fed) * window.modes_defect;
+    changed = (field.shares.carried - model.rho * now.shares.carried) * window.modes +
+              (field.shares.fed - model.rho * now.shares.fed) * window.modes_defect;
     of_held.setZero();
     field.products.setZero();
     for (int i = 0; i < count_of(now); ++i) {
@@ -237,8 +207,9 @@ void move_field_freely(const TissueSystem& system, const TissueState& state, Tis
     }
     field.d_free = model.theta1.cwiseProduct((now.d - now.d_before) / (model.h * model.h) + model.c1 * now.d +
                                              (model.c2 - 1) * model.modes.omega2.cwiseProduct(now.d) + changed);
-    field.shift = field.d_free - model.theta1.cwiseProduct(of_held) -
-                  model.theta0.cwiseProduct(field.carried * window.modes + field.fed * window.modes_defect);
+    field.shift =
+        field.d_free - model.theta1.cwiseProduct(of_held) -
+        model.theta0.cwiseProduct(field.shares.carried * window.modes + field.shares.fed * window.modes_defect);
     for (int i = 0; i < count_of(now); ++i) field.free_motion.col(i) = free_motion(system, i, field);
   }
   for (int i = 0; i < count_of(now); ++i)
@@ -264,8 +235,8 @@ bool hold_node(const TissueSystem& system, int free, TissueScratch& scratch) {
   field.read_of.push_back(free);
   read_window(corridor, i, field);
   // Where it has come to: the window before, then the ticks of this one.
-  Vector3 way = corridor.free_displacement(slot, window.y_moved) + now.carried_sum * field.moved_by_p.col(i) +
-                now.fed_sum * field.moved_by_defect.col(i);
+  Vector3 way = corridor.free_displacement(slot, window.y_moved) + now.shares.carried_sum * field.moved_by_p.col(i) +
+                now.shares.fed_sum * field.moved_by_defect.col(i);
   field.of_held.setZero();
   const auto gram = [&](int other) { return corridor.gram().block<3, 3>(3 * slot, 3 * field.slots[other]); };
   Vector3 product = Vector3::Zero();
@@ -321,13 +292,12 @@ void commit_field(const TissueSystem& system, TissueScratch& scratch, TissueStat
   FieldState& now = field.now;
   const FieldWindow& window = *now.window;
   if (field.crossed) {
-    const FieldWindow& last = *state.field->window;
-    state.v = (window.x - last.x) / (model.window * model.h);
+    std::swap(state.v, field.v);
     state.x = scratch.x;
     std::swap(state.rotations.batches, scratch.element_rotations.batches);
   }
   VectorX &modes = field.modes, &by_rows = field.of_held;
-  modes = field.carried * window.modes + field.fed * window.modes_defect;
+  modes = field.shares.carried * window.modes + field.shares.fed * window.modes_defect;
   by_rows.setZero();
   Vector3 on_tissue = scratch.lambda_on_fixed;
   for (int i = 0; i < count_of(now); ++i) {
@@ -346,10 +316,7 @@ void commit_field(const TissueSystem& system, TissueScratch& scratch, TissueStat
   now.d_before = now.d;
   now.d = field.d_free + model.theta1.cwiseProduct(by_rows);
   now.modes_moved += now.d - model.theta0.cwiseProduct(modes);
-  now.carried = field.carried;
-  now.fed = field.fed;
-  now.carried_sum += now.carried;
-  now.fed_sum += now.fed;
+  now.shares = field.shares;
   ++now.tick;
   ++now.ticks;
   state.support = -on_tissue;

@@ -76,7 +76,7 @@ void evaluate_damping(const TissueSystem& system, const TissueState& state, Tiss
 
 // Of the factor, that a tick goes through, or what costs as much.
 double entries_of_tick(const TissueSystem& system, const TissueScratch& scratch) {
-  return system.field ? scratch.field->task.cost() / system.field->window
+  return system.field ? scratch.field->worker.task().cost() / system.field->window
                       : 2.0 * static_cast<double>(scratch.factor(system).factor_entries());
 }
 

@@ -5,10 +5,23 @@
 
 namespace acus {
 
+namespace {
+
+auto copies_of(const FieldWindow& window) {
+  decltype(FieldScratch::windows) copies;
+  for (auto& copy : copies) copy = std::make_shared<FieldWindow>(window);
+  return copies;
+}
+
+}  // namespace
+
 FieldScratch::FieldScratch(const TissueSystem& system, int room)
-    : now(make_field_state(system, room)), task(system), held_of(system.position.size(), -1) {
-  for (auto& window : windows) window = std::make_shared<FieldWindow>(*now.window);
+    : now(make_field_state(system, room)),
+      windows(copies_of(*now.window)),
+      worker(system, windows.back()),
+      held_of(system.position.size(), -1) {
   now.window = windows.front();
+  v.setZero(3, system.model.nodes());
   for (std::vector<int>* list : {&slots, &read_of}) list->reserve(static_cast<std::size_t>(room));
   held_in.assign(static_cast<std::size_t>(room), -1);
   for (Matrix3X* list : {&moved_by_p, &moved_by_defect, &p_free, &free_motion, &moved, &step, &force})

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "server/engine/models/field_task.h"
+#include "server/engine/models/field_worker.h"
 #include "server/engine/models/tissue_rows.h"
 #include "server/engine/models/tissue_system.h"
 
@@ -27,10 +27,12 @@ struct TissueBalance {
 struct FieldScratch {
   FieldScratch(const TissueSystem& system, int room);
 
-  FieldState now;  // the state, as this tick makes it
-  FieldTask task;
+  FieldState now;                                       // the state, as this tick makes it
   bool crossed = false;                                 // a window has begun in this tick
-  std::array<std::shared_ptr<FieldWindow>, 3> windows;  // memory
+  Matrix3X v;                                           // then, of the field
+  // Memory: of the state's window, the next one, the one after, and two of states that somebody keeps.
+  std::array<std::shared_ptr<FieldWindow>, 5> windows;
+  FieldWorker worker;
   std::shared_ptr<const FieldWindow> foreign;           // the state's that is none of these: not to be freed in a tick
   std::vector<int> held_of;                             // per free node, -1: it is not held
   std::vector<int> slots;                               // per held node, in the corridor
@@ -49,7 +51,7 @@ struct FieldScratch {
   VectorX d_free;               // modes: d without the rows' forces
   VectorX shift;                // what they move by besides G p_free
   VectorX modes, of_held;       // room
-  double carried = 0, fed = 0;  // FieldState's, at the end of the tick
+  FieldShares shares;           // FieldState's, at the end of the tick
 };
 
 struct TissueScratch {
@@ -71,7 +73,7 @@ struct TissueScratch {
   Matrix3X elastic;                    // dPsi/dx at x_k
   ElementRotations element_rotations;  // there
   ElementRotations start_rotations;    // of the tick, from its second iteration on
-  Matrix4X rotations;                  // turned: of the nodes, made smooth
+  Matrix4X rotations;                  // turned: of the nodes, made smooth; a deferred field has those of its window
   Matrix4X rotation_sums;              // for smoothing
   VectorX y;                           // in the factor's order
   bool inverted = false;               // an element was, at any linearisation of the tick
@@ -98,7 +100,9 @@ struct TissueScratch {
 
 // ---- Between the world and the factor's frame (turned: the rest frame of each node) and order ----
 
-inline Quaternion node_rotation(const TissueScratch& scratch, int node) { return rotation_of(scratch.rotations, node); }
+inline Quaternion node_rotation(const TissueScratch& scratch, int node) {
+  return rotation_of(scratch.field ? scratch.field->now.window->rotations : scratch.rotations, node);
+}
 inline Vector3 to_factor(const TissueSystem& system, const TissueScratch& scratch, int node, const Vector3& world) {
   return system.matrix == TissueMatrix::turned ? Vector3(node_rotation(scratch, node).conjugate() * world) : world;
 }

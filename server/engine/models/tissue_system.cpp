@@ -112,9 +112,10 @@ void sum_damping_beside_supports(TissueSystem& system, const ElementRotations& u
 // alpha of the whole: per region it is the defect's.
 double mean_mass_damping(const TissueModel& model) { return model.mass_damping.sum() / model.mass.sum(); }
 
-DeferredField begin_deferred_field(const TissueSystem& system, int window) {
+DeferredField begin_deferred_field(const TissueSystem& system, int window, bool threaded) {
   DeferredField field;
   field.window = window;
+  field.threaded = threaded;
   field.h = system.h;
   field.beta = system.largest_damping;
   field.alpha = mean_mass_damping(system.model);
@@ -143,7 +144,7 @@ void finish_deferred_field(const TissueSystem& system, DeferredField& field) {
 
 }  // namespace
 
-TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMatrix kind, int window)
+TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMatrix kind, int window, bool threaded)
     : model(tissue), h(time_step), matrix(kind), damped(has_stiffness_damping(tissue)), assembler(tissue) {
   large_step = kLargeStep * mean_element_size(*model.mesh);
   for (const double beta : model.rayleigh_stiffness) largest_damping = std::max(largest_damping, beta);
@@ -152,7 +153,7 @@ TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMa
   if (matrix == TissueMatrix::turned) rotation_grid = make_rotation_grid(*model.mesh);
   if (empty()) return;
   const ElementRotations upright(model);
-  if (window > 0) field = begin_deferred_field(*this, window);
+  if (window > 0) field = begin_deferred_field(*this, window, threaded);
   factorize_rest(*this, upright);
   for (int f = 0; f < static_cast<int>(model.free_nodes.size()); ++f) position.push_back(factor.position(3 * f));
   if (field) {

@@ -40,8 +40,9 @@ struct TissueSystem {
   // no tissue: nothing is computed.
   //
   // `window` > 0: the tissue has a deferred field of so many ticks (deferred_field.h), which takes matrix `turned`,
-  // linear elements, supports and damping of the stiffness. Its factor is that of c2 K0.
-  TissueSystem(const TissueModel& model, double h, TissueMatrix matrix, int window = 0);
+  // linear elements, supports and damping of the stiffness. Its factor is that of c2 K0. `threaded`: the work of
+  // windows has a thread of its own (field_worker.h).
+  TissueSystem(const TissueModel& model, double h, TissueMatrix matrix, int window = 0, bool threaded = false);
   TissueSystem(const TissueSystem&) = delete;
   TissueSystem& operator=(const TissueSystem&) = delete;
 

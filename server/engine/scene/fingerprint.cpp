@@ -52,16 +52,20 @@ class SceneHasher {
   template <class Tuple, class Struct>
   void add_fields(const Tuple& fields, const Struct& value) {
     for_each_entry(fields, [&]<class Entry>(const Entry& entry) {
+      if (changes_no_tick<Struct>(entry.name)) return;
       add(entry.name);
-      if constexpr (is_choice<Entry>) {
+      if constexpr (is_choice<Entry>)
         add_fields(entry.alternatives, value);
-      } else if constexpr (std::is_same_v<Struct, Scene>) {
-        const std::string_view name = entry.name;
-        if (name != "name" && name != "publish" && name != "clients") add(value.*(entry.member));
-      } else {
+      else
         add(value.*(entry.member));
-      }
     });
+  }
+
+  template <class Struct>
+  static bool changes_no_tick(std::string_view name) {
+    if constexpr (std::is_same_v<Struct, Scene>) return name == "name" || name == "publish" || name == "clients";
+    if constexpr (std::is_same_v<Struct, Tissue>) return name == "window_thread";
+    return false;
   }
 
   Hasher hasher_;

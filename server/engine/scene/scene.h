@@ -135,7 +135,8 @@ struct Tissue {
   TissueRung rung = TissueRung::warped;
   TissueElement element = TissueElement::linear;
   LocalCompliance local_compliance = LocalCompliance::all;
-  int window = 0;  // ticks of the deferred field, 0: every tick moves the whole tissue
+  int window = 0;              // ticks of the deferred field, 0: every tick moves the whole tissue
+  bool window_thread = false;  // it is worked on by a thread of its own
   BoxMesh box;
   std::optional<GmshMesh> gmsh;  // instead of the box
   Pose pose;                     // mesh frame in the world

@@ -72,6 +72,8 @@ class Checker {
       if (value) check_value(*value, path, range);
     } else if constexpr (is_list<Value>) {
       check_entries(value, path, range);
+    } else if constexpr (std::is_same_v<Value, bool>) {
+      return;
     } else if constexpr (std::is_arithmetic_v<Value>) {
       check_number(static_cast<double>(value), path, range, std::is_integral_v<Value>);
     } else if constexpr (!std::is_enum_v<Value>) {
@@ -200,6 +202,9 @@ class Checker {
     check_distinct(tissue.regions, child_path(path, "regions"), names, "region");
     check_interfaces(tissue.interfaces, names, child_path(path, "interfaces"));
     if (tissue.window > 0) check_window(tissue, child_path(path, "window"));
+    if (tissue.window_thread && tissue.window == 0)
+      fail(child_path(path, "window_thread"),
+           "expected false without a window, found true; set window to 16 ms in ticks");
   }
 
   // What the deferred field cannot do, or not stably: near nu = 0.5 its defect would grow from window to window.

@@ -212,6 +212,10 @@ struct FieldsOf<Tissue> {
             "ticks k of the deferred field: the nodes that needles touch move at every tick, all others once in k "
             "ticks, for "
             "a share of the work; 0: all move at every tick; about 16 ms are good. Rung warped, element linear"},
+      Field{"window_thread", &Tissue::window_thread, "", any(),
+            "whether a thread of its own, on another processor, does the work of windows; forces and tissue are the "
+            "same to "
+            "the bit. A window of so many ticks that the thread is done in time"},
       choice("mesh", "the tetrahedra, from one of two sources",
              Field{"box", &Tissue::box, "", any(), "a box that is cut into tetrahedra"},
              Field{"gmsh", &Tissue::gmsh, "", any(), "a mesh file"}),

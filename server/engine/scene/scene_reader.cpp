@@ -148,6 +148,8 @@ class Reader {
       read_optional(node, path, *value, range);
     } else if constexpr (is_list<Value>) {
       read_entries(node, path, value, range);
+    } else if constexpr (std::is_same_v<Value, bool>) {
+      read_bool(node, path, value);
     } else if constexpr (std::is_arithmetic_v<Value>) {
       read_number(node, path, value, range);
     } else if constexpr (std::is_enum_v<Value>) {
@@ -193,6 +195,12 @@ class Reader {
                      bounds + ", " + describe_found(node));
     }
     value = static_cast<Number>(*number);
+  }
+
+  void read_bool(const YAML::Node& node, const std::string& path, bool& value) {
+    const std::string text = node.IsScalar() && node.Tag() != "!" ? node.Scalar() : "";
+    if (text != "true" && text != "false") fail(path, "expected true or false, " + describe_found(node));
+    value = text == "true";
   }
 
   template <class Enum>

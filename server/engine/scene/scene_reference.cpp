@@ -35,6 +35,8 @@ template <class Value>
 Json leaf_json(const Value& value) {
   if constexpr (std::is_enum_v<Value>) {
     return acus::name_of(value);
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    return value;
   } else if constexpr (std::is_arithmetic_v<Value>) {
     return json_value(static_cast<double>(value));
   } else {
@@ -45,7 +47,9 @@ Json leaf_json(const Value& value) {
 // A leaf's value as a table shows it: in YAML.
 template <class Value>
 std::string value_text(const Value& value) {
-  if constexpr (std::is_arithmetic_v<Value>) {
+  if constexpr (std::is_same_v<Value, bool>) {
+    return value ? "true" : "false";
+  } else if constexpr (std::is_arithmetic_v<Value>) {
     return format_number(static_cast<double>(value));
   } else if constexpr (std::is_enum_v<Value>) {
     return acus::name_of(value);
@@ -103,6 +107,8 @@ template <class Value>
 Json leaf_schema(const Range& range) {
   if constexpr (std::is_same_v<Value, std::string>) {
     return text_schema(range);
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    return {{"type", "boolean"}};
   } else if constexpr (std::is_arithmetic_v<Value>) {
     return number_schema(range, std::is_integral_v<Value>);
   } else if constexpr (std::is_same_v<Value, Quaternion>) {
@@ -219,7 +225,9 @@ constexpr bool is_bounded_number<std::optional<Value>> = is_bounded_number<Value
 
 template <class Value>
 std::string range_cell(const Range& range) {
-  if constexpr (is_bounded_number<Value>) {
+  if constexpr (std::is_same_v<Value, bool>) {
+    return "true, false";
+  } else if constexpr (is_bounded_number<Value>) {
     return describe(range);
   } else if constexpr (std::is_same_v<Value, Quaternion>) {
     return "length 1 within " + format_number(kUnitTolerance);

@@ -138,8 +138,9 @@ Model::Model(const Scene& s, const Progress& progress, std::optional<Tetrahedral
                        })),
       surface(announced(progress, "surfaces", [&] { return Surface(mesh); })),
       borders(s.tissue, mesh, regions),
-      tissue_system(announced(progress, "factor",
-                              [&] { return TissueSystem(tissue, h, matrix_of(s.tissue.rung), s.tissue.window); })),
+      tissue_system(announced(
+          progress, "factor",
+          [&] { return TissueSystem(tissue, h, matrix_of(s.tissue.rung), s.tissue.window, s.tissue.window_thread); })),
       needles(announced(progress, "needles", [&] { return needles_of(s); })),
       needle_limits(limits_of(s.needles)),
       guide_limits(limits_of(s.guides)),

@@ -80,6 +80,7 @@ void check_held(const Model& model, const Bounded<HeldNode>& held, const std::st
 
 void check_field(const Model& model, const FieldState& field) {
   require(0 <= field.tick && field.tick <= model.scene.tissue.window, "the tick of a window");
+  require(field.window->begun + static_cast<std::uint64_t>(field.tick) == field.ticks, "the ticks before a window");
   require(field.window->grown >= 0 && field.window->share > 0 && field.window->share <= 1, "the share of a defect");
   require(field.held.capacity() == field.window->held.capacity(), "the room for held nodes");
   check_held(model, field.held, "a held node");

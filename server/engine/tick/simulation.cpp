@@ -91,13 +91,18 @@ Costs Simulation::costs() const {
               .max_rows = model_.max_rows,
               .max_tick_steps = model_.max_tick_steps()};
   if (const auto& field = model_.tissue_system.field) {
-    const FieldTask& task = scratch_->tissue.field->task;
+    const FieldTask& task = scratch_->tissue.field->worker.task();
     costs.window = field->window;
     costs.modes = static_cast<int>(field->modes.count());
     costs.slice = task.cost() / field->window;
     costs.largest_slice = task.largest_slice(field->window);
   }
   return costs;
+}
+
+double Simulation::window_seconds() const {
+  const auto& field = scratch_->tissue.field;
+  return field ? field->worker.thread_seconds() : 0;
 }
 
 double Simulation::potential_energy() const {

@@ -78,6 +78,8 @@ class Simulation {
   std::span<const int> regions() const { return model_.regions; }             // region of each tetrahedron
   int needle_node_count(int needle) const { return model_.needles[needle].nodes(); }
   Costs costs() const;
+  // Processor time that the thread of tissue.window_thread took for its last window (s); 0: there was none.
+  double window_seconds() const;
 
   const State& state() const { return state_; }
   // Goes on from a state of the same scene. Commands that wait are dropped; the report is as after a reset, at the state's
