@@ -5,6 +5,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <mutex>
 
@@ -87,6 +88,21 @@ void check_scene(const ScannedScene& watched) {
     CHECK(counts->allocations == 0);
     CHECK(counts->locks == 0);
   });
+}
+
+TEST_CASE("no tick of a deferred field allocates while states of two earlier windows are kept") {
+  Simulation simulation(load_watched(kWatchedScenes[0], kWatchedWays.back()));
+  REQUIRE(simulation.scene().tissue.window > 0);
+  std::array<State, 2> kept{simulation.state(), simulation.state()};
+  int ticks = 0, allocations = 0;
+  to_and_fro(simulation, 0.02, [&] {
+    const AllocationCount allocation_count;
+    simulation.step();
+    allocations += allocation_count.value();
+    if (++ticks % 20 == 0) kept[static_cast<std::size_t>(ticks / 20 % 2)] = simulation.state();
+  });
+  CHECK(ticks > 150);
+  CHECK(allocations == 0);
 }
 
 TEST_CASE("no tick allocates, locks or calls the kernel: puncture, cutting, friction, withdrawal" *

@@ -12,10 +12,10 @@ namespace {
 constexpr double kStepShare = 1.0 / 512;  // of all work, which a step is not to be longer than if it can be cut
 // Entries of a factor in half precision that forward goes through in the same time.
 constexpr double kBackwardEntry = 1.4;
-constexpr double kBatch = 1700;     // elastic forces of eight elements
+constexpr double kBatch = 1900;     // elastic forces of eight elements
 constexpr double kTurnBatch = 700;  // what they give to the rotations of nodes
-constexpr double kSmoothNode = 180;
-constexpr double kPrepareNode = 150;  // the tick in which it begins makes up the window, too
+constexpr double kNormalizeNode = 20, kGatherNode = 80, kSmoothNode = 80;
+constexpr double kPrepareNode = 50;
 constexpr double kCarryNode = 50, kFeedNode = 60;
 constexpr double kPlaceNode = 580, kDefectNode = 580, kProjectNode = 120;
 
@@ -61,7 +61,9 @@ void FieldTask::plan(const TissueSystem& system) {
     each(Work::place, nodes, kPlaceNode);
     each(Work::elements, batches, kBatch);
     each(Work::turn, batches, kTurnBatch);
-    each(Work::smooth, 1, kSmoothNode * nodes);
+    each(Work::normalize, 1, kNormalizeNode * nodes);
+    each(Work::gather, system.model.nodes(), kGatherNode);
+    each(Work::smooth, system.model.nodes(), kSmoothNode);
     each(Work::defect, nodes, kDefectNode);
     each(Work::feed, nodes, kFeedNode);
     each(Work::project, nodes, kProjectNode);
@@ -141,9 +143,15 @@ void FieldTask::run(const TissueSystem& system, const FieldWindow& window, const
         one_sign_ = have_one_sign(system.model, result_.element_rotations);
       }
       return add_node_rotations(system.model, first, last, result_.element_rotations, one_sign_, next.rotations);
-    case Work::smooth:
+    case Work::normalize:
       normalize_rotations(next.rotations);
-      return smooth_rotations(system.rotation_grid, next.rotations, sums_);
+      one_sign_ = have_one_sign(next.rotations);
+      return void(sums_.setZero());
+    case Work::gather:
+      return add_to_grid(system.rotation_grid, next.rotations, one_sign_, first, last, sums_);
+    case Work::smooth:
+      if (first == 0) normalize_grid(sums_);
+      return take_from_grid(system.rotation_grid, sums_, one_sign_, first, last, next.rotations);
     case Work::defect:
       return find_defect(system, window, first, last);
     case Work::feed:

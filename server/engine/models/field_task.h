@@ -44,7 +44,21 @@ class FieldTask {
   Result& take();
 
  private:
-  enum class Work { prepare, carry, backward, place, elements, turn, smooth, defect, feed, project, forward };
+  enum class Work {
+    prepare,
+    carry,
+    backward,
+    place,
+    elements,
+    turn,
+    normalize,
+    gather,
+    smooth,
+    defect,
+    feed,
+    project,
+    forward
+  };
   struct Step {
     Work work;
     int first, last;  // parts (backward: from the last), nodes in the factor's order, or batches
@@ -76,7 +90,7 @@ class FieldTask {
   std::vector<int> held_;     // in that order, their numbers in the window's list, or -1
   MatrixX panel_rows_;
   ElementScratch elements_;
-  bool one_sign_ = false;  // of the elements' rotations
+  bool one_sign_ = false;  // of the elements' rotations, then the nodes'
   Matrix4X sums_;
 };
 

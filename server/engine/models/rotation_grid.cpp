@@ -71,15 +71,30 @@ RotationGrid make_rotation_grid(const TetrahedralMesh& mesh) {
 void smooth_rotations(const RotationGrid& grid, Matrix4X& q, Matrix4X& sums) {
   assert(q.cols() == static_cast<Eigen::Index>(grid.nodes.size()) && sums.cols() == grid.points);
   if (grid.nodes.empty()) return;
-  const bool aligned = q.row(0).minCoeff() > kOneSign;
+  const bool aligned = have_one_sign(q);
+  const int nodes = static_cast<int>(grid.nodes.size());
   sums.setZero();
-  for (Eigen::Index i = 0; i < q.cols(); ++i) {
+  add_to_grid(grid, q, aligned, 0, nodes, sums);
+  normalize_grid(sums);
+  take_from_grid(grid, sums, aligned, 0, nodes, q);
+}
+
+bool have_one_sign(const Matrix4X& q) { return q.row(0).minCoeff() > kOneSign; }
+
+void add_to_grid(const RotationGrid& grid, const Matrix4X& q, bool aligned, int first, int last, Matrix4X& sums) {
+  for (int i = first; i < last; ++i) {
     const RotationGrid::Node& node = grid.nodes[static_cast<std::size_t>(i)];
     for (std::size_t k = 0; k < 8; ++k)
       add_aligned(q.col(i), node.weights[k] * node.volume, aligned, sums.col(node.points[k]));
   }
+}
+
+void normalize_grid(Matrix4X& sums) {
   for (Eigen::Index g = 0; g < sums.cols(); ++g) sums.col(g).stableNormalize();
-  for (Eigen::Index i = 0; i < q.cols(); ++i) {
+}
+
+void take_from_grid(const RotationGrid& grid, const Matrix4X& sums, bool aligned, int first, int last, Matrix4X& q) {
+  for (int i = first; i < last; ++i) {
     const RotationGrid::Node& node = grid.nodes[static_cast<std::size_t>(i)];
     Eigen::Vector4d mean = Eigen::Vector4d::Zero();
     for (std::size_t k = 0; k < 8; ++k) add_aligned(sums.col(node.points[k]), node.weights[k], aligned, mean);

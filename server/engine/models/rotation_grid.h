@@ -39,4 +39,11 @@ RotationGrid make_rotation_grid(const TetrahedralMesh& mesh);
 // around a node cancel, its own stays.
 void smooth_rotations(const RotationGrid& grid, Matrix4X& q, Matrix4X& sums);
 
+// The same in parts: `sums` begin with zeros, nodes `first` to `last` - 1 add their rotations, and, once the sums are
+// normalised, take theirs. `aligned`: all have one sign.
+bool have_one_sign(const Matrix4X& q);
+void add_to_grid(const RotationGrid& grid, const Matrix4X& q, bool aligned, int first, int last, Matrix4X& sums);
+void normalize_grid(Matrix4X& sums);
+void take_from_grid(const RotationGrid& grid, const Matrix4X& sums, bool aligned, int first, int last, Matrix4X& q);
+
 }  // namespace acus
