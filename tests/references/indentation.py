@@ -14,14 +14,10 @@ Usage: indentation.py [DIAMETER_IN_MM DEPTH_IN_MM [ELEMENTS_PER_RADIUS]]      de
 """
 
 import math
-import os
-import shutil
-import subprocess
 import sys
-import tempfile
 import unittest
 
-from needle_in_block import graded
+from calculix import answer_options, graded, solve_deck
 
 SIZE = 60.0          # mm
 E, NU = 10e-3, 0.45  # N/mm²
@@ -30,7 +26,6 @@ FINEST = 10          # elements per radius
 NEAR, UNDER = 3, 2   # radii, out and down, in elements of that length
 BEYOND = 24          # elements from there to the border
 STEPS = 50
-FIGURES = {(1, 1.04): 0.01103, (1, 2): 0.02088, (2, 1.04): 0.02292, (2, 2): 0.04271}  # N, by diameter and depth (mm)
 TESTED = (2, 1, 6), 0.02272  # arguments, N
 
 
@@ -90,10 +85,10 @@ def deck(a, depth, finest):
          "*NODE PRINT,NSET=NEEDLE,TOTALS=ONLY", "RF", "*END STEP", ""])
 
 
-def read_totals(file, depth):
-    """(depth, force) of every increment. CalculiX turns the plane by two degrees; the force is of all 360."""
+def read_totals(lines, depth):
+    """(depth, force) of every increment, of the words of each line. CalculiX turns the plane by two degrees; the force is of all 360."""
     time, found = None, []
-    for words in map(str.split, file):
+    for words in lines:
         if "time" in words:
             time = float(words[-1])
         elif time is not None and len(words) == 3:
@@ -104,14 +99,8 @@ def read_totals(file, depth):
 
 def solve(diameter, depth, finest=FINEST):
     """(depth in mm, force in N) up to the depth."""
-    with tempfile.TemporaryDirectory() as folder:
-        with open(os.path.join(folder, "dent.inp"), "w", encoding="ascii") as file:
-            file.write(deck(diameter / 2, depth, finest))
-        run = subprocess.run(["ccx", "dent"], cwd=folder, capture_output=True, text=True, timeout=1800, check=False)
-        if "Job finished" not in run.stdout:
-            raise RuntimeError(f"ccx failed: {run.stdout[-1000:]}")
-        with open(os.path.join(folder, "dent.dat"), encoding="ascii") as file:
-            return read_totals(file, depth)
+    lines = solve_deck(lambda file: file.write(deck(diameter / 2, depth, finest)), timeout=1800)
+    return read_totals(lines, depth)
 
 
 class Indentation(unittest.TestCase):
@@ -122,13 +111,7 @@ class Indentation(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    if "--test" in sys.argv:
-        if shutil.which("ccx") is None:
-            print("SKIPPED: CalculiX is missing (Debian: calculix-ccx)")
-            sys.exit(0)
-        unittest.main(argv=sys.argv[:1])
-    if any(word in sys.argv for word in ("-h", "--help")):
-        sys.exit(__doc__)
+    answer_options(__doc__)
     arguments = [float(word) for word in sys.argv[1:]]
     for case in [arguments] if arguments else [[1, 2], [2, 2]]:
         curve = solve(*case[:2], *map(int, case[2:]))

@@ -12,12 +12,10 @@ Usage: needle_in_block.py [DEPTH_IN_MM...]      default 20 40 70
 """
 
 import math
-import os
-import shutil
-import subprocess
 import sys
-import tempfile
 import unittest
+
+from calculix import answer_options, graded, solve_deck
 
 WIDTH, HEIGHT, RADIUS = 100.0, 100.0, 0.5  # mm
 E, NU = 10e-3, 0.45                        # N/mm²
@@ -25,16 +23,6 @@ ASIDE = 0.1                                # mm
 FINEST = 0.25                              # mm, of an element at the tip
 FIGURES = {20: 203.4, 40: 385.4, 70: 675.1}  # N/m, with RINGS x SECTORS; 24 x 12: 203.0, 384.4, 673.2
 RINGS, SECTORS, BESIDE, BELOW = 16, 8, 16, 14  # elements: outwards, around half, along the needle, below it
-
-
-def graded(first, length, count):
-    """count + 1 places from 0 to length, the first step `first`, each longer than the one before by one ratio."""
-    low, high = 1.0 + 1e-9, 10.0
-    for _ in range(200):
-        ratio = (low + high) / 2
-        low, high = (ratio, high) if first * (ratio**count - 1) / (ratio - 1) < length else (low, ratio)
-    places = [first * (ratio**i - 1) / (ratio - 1) for i in range(count + 1)]
-    return [place * length / places[-1] for place in places]
 
 
 def with_middles(places):
@@ -113,14 +101,7 @@ def write(mesh, file):
 def solve(depth):
     """Force over way (N/m), and the share of it on the last 2 mm."""
     mesh = Mesh(depth)
-    with tempfile.TemporaryDirectory() as folder:
-        with open(os.path.join(folder, "block.inp"), "w", encoding="ascii") as file:
-            write(mesh, file)
-        run = subprocess.run(["ccx", "block"], cwd=folder, capture_output=True, text=True, timeout=600, check=False)
-        if "Job finished" not in run.stdout:
-            raise RuntimeError(f"ccx failed: {run.stdout[-1000:]}")
-        with open(os.path.join(folder, "block.dat"), encoding="ascii") as file:
-            rows = [row.split() for row in file]
+    rows = solve_deck(lambda file: write(mesh, file), timeout=600)
     forces = {int(row[0]): float(row[1]) for row in rows if len(row) == 4 and row[0].isdigit()}
     whole = sum(forces.values())
     last = sum(force for n, force in forces.items() if mesh.places[n - 1][2] <= -depth + 2)
@@ -135,13 +116,7 @@ class NeedleInBlock(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    if "--test" in sys.argv:
-        if shutil.which("ccx") is None:
-            print("SKIPPED: CalculiX is missing (Debian: calculix-ccx)")
-            sys.exit(0)
-        unittest.main(argv=sys.argv[:1])
-    if any(word in sys.argv for word in ("-h", "--help")):
-        sys.exit(__doc__)
+    answer_options(__doc__)
     for text in sys.argv[1:] or ("20", "40", "70"):
         result = solve(float(text))
         print(f"{text} mm deep: {result[0]:.1f} N/m, {100 * result[1]:.1f} % of it on the last 2 mm", flush=True)
