@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "server/engine/models/local_compliance.h"
+#include "server/engine/models/dimple.h"
 #include "server/engine/models/needle.h"
 #include "server/engine/models/surface.h"
 #include "server/engine/scene/scene_fields.h"
@@ -17,8 +17,8 @@ namespace {
 // A contact acts on 21 points (contact_patch.h). Where they are further apart than nodes, each is a point force, and
 // turns elements of size a inside out from about E a² on.
 constexpr double kBearable = 10;  // -, of E a²
-// A contact that is wider than this share of the tissue's least extent presses all of it.
-constexpr double kWidest = 0.5;
+// A dimple that is wider than this share of the tissue's least extent presses all of it.
+constexpr double kWidest = 1.0 / 3;
 // Organs are larger, and patients smaller.
 constexpr double kLeastTissue = 2e-3, kLargestTissue = 2;  // m
 // The softest needles, of silicone, have some 1e6; metals 1e11.
@@ -85,7 +85,7 @@ void warn_of_crushing(const Simulation& simulation, Warnings& found) {
                                 " N for elements of a = " + millimetres(sizes[i]) +
                                 ": the tip may press them flat and puncture earlier; take elements of at least " +
                                 millimetres(std::sqrt(f / (kBearable * E))) + ", or a smaller f_p"});
-    const double width = 2 * contact_radius(material, diameter, f);
+    const double width = 2 * dimple_radius(material, regions[i].interaction.deep_indentation, diameter, f);
     if (width > kWidest * extent)
       found.push_back(
           {regions[i].name, "f_p of " + five_digits(f) + " N presses a dimple of " + millimetres(width) +

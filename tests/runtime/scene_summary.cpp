@@ -86,11 +86,11 @@ TEST_CASE("a puncture force whose dimple is as wide as the tissue is thick is wa
   region.material.young_modulus = 10e3;
   region.material.poisson_ratio = 0.45;
   scene.needles[0].base = {{0, 0, 1}, Quaternion::FromTwoVectors(Vector3::UnitX(), -Vector3::UnitZ())};
-  region.interaction.puncture_force = 0.27;  // the contact is 9.8 mm across
+  region.interaction.puncture_force = 0.27;  // the dimple is 6.5 mm across
   CHECK(summarise(Simulation(scene)).find("warnings") == std::string::npos);
   region.interaction.puncture_force = 0.29;
   const std::string text = summarise(Simulation(scene));
-  CHECK(text.find("presses a dimple of 10.2") != std::string::npos);
+  CHECK(text.find("presses a dimple of 6.7") != std::string::npos);
   CHECK(text.find("mm across into tissue that is 20 mm thick") != std::string::npos);
 }
 
@@ -105,8 +105,8 @@ TEST_CASE("the check says what a scene contains") {
   CHECK(line_of(text, "  solutions") ==
         "solutions 20 in one tick, at most, of up to 1000 steps of the laws; a tick that stops there is flagged");
   CHECK(line_of(text, "  deep   24") == "deep 24 500 12000 0.2 1000 0, 0.01");
-  CHECK(line_of(text, "  deep  1 ") == "deep 1 0.5 10000 (estimated) 0.8 0.6 3 estimated 1");
-  CHECK(line_of(text, "  skin  .inf") == "skin .inf 0.75 0 0.8 0.6 0 .inf 1");
+  CHECK(line_of(text, "  deep  1 ") == "deep 1 2.1 0.5 10000 (estimated) 0.8 0.6 3 estimated 1");
+  CHECK(line_of(text, "  skin  .inf") == "skin .inf 2.1 0.75 0 0.8 0.6 0 .inf 1");
 }
 
 TEST_CASE("the check says which borders hold the tip") {

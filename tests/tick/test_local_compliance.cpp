@@ -61,29 +61,9 @@ TEST_CASE("ahead of the tip: the give between two element sizes is that of a poi
   CHECK(part(4e-3) == doctest::Approx(2 * part(8e-3)).epsilon(1e-9).scale(0));
 }
 
-// The mean displacement of a half-space under an even load on a disc (m/N).
-double even_load(double radius) {
-  return 16 * (1 - 0.45 * 0.45) / (3 * std::numbers::pi * std::numbers::pi * 20e3 * radius);
-}
-
-TEST_CASE("on a surface: all of an even load on the dimple, without what the mesh bears of a wider one") {
-  const double small = 1e-9;  // N: the needle's radius counts
-  const double spread = contact_radius(gel(), kDiameter, small), all = even_load(kDiameter / 2);
-  CHECK(surface_compliance(gel(), kInfinity, kDiameter, small) == doctest::Approx(all).epsilon(1e-9).scale(0));
-  CHECK(surface_compliance(gel(), 1e-9, kDiameter, small) ==
-        doctest::Approx(all - even_load(spread)).epsilon(1e-9).scale(0));
-  const auto part = [&](double edge) { return all - surface_compliance(gel(), edge, kDiameter, small); };
-  CHECK(part(0.4) == doctest::Approx(2 * part(0.8)).epsilon(1e-5).scale(0));
-}
-
-TEST_CASE("however large the force, the dimple is as deep as it is wide, and stays below the element's size inside") {
+TEST_CASE("however large the force, the give ahead of a tip stays below a quarter of the element") {
   for (const double f : {1e-3, 0.1, 1.0, 30.0, 1e4})
-    for (const double edge : {2e-3, 5e-3, 20e-3}) {
-      CHECK(f * surface_compliance(gel(), edge, kDiameter, f) < contact_radius(gel(), kDiameter, f));
-      CHECK(f * tip_compliance(gel(), edge, kDiameter, f) <= 0.25 * edge);
-    }
-  CHECK(surface_compliance(gel(), 10e-3, kDiameter, kInfinity) == 0);
-  CHECK(contact_radius(gel(), kDiameter, kInfinity) < 2 * kDiameter);
+    for (const double edge : {2e-3, 5e-3, 20e-3}) CHECK(f * tip_compliance(gel(), edge, kDiameter, f) <= 0.25 * edge);
 }
 
 TEST_CASE("the depth of puncture hardly depends on the mesh, and not on what is added inside") {

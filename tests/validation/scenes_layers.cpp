@@ -17,7 +17,8 @@ double largest_displacement(const Simulation& simulation) {
   return (simulation.tissue_positions() - simulation.mesh().nodes).cwiseAbs().maxCoeff();
 }
 
-// Length (m) of the shaft above and below a level of the rest shape, along path 0 from its mouth to the needle's tip.
+// Length (m) of the shaft above and below a level of the rest shape, along path 0 from its mouth to the needle's tip,
+// which is beyond the path's end by what the tissue ahead of it yields.
 struct Lengths {
   double above = 0, below = 0;
 };
@@ -34,6 +35,8 @@ Lengths lengths_beside(const Simulation& simulation, double level, double insert
     lengths.above += share * piece;
     lengths.below += (1 - share) * piece;
   }
+  const double beyond = std::max(0.0, inserted - lengths.above - lengths.below);
+  (rest_position(simulation, path.col(points - 1)).z() > level ? lengths.above : lengths.below) += beyond;
   return lengths;
 }
 

@@ -22,6 +22,11 @@ constexpr double kGelatinOffsets[] = {1.05e-3, 3.72e-3, 7.54e-3, 11.2e-3};
 // Forces (N) of a needle in liver: the largest before the puncture, and the mean at depths of 37 to 48 mm.
 constexpr double kLiverPeak = 1.41;
 constexpr double kLiverPlateau = 1.50;
+// Force (N) on the way to the puncture, the tip that far (m) beyond the surface, which the force tells to be at 9.15
+// mm.
+constexpr double kLiverSurface = 9.15e-3;
+constexpr std::pair<double, double> kLiverLoading[] = {
+    {4.74e-3, 0.280}, {5.98e-3, 0.422}, {7.66e-3, 0.707}, {8.76e-3, 1.011}, {9.83e-3, 1.343}};
 
 struct TipTrack {
   std::vector<double> depth, offset;  // m below the top face, m towards the tip's +y from the entry
@@ -160,7 +165,8 @@ TEST_CASE("steering_arc: the radius grows with the fourth root of EI and with 1/
   CHECK(std::log(flat / middle) / std::log(2.0) == doctest::Approx(1).epsilon(0.015).scale(0));
 }
 
-// Depths of the measurement: the surface was at 11.5 mm, here the tip touches it at 10 mm of travel.
+// The plateau, measured 37 to 48 mm deep, is taken from 35.5 to 46.5 mm of travel; the tip touches the surface at 10
+// mm.
 struct LiverFigures {
   double peak = 0, drop = 0, plateau = 0;                 // N
   double before_hold = 0, after_0_7 = 0, after_7_6 = 0;   // N
@@ -223,6 +229,24 @@ TEST_CASE("liver_insertion: peak, drop, plateau, relaxation and retraction as me
   CHECK(run.find(EventKind::withdrawal) != nullptr);
 }
 
+TEST_CASE("liver_insertion: the force up to the puncture is the measured one") {
+  SceneRun run("liver_insertion");
+  run.run_until(9);
+  const Event* contact = run.find(EventKind::contact);
+  REQUIRE(contact != nullptr);
+  const auto height = [&](std::size_t i) { return run.needle(i).base.position.z(); };
+  const auto first = static_cast<std::size_t>(contact->tick) - 1;
+  double worst = 0;
+  for (const auto& [depth, force] : kLiverLoading) {
+    std::size_t i = first;
+    while (i < run.ticks().size() && height(first) - height(i) < depth) ++i;
+    REQUIRE(i < run.ticks().size());
+    worst = std::max(worst, std::abs(run.resistance(i) / force - 1));
+  }
+  MESSAGE("off by at most ", 100 * worst, " %");
+  CHECK(worst < 0.2);
+}
+
 TEST_CASE("liver_insertion: the forces it is held against are those of the measured insertion") {
   const std::string file = shared_data("axial_force_liver/depth_force.csv");
   if (file.empty()) return;
@@ -230,6 +254,9 @@ TEST_CASE("liver_insertion: the forces it is held against are those of the measu
   int count = 0;
   for (const auto& [depth, force] : read_pairs(file)) {
     if (depth < 20) peak = std::max(peak, force);
+    for (const auto& [deep, expected] : kLiverLoading)
+      if (std::abs(1e-3 * depth - kLiverSurface - deep) < 0.03e-3 && depth < 19.1)
+        CHECK(std::abs(force - expected) < 0.01);
     if (depth > 37 && depth < 48) plateau += force, ++count;
   }
   REQUIRE(count > 0);

@@ -102,7 +102,8 @@ std::span<const double> Rows::needle_forces(int needle) {
 
 double Rows::elastic_energy() const {
   double energy = 0;
-  for (int i = 0; i < count(); ++i) energy += (laws_[i].compliance + rows_[i].compliance) * lambda_[i] * lambda_[i] / 2;
+  for (int i = 0; i < count(); ++i)
+    energy += rows_[i].stored + (laws_[i].compliance + rows_[i].compliance) * lambda_[i] * lambda_[i] / 2;
   return energy;
 }
 

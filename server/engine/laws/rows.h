@@ -13,9 +13,10 @@
 //   delta = W lambda + delta_free + e lambda,
 //
 // and a row on displacements takes what the spring already bore off its gap, e lambda_n with lambda_n the force at the
-// start of the tick. The spring stores e lambda²/2, which comes back in full while the law sticks. In contrast to a
-// law's compliance, which is a foundation under a bilateral row, this one is part of W for the solver and goes with any
-// law.
+// start of the tick. The spring stores e lambda²/2, which comes back in full while the law sticks. A nonlinear spring,
+// of depth D(lambda), is taken at lambda_n: e = D'(lambda_n), D(lambda_n) - e lambda_n is part of the gap, and `stored`
+// is its energy at lambda_n less e lambda_n²/2. In contrast to a law's compliance, which is a foundation under a
+// bilateral row, this one is part of W for the solver and goes with any law.
 #pragma once
 
 #include <span>
@@ -53,6 +54,7 @@ struct Row {
   double gap = 0;                          // m, delta at q_k, before this iteration's correction
   double radius = 0;                       // r (m), torsion only
   double compliance = 0;                   // e (m/N), >= 0, of the spring in series
+  double stored = 0;                       // J, of a nonlinear one
   std::span<const MaterialPoint> patch{};  // not empty: in place of in_tissue; all weights together sum to 1
 };
 
@@ -81,7 +83,7 @@ class Rows {
   std::span<const double> delta() const { return {delta_.data(), rows_.size()}; }    // m
   // W (m/N), of the last assemble().
   Eigen::Map<const MatrixX> compliance() const { return {storage_.data(), count(), count()}; }
-  // Of the rows with a compliance (J), at the forces of the last solve.
+  // Of the springs (J), at the forces of the last solve.
   double elastic_energy() const;
   Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }  // on the needle, N
 

@@ -12,27 +12,9 @@ namespace {
 
 // c: a mesh of edge length `edge` answers as a needle of radius c edge does.
 constexpr double kAlong = 0.43;
-constexpr double kOnSurface = 0.69;
 constexpr double kAhead = 0.57;
 
 double shear_modulus(const Material& material) { return material.young_modulus / (2 * (1 + material.poisson_ratio)); }
-
-// A flat punch of this radius sinks as far as the mean of an even load on a disc of radius 1.
-constexpr double kEvenLoad = 3 * std::numbers::pi * std::numbers::pi / 32;
-
-// The mesh bears a contact over the dimple's radius times this.
-constexpr double kSpread = 1.5;
-
-// Of a half-space under a flat punch, times its radius (m²/N).
-double punch_compliance(const Material& material) {
-  const double nu = material.poisson_ratio;
-  return (1 - nu * nu) / (2 * material.young_modulus);
-}
-
-// b on a surface (m).
-double dimple_radius(const Material& material, double d, double f) {
-  return std::max(d / 2, std::sqrt(punch_compliance(material) * f));
-}
 
 // With A/r (m/N) the give at the radius r: what a point force up to f gives more at b than at the `resolved` radius (m).
 double point_compliance(double A, double a, double resolved, double f) {
@@ -53,18 +35,6 @@ double foundation_compliance(const Material& material, double edge, double d) {
 double axial_compliance(const Material& material, double edge, double d) {
   assert(edge > 0 && d > 0);
   return std::log(std::max(1.0, 2 * kAlong * edge / d)) / (2 * std::numbers::pi * shear_modulus(material));
-}
-
-double contact_radius(const Material& material, double d, double f) {
-  assert(d > 0 && !(f < 0));
-  return kSpread * (std::isinf(f) ? d / 2 : dimple_radius(material, d, f));
-}
-
-double surface_compliance(const Material& material, double edge, double d, double f) {
-  assert(edge > 0);
-  if (std::isinf(f)) return 0;
-  const double r = kEvenLoad * dimple_radius(material, d, f);
-  return punch_compliance(material) * (1 / r - 1 / std::hypot(kSpread * r, kOnSurface * edge));
 }
 
 double end_compliance(const Material& material, double edge, double d) { return tip_compliance(material, edge, d, 0); }

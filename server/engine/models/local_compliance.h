@@ -8,34 +8,25 @@
 //
 //   across the shaft (m²/N)   (3 - 4 nu)/(8 pi G (1 - nu)) ln(c edge/a)          Kelvin's line load in plane strain
 //   along the shaft (m²/N)    1/(2 pi G) ln(c edge/a)                            a line load in antiplane shear
-//   on a surface (m/N)        (1 - nu²)/(2 E) (1/r - 1/hypot(r_m, c edge))       an even load on a disc of a half-space
 //   ahead of the tip (m/N)    (5 - 6 nu)/(24 pi G (1 - nu)) (1/b - 1/(c edge))   a rigid sphere in an unbounded body
 //   across the tip (m/N)      the same with b = a
 //
-// and nothing where c edge is smaller than a or, ahead of the tip, b. [Kelvin 1848; Boussinesq 1885; all in Johnson,
-// Contact Mechanics, 1985, ch. 2 and 3, and Love, Mathematical Theory of Elasticity, 1927, ch. 8.] Compliance per
-// length is shared out over the lengths that the vertices own, so it does not depend on their spacing.
+// and nothing where c edge is smaller than a or, ahead of the tip, b. [Kelvin 1848; Love, Mathematical Theory of
+// Elasticity, 1927, ch. 8.] What a surface lacks is in dimple.h. Compliance per length is shared out over the
+// lengths that the vertices own, so it does not depend on their spacing.
 //
 // b. A needle's force on its bare radius would press linear tissue in by centimetres, far beyond any strain for which
 // these lines hold. b is the radius at which the displacement at the force f that the row can bear is b itself,
 //
-//   b = max(a, sqrt(A f)),   A = (1 - nu²)/(2 E) on a surface, (5 - 6 nu)/(24 pi G (1 - nu)) ahead of the tip,
+//   b = max(a, sqrt(A f)),   A = (5 - 6 nu)/(24 pi G (1 - nu)),
 //
-// whatever the mesh is. Ahead of the tip the displacement at f is then b (1 - b/(c edge)), never more than c edge/4.
-// Where f is infinite nothing is added.
+// whatever the mesh is. The displacement at f is then b (1 - b/(c edge)), never more than c edge/4.
 //
 // Across the tip. The end of a needle bears what its length would, and about 1.5 diameters more: against a rigid needle
 // of 1 mm, guided, 20, 40 and 70 mm deep in a block of 100 mm (E = 10 kPa, nu = 0.45), in a mesh that has it in it
 // (tests/references/needle_in_block.py: 203, 384, 673 N/m), the sideways stiffness is off by -3 to +6 % with cells
 // of 12.5 and 8.3 mm and vertices 1 to 8 mm apart, by +4 to +9 % with cells of 5 mm, where the needle runs along a row
 // of nodes.
-//
-// On a surface. The tip presses a dimple of radius b, whose mean displacement under an even load is
-// 16 (1 - nu²)/(3 pi² E b) f: r = 3 pi²/32 b. Elements that bear this strain fold (corotational ones soften as they
-// do): so the mesh is loaded over kSpread times b, as an even load of r_m = kSpread r (contact_patch.h), and what is
-// missing to r is in series, on any mesh. Indentation at f_p, rung warped, E = 10 kPa, nu = 0.45, f_p = 1 N (b = 6.3
-// mm), mean of five places: 6.98, 7.04, 7.16, 7.28 mm with cells of 16, 10, 8, 5.7 mm; on kSpread =
-// 1: 7.08, 7.22, 7.54, 8.43 mm, and rung linear there 6.97, 6.83, 6.85, 6.83 mm.
 //
 // c is measured: needles at many offsets from the nodes of boxes of Kuhn's tetrahedra (100 mm, sides fixed, 10 to 40
 // cells across), displacement in the mesh against the closed form with the effect of the sides. It hardly depends on
@@ -61,17 +52,17 @@
 
 namespace acus {
 
+// c on a surface.
+constexpr double kOnSurface = 0.69;
+
 // The compliance that a mesh cannot resolve around a shaft of diameter d (m²/N, displacement per force per length), c =
 // 1/2:
 //
 //   1/k = (3 - 4 nu)/(8 pi G (1 - nu)) ln(edge/d),   zero where edge <= d.
 double foundation_compliance(const Material& material, double edge, double d);
 
-double end_compliance(const Material& material, double edge, double d);                // m/N, across the tip
-double axial_compliance(const Material& material, double edge, double d);              // m²/N
-// kSpread b on a surface, kSpread a where f is infinite (m).
-double contact_radius(const Material& material, double d, double f);
-double surface_compliance(const Material& material, double edge, double d, double f);  // m/N
-double tip_compliance(const Material& material, double edge, double d, double f);      // m/N
+double end_compliance(const Material& material, double edge, double d);            // m/N, across the tip
+double axial_compliance(const Material& material, double edge, double d);          // m²/N
+double tip_compliance(const Material& material, double edge, double d, double f);  // m/N
 
 }  // namespace acus

@@ -37,6 +37,7 @@ struct SceneError : std::runtime_error {
 // The laws between a needle and one region of the tissue. See laws/laws.h for their graphs.
 struct Interaction {
   double puncture_force = 1.0;     // f_p (N), >= 0, .inf for bone
+  double deep_indentation = 2.1;   // beta (-), >= 0: force of a deep dimple over E D², see models/dimple.h
   double cutting_force = 0.5;      // f_c (N), >= 0
   std::optional<double> pressure;  // p (Pa), >= 0, of the tissue on the shaft; absent: 2 G, see shaft_pressure()
   double friction_static = 0.8;    // mu_s (-), >= friction_dynamic

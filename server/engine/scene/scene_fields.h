@@ -56,6 +56,10 @@ struct FieldsOf<Interaction> {
   static constexpr std::tuple list{
       Field{"puncture_force", &Interaction::puncture_force, "N", or_infinite(kForce),
             "f_p, force of the tip on the surface at which it enters; .inf for bone, on which it slides"},
+      Field{
+          "deep_indentation", &Interaction::deep_indentation, "-", between(0, 100),
+          "beta, force of a tip on the surface over E D^2 where its dimple's depth D is many times its radius; 0.2 for "
+          "neo-Hookean tissue, more the more it stiffens with strain"},
       Field{"cutting_force", &Interaction::cutting_force, "N", kForce, "f_c, force of the tip at which its path grows"},
       Field{"pressure", &Interaction::pressure, "Pa", between(0, 1e12),
             "p, of the tissue on the shaft; absent: estimated from the stiffness as E/(1 + nu)"},

@@ -14,8 +14,9 @@ inline constexpr double kSurfaceHeld = 2e-3;    // m, of a surface that a tip wi
 inline constexpr double kSurfaceAhead = 20e-3;  // m, of a search for the surface that a tip will touch
 inline constexpr int kOtherEvents = 8;          // events of one needle in one tick, besides the borders that it crosses
 
-// Imbalance of forces that raises a flag: the sum of all forces as a share of the largest one. Forces below
-// kLeastForceToBalance, and sums within rounding (Model::force_rounding), raise none.
+// Imbalance of forces that raises a flag: the sum of all forces as a share of the largest one, or of a needle's contact
+// forces, their amounts added up: where friction turns round they oppose each other, and no force is large. Forces
+// below kLeastForceToBalance, and sums within rounding (Model::force_rounding), raise none.
 inline constexpr double kMaxImbalance = 0.03;         // -
 inline constexpr double kLeastForceToBalance = 1e-3;  // N
 

@@ -25,11 +25,13 @@ struct Model;
 struct NeedleBalance {
   Vector3 sum = Vector3::Zero();  // base forces + guides' forces + weight - inertia of all needles (N)
   double largest_force = 0;       // N
+  double contact_forces = 0;      // N, of one needle, their amounts added up: at a reversal they oppose each other
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("sum", self.sum);
     visit("largest_force", self.largest_force);
+    visit("contact_forces", self.contact_forces);
   }
 };
 

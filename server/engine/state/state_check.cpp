@@ -109,6 +109,7 @@ void check_state(const Model& model, const State& state) {
   require(largest_number(state) < kLargestNumber, "a number");
   require(state.tissue.guarded >= 0, "the number of guarded steps");
   require(state.balance.largest_force >= 0, "the largest force");
+  require(state.balance.contact_forces >= 0, "the forces of contacts");
   for (const NeedleState& needle : state.needles) require(std::ranges::all_of(needle.q, is_unit), "an orientation");
   for (const BaseState& base : state.bases) check_motion(base, state.tick);
   for (const GuideState& guide : state.guides) check_motion(guide.motion, state.tick);

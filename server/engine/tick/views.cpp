@@ -54,12 +54,15 @@ double TissueView::axial_compliance(const MaterialPoint& p, double d) const {
 }
 
 double TissueView::contact_radius(const MaterialPoint& p, double d) const {
-  return acus::contact_radius(tissue_regions[region(p)].material, d, interaction(p).puncture_force);
+  const Interaction& law = interaction(p);
+  return acus::contact_radius(tissue_regions[region(p)].material, law.deep_indentation, d, law.puncture_force);
 }
 
-double TissueView::surface_compliance(const MaterialPoint& p, double d) const {
-  return acus::surface_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d,
-                                  interaction(p).puncture_force);
+DimpleSpring TissueView::dimple_spring(const MaterialPoint& p, double d) const {
+  const Interaction& law = interaction(p);
+  if (!std::isfinite(law.puncture_force)) return {};
+  return {tissue_regions[region(p)].material, law.deep_indentation, element_sizes[p.tetrahedron], d,
+          law.puncture_force};
 }
 
 double TissueView::tip_compliance(const MaterialPoint& p, double d, double f) const {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "server/engine/models/dimple.h"
 #include "server/engine/models/needle.h"
 #include "server/engine/models/surface.h"
 #include "server/engine/scene/scene.h"
@@ -41,10 +42,10 @@ struct TissueView {
   double end_compliance(const MaterialPoint& p, double d) const;
   // Along the same shaft, m²/N; see local_compliance.h. It and what follows are zero if the scene leaves them out.
   double axial_compliance(const MaterialPoint& p, double d) const;
-  // Of the disc of surface over which a tip of diameter d (m) spreads its contact: its radius (m), and its compliance
-  // beyond the mesh (m/N); see local_compliance.h.
+  // Of the disc of surface over which a tip of diameter d (m) spreads its contact: its radius (m), and what the mesh
+  // lacks of the dimple's depth; see dimple.h.
   double contact_radius(const MaterialPoint& p, double d) const;
-  double surface_compliance(const MaterialPoint& p, double d) const;
+  DimpleSpring dimple_spring(const MaterialPoint& p, double d) const;
   // Of the tissue ahead of a tip inside that bears f (N) at most: m/N.
   double tip_compliance(const MaterialPoint& p, double d, double f) const;
   Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }

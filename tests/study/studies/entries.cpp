@@ -10,7 +10,7 @@
 #include "server/engine/math/processor_time.h"
 #include "server/engine/math/random.h"
 #include "server/engine/math/rotation.h"
-#include "server/engine/models/local_compliance.h"
+#include "server/engine/models/dimple.h"
 #include "server/engine/models/surface.h"
 #include "server/engine/tick/simulation.h"
 #include "tests/study/studies/experiment.h"
@@ -159,7 +159,8 @@ Entry random_entry(int number, const std::vector<GmshMesh>& meshes) {
   material.poisson_ratio = random.uniform(0.3, 0.45);
   laws.puncture_force = material.young_modulus * point_force;
   laws.cutting_force = random.uniform(0.1, 0.5) * laws.puncture_force;
-  entry.support = support_of(mesh, entry, contact_radius(material, kDiameter, laws.puncture_force));
+  entry.support =
+      support_of(mesh, entry, contact_radius(material, laws.deep_indentation, kDiameter, laws.puncture_force));
   laws.friction_contact = random.uniform(0, 0.6);
   scene.needles = {make_needle(entry)};
   return entry;

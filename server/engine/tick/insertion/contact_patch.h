@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The disc of a surface that bears the contact of a tip. On a single point of a mesh a force above E a² inverts
-// elements of size a, and the tip would lose its contact. So the force is spread over a disc as wide as the dimple that
-// it presses (models/local_compliance.h). kPatchPoints points, each in the middle of an equal share of the disc, are
+// elements of size a, and the tip would lose its contact. So the force is spread over a disc twice as wide as the
+// dimple that it presses (models/dimple.h). kPatchPoints points, each in the middle of an equal share of the disc, are
 // laid out around the contact point in the tissue at rest and projected onto the surface where that faces within 45
 // degrees of the contact: past an edge two faces are equally near, and rounding would choose. A point projected over
 // the distance w, beyond an edge, has the share 1/(1 + (4 w/radius)²)².

@@ -61,7 +61,7 @@ struct Obstacle {
   SurfacePoint at;
   MaterialPoint material;  // the same point, of the tetrahedron on the tip's side
   std::optional<ContactPatch> patch;  // which bears the contact, on the tissue's surface; none on a border
-  double compliance = 0;              // m/N, local compliance under the tip; 0 on a border
+  DimpleSpring dimple{};              // under the tip; does not yield on a border
   bool under = true;                  // the tip presses on it, or will in this tick
 };
 

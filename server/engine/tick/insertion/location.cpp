@@ -93,7 +93,7 @@ Obstacle surface_obstacle(const InsertionView& at, const SurfacePoint& point) {
   obstacle.region = at.tissue.region(obstacle.material);
   const double radius = at.tissue.contact_radius(obstacle.material, at.parameters.outer_diameter);
   obstacle.patch = make_contact_patch(at.tissue, obstacle.material, radius);
-  obstacle.compliance = at.tissue.surface_compliance(obstacle.material, at.parameters.outer_diameter);
+  obstacle.dimple = at.tissue.dimple_spring(obstacle.material, at.parameters.outer_diameter);
   obstacle.at.normal = obstacle.patch->normal;
   return obstacle;
 }

@@ -23,7 +23,7 @@ Stretch held_stretch(const InsertionView& at, const InsertionScratch& scratch, c
     return {std::min(end - state.depth, state.vertices[0].s), end};
   }
   if (state.phase != Phase::contact || !scratch.located.obstacle) return {length, length};
-  const double beyond = kContactMargin + scratch.located.obstacle->compliance * state.tip.contact;
+  const double beyond = kContactMargin + scratch.located.obstacle->dimple.depth(state.tip.contact);
   return {length - 2 * beyond, length};
 }
 

@@ -32,13 +32,15 @@ void open_path(const Transition& now, Path& path, const MaterialPoint& mouth) {
   path.needle = now.at.needle_index;
 }
 
-// Where the needle crosses the surface, searched as far behind the tip as its compliance lets it be; else the contact
-// point of the last tick.
+// Where the needle crosses the surface, searched as far behind the tip as its dimple lets it be, along a needle that
+// may be tilted; else the contact point of the last tick.
 MaterialPoint new_mouth(const Transition& now, const Obstacle& obstacle, double contact) {
   const TissueView& tissue = now.at.tissue;
   const CurvePoint tip = now.at.needle.tip();
-  const double depth = kContactMargin + obstacle.compliance * contact;
-  const auto crossing = tissue.surface.entry(tissue.x, tip.position - depth * tip.tangent, tip.position);
+  constexpr double kFlattest = 0.2;  // sine of the angle to the surface
+  const double inwards = std::max(kFlattest, -obstacle.at.normal.dot(tip.tangent));
+  const double behind = (kContactMargin + obstacle.dimple.depth(contact)) / inwards;
+  const auto crossing = tissue.surface.entry(tissue.x, tip.position - behind * tip.tangent, tip.position);
   return crossing ? tissue.surface.material(*crossing) : obstacle.material;
 }
 

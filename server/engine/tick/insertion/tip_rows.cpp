@@ -42,14 +42,14 @@ struct ContactPoint {
 };
 
 // Distance of the tip from the obstacle along its normal (m). A tip that was behind the obstacle at the start of the
-// tick by more than its compliance, torn out of its path or carried over a border, is brought back at `recovery` (m/s).
-// The offset of a loaded tip whose compliance or patch has changed is closed at kSettlingSpeed.
+// tick by more than its dimple, torn out of its path or carried over a border, is brought back at `recovery` (m/s).
+// The offset of a loaded tip whose dimple or patch has changed is closed at kSettlingSpeed.
 double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const TipState& tip, double recovery) {
   const NeedleView& needle = at.needle;
   const Vector3& n = obstacle.at.normal;
   const ContactPoint contact_point(at.tissue, obstacle, tip);
   const double start =
-      obstacle.compliance * tip.contact + n.dot(needle.start_tip() - contact_point.start) - contact_point.rise;
+      obstacle.dimple.depth(tip.contact) + n.dot(needle.start_tip() - contact_point.start) - contact_point.rise;
   const double apart = n.dot(needle.tip().position - contact_point.now) - contact_point.rise;
   if (!obstacle.patch || tip.contact == 0) return apart - std::min(0.0, start + recovery * needle.h);
   // A tip that slides follows hollows and bulges of the surface.
@@ -69,9 +69,11 @@ Row obstacle_row(const InsertionView& at, const Obstacle& obstacle, RowRole role
 bool add_contact(const InsertionView& at, const Obstacle& obstacle, const TipState& tip, double puncture_force,
                  double gap, Rows& rows) {
   Row row = obstacle_row(at, obstacle, RowRole::contact, obstacle.at.normal);
-  row.gap = gap;
-  row.compliance = obstacle.compliance;
-  return rows.add(row, {LawKind::unilateral, puncture_force}, tip.contact);
+  const double f = tip.contact, e = obstacle.dimple.compliance(f);
+  row.compliance = e;
+  row.gap = gap + obstacle.dimple.depth(f) - e * f;
+  row.stored = obstacle.dimple.energy(f) - e * f * f / 2;
+  return rows.add(row, {LawKind::unilateral, puncture_force}, f);
 }
 
 // The tip against the obstacle, along its surface.

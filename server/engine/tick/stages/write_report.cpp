@@ -58,7 +58,8 @@ void write_balance(const Model& model, const Scratch& scratch, TickReport& repor
   const TissueBalance& b = scratch.tissue.balance;
   report.imbalance = (scratch.balance.sum + b.support + b.weight - b.inertia).norm();
   report.largest_force = std::max({scratch.balance.largest_force, b.support.norm(), b.weight.norm(), b.inertia.norm()});
-  const double allowed = std::max(model.force_rounding, kMaxImbalance * report.largest_force);
+  const double allowed =
+      std::max(model.force_rounding, kMaxImbalance * std::max(report.largest_force, scratch.balance.contact_forces));
   if (report.largest_force > kLeastForceToBalance && report.imbalance > allowed) report.flags |= kForcesUnbalanced;
 }
 

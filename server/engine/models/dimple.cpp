@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/models/dimple.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "server/engine/models/local_compliance.h"
+
+namespace acus {
+
+namespace {
+
+constexpr double kBlunt = 0.86;   // r_0/a
+constexpr double kSpread = 2;
+constexpr double kFolding = 2.1;  // beta
+
+// An even load on a disc of radius 1 has the mean displacement of a flat punch of this radius.
+constexpr double kEvenLoad = 3 * std::numbers::pi * std::numbers::pi / 32;
+
+// Of a half-space under a flat punch, times its radius (m²/N).
+double punch_compliance(const Material& material) {
+  const double nu = material.poisson_ratio;
+  return (1 - nu * nu) / (2 * material.young_modulus);
+}
+
+double fourth_power(double x) { return x * x * x * x; }
+
+// (r_d/sqrt f)⁴.
+double slope4(const Material& material, double beta) {
+  const double punch = punch_compliance(material);
+  return punch * punch * punch * punch * beta * beta * material.young_modulus * material.young_modulus;
+}
+
+// r at f_p, of a beta with which elements that bear kSpread times as wide a disc do not fold.
+double widest(const Material& material, double beta, double d, double f_p) {
+  const double deep4 = slope4(material, std::max(beta, kFolding)) * f_p * f_p;
+  return std::sqrt(std::sqrt(fourth_power(kBlunt * d / 2) + deep4));
+}
+
+}  // namespace
+
+DimpleSpring::DimpleSpring(const Material& material, double deep_indentation, double edge, double d, double f_p)
+    : punch_(punch_compliance(material)),
+      slope4_(slope4(material, deep_indentation)),
+      least_(kBlunt * d / 2),
+      mesh_(std::hypot(kSpread * widest(material, deep_indentation, d, f_p), kOnSurface * edge)) {
+  assert(deep_indentation >= 0 && edge > 0 && d > 0 && f_p >= 0 && std::isfinite(f_p));
+}
+
+double DimpleSpring::radius(double f) const { return std::sqrt(std::sqrt(fourth_power(least_) + slope4_ * f * f)); }
+
+double DimpleSpring::depth(double f) const { return punch_ * f * (1 / radius(f) - 1 / mesh_); }
+
+double DimpleSpring::compliance(double f) const {
+  const double r = radius(f);
+  const double deep = slope4_ * f * f / fourth_power(r);  // (r_d/r)⁴
+  return std::max(0.0, punch_ * ((1 - deep / 2) / r - 1 / mesh_));
+}
+
+// f D - the integral of D over f, which has a closed form.
+double DimpleSpring::energy(double f) const {
+  const double r = radius(f), s = least_;
+  const double rest = 2.0 / 3 * (r * r + r * s + s * s) / ((r + s) * (r * r + s * s));
+  return punch_ * f * f * (1 / r - rest - 1 / (2 * mesh_));
+}
+
+double dimple_radius(const Material& material, double deep_indentation, double d, double f_p) {
+  assert(deep_indentation >= 0 && d > 0 && f_p >= 0);
+  return widest(material, deep_indentation, d, std::isfinite(f_p) ? f_p : 0) / kEvenLoad;
+}
+
+double contact_radius(const Material& material, double deep_indentation, double d, double f_p) {
+  return kSpread * dimple_radius(material, deep_indentation, d, f_p);
+}
+
+}  // namespace acus

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The dimple under a tip: its limits, its spring's derivatives, and a neo-Hookean body.
+#include "server/engine/models/dimple.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace acus::test {
+namespace {
+
+constexpr double kE = 10e3, kNu = 0.45;  // Pa, -
+constexpr double kFine = 1e-9, kInfinite = std::numeric_limits<double>::infinity();
+
+Material gel() {
+  Material material;
+  material.young_modulus = kE;
+  material.poisson_ratio = kNu;
+  return material;
+}
+
+// All of D: a mesh of infinite elements bears none of it.
+double depth(double beta, double d, double f, double f_p = 1) {
+  return DimpleSpring(gel(), beta, kInfinite, d, f_p).depth(f);
+}
+
+TEST_CASE("a shallow dimple is that of a punch a little thinner than the needle, a deep one depends on no needle") {
+  const double d = 1e-3, punch = (1 - kNu * kNu) / (2 * kE * 0.86 * d / 2);
+  CHECK(depth(2.1, d, 1e-6) == doctest::Approx(1e-6 * punch).epsilon(1e-6).scale(0));
+  CHECK(depth(0, d, 3.0) == doctest::Approx(3 * punch).epsilon(1e-12).scale(0));
+  for (const double needle : {0.5e-3, 1e-3, 2e-3})
+    CHECK(depth(2.1, needle, 5.0) == doctest::Approx(std::sqrt(5 / (2.1 * kE))).epsilon(2e-3).scale(0));
+}
+
+TEST_CASE("a dimple's depth does not depend on the puncture force") {
+  for (const double f : {0.01, 0.1, 0.3}) CHECK(depth(1, 1e-3, f, 0.3) == depth(1, 1e-3, f, 6));
+}
+
+// tests/references/indentation.py: depth (mm) and force (N) of needles of 1 and 2 mm on a neo-Hookean body.
+TEST_CASE("beta = 0.2 is a neo-Hookean body to 10 %") {
+  struct Measured {
+    double d, depth, force;
+  };
+  for (const auto& [d, deep, force] :
+       {Measured{1, 1.04, 0.0110}, {1, 2, 0.0209}, {1, 2.72, 0.0300}, {2, 1.04, 0.0229}, {2, 2, 0.0427}, {2, 3.68, 0.0780}})
+    CHECK(depth(0.2, 1e-3 * d, force) == doctest::Approx(1e-3 * deep).epsilon(0.1).scale(0));
+}
+
+TEST_CASE("the spring's compliance and energy are those of its depth") {
+  for (const double beta : {0.0, 0.2, 2.1, 10.0})
+    for (const double edge : {kFine, 2e-3, 20e-3})
+      for (const double f : {1e-3, 0.03, 0.4, 0.9}) {
+        const DimpleSpring spring(gel(), beta, edge, 1e-3, 1);
+        const double step = 1e-4 * f;
+        const double compliance = (spring.depth(f + step) - spring.depth(f - step)) / (2 * step);
+        CHECK(spring.compliance(f) == doctest::Approx(compliance).epsilon(1e-6).scale(0));
+        const double power = (spring.energy(f + step) - spring.energy(f - step)) / (2 * step);
+        CHECK(power == doctest::Approx(f * compliance).epsilon(1e-6).scale(0));
+      }
+}
+
+TEST_CASE("the spring yields to every force up to the puncture, whatever the mesh") {
+  for (const double beta : {0.0, 0.2, 2.1, 100.0})
+    for (const double f_p : {1e-3, 1.0, 1e3})
+      for (const double edge : {kFine, 5e-3, 1.0}) {
+        const DimpleSpring spring(gel(), beta, edge, 1e-3, f_p);
+        CHECK(spring.compliance(0) > 0);
+        CHECK(spring.compliance(f_p) >= 0);
+        CHECK(spring.energy(f_p) >= 0);
+      }
+}
+
+TEST_CASE("bone does not yield, and bears a contact over the needle's width") {
+  const DimpleSpring bone;
+  CHECK(bone.depth(3) == 0);
+  CHECK(bone.compliance(3) == 0);
+  CHECK(bone.energy(3) == 0);
+  CHECK(contact_radius(gel(), 2.1, 1e-3, kInfinite) == contact_radius(gel(), 2.1, 1e-3, 0));
+}
+
+TEST_CASE("the mesh bears a contact over twice the dimple, whose radius is that of the depth at f_p") {
+  for (const double f_p : {0.3, 1.0, 3.0}) {
+    const double radius = dimple_radius(gel(), 2.1, 1e-3, f_p);
+    CHECK(contact_radius(gel(), 2.1, 1e-3, f_p) == 2 * radius);
+    CHECK(radius == doctest::Approx(depth(2.1, 1e-3, f_p)).epsilon(0.12).scale(0));
+    CHECK(dimple_radius(gel(), 0.2, 1e-3, f_p) == radius);
+  }
+}
+
+}  // namespace
+}  // namespace acus::test
