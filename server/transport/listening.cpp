@@ -15,7 +15,7 @@
 namespace acus {
 namespace {
 
-constexpr std::string_view kIpc = "ipc://";
+constexpr std::string_view kIpc = "ipc://", kLocalhost = "tcp://localhost:";
 
 // Any name will do. With a domain and no ZAP handler, ZeroMQ accepts every peer that speaks ZMTP 3, and closes the
 // connections of those before it. ZMTP 1.0 has no greeting: bytes of any origin are frames, a web page's POST included.
@@ -74,6 +74,11 @@ std::string in_the_way(const std::string& path) {
   }
 }
 
+// ZeroMQ binds to addresses and interfaces, not to names of hosts.
+std::string with_address(const std::string& endpoint) {
+  return endpoint.starts_with(kLocalhost) ? "tcp://127.0.0.1:" + endpoint.substr(kLocalhost.size()) : endpoint;
+}
+
 void set_keys(zmq::socket_t& socket, const CurveServer& curve) {
   socket.set(zmq::sockopt::curve_server, true);
   socket.set(zmq::sockopt::curve_secretkey, curve.key.secret_key);
@@ -98,7 +103,7 @@ void listen(zmq::socket_t& socket, const std::string& option, const std::string&
   socket.set(zmq::sockopt::handshake_ivl, kMaxHandshake);
   if (admission.curve) set_keys(socket, *admission.curve);
   try {
-    socket.bind(endpoint);
+    socket.bind(with_address(endpoint));
   } catch (const zmq::error_t& error) {
     throw CannotListen(cannot + reason_of(error.num()));
   }

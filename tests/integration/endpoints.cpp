@@ -90,6 +90,14 @@ TEST_CASE("another server's sockets are not taken over, in each transport") {
                 {"--states", port, "another program listens there"});
 }
 
+TEST_CASE("a server listens on localhost") {
+  const Place place;
+  Printed listening(place.server(place.ipc("commands"), "tcp://localhost:*"));
+  std::string line = listening.read_line();
+  while (!line.empty() && line.find("states on ") == std::string::npos) line = listening.read_line();
+  CHECK(line.find("tcp://127.0.0.1:") != std::string::npos);
+}
+
 TEST_CASE("a socket that a killed server left behind is replaced") {
   ServerProcess server;
   check_serves(server.commands());

@@ -179,6 +179,21 @@ TEST_CASE("a server that cannot record what it shall does not start") {
   CHECK(nowhere.process().wait(kPatience) == 5);
 }
 
+TEST_CASE("a recording whose file was removed is not said to be done") {
+  const TemporaryFolder folder;
+  ServerProcess server({"--lockstep", "--recordings", folder / ""});
+  client::CommandLink commands = hold(server);
+  commands.record("run", kPatience);
+  commands.step(5, kPatience);
+  std::filesystem::remove(folder / "run");
+  commands.step(5, kPatience);
+  CHECK_THROWS_WITH_AS(commands.end_recording(kPatience), doctest::Contains("ended by itself"), client::Refused);
+  CHECK(refusal(commands, "run") == "accepted");
+  commands.step(5, kPatience);
+  commands.end_recording(kPatience);
+  CHECK(rerun(folder, folder / "run").says("run again   5 ticks"));
+}
+
 TEST_CASE("when the disk is full the recording ends, and the simulation goes on") {
   const TemporaryFolder folder;
   ServerProcess server({"--lockstep", "--record", folder / "run"});

@@ -15,7 +15,9 @@ import termios
 import time
 import unittest
 
+import msgpack
 import pyte
+import zmq
 
 from running_server import PATIENCE, SCENE, WithServer
 
@@ -89,6 +91,49 @@ class Once(WithServer):
         with os.fdopen(pipe, "w", encoding="utf-8") as output:
             done = subprocess.run(command, stdout=output, stderr=subprocess.PIPE, timeout=2 * PATIENCE, check=False)
         self.assertEqual((done.returncode, done.stderr), (0, b""))
+
+    def test_fields_of_another_kind_are_left_out(self):
+        """By somebody in the server's place, who says every field of every message wrongly, and then rightly."""
+        server = self.start()
+        answer, said = self.client().ask("hello"), {}
+        states = self.context.socket(zmq.SUB)
+        states.connect(self.states)
+        states.subscribe("")
+        while {"stats", "force"} - said.keys():
+            message = msgpack.unpackb(states.recv_multipart()[-1])
+            said[message["type"]] = message
+        states.close(linger=0)
+        self.end(server)
+        commands, states = self.context.socket(zmq.ROUTER), self.context.socket(zmq.PUB)
+        states.setsockopt(zmq.SNDHWM, 0)
+        commands.bind(self.commands)
+        states.bind(self.states)
+        top = self.start(program=TOP, arguments=["--commands", self.commands, "--states", self.states, "--once",
+                                                 "--timeout", str(PATIENCE)],
+                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + PATIENCE
+        while top.poll() is None and time.monotonic() < deadline:
+            while commands.poll(50):
+                client, request = commands.recv_multipart()
+                for reply in self.twisted_and_right(answer):
+                    commands.send_multipart([client, msgpack.packb(reply | {"seq": msgpack.unpackb(request)["seq"]})])
+            for message in said.values():
+                for each in self.twisted_and_right(message):
+                    states.send_multipart([message["type"].encode(), msgpack.packb(each)])
+        self.assertEqual((top.wait(PATIENCE), top.stderr.read()), (0, ""))
+        self.assertIn("scene 'small'", top.stdout.read())
+        commands.close(linger=0)
+        states.close(linger=0)
+
+    @staticmethod
+    def twisted_and_right(message):
+        """The message with one field of another kind, or not there, for each; then the message."""
+        for name in message.keys() - {"v", "type", "seq"}:
+            for value in ("text", None, [], {}, [[]], -1.5, True, b"bytes", 1 << 63):
+                if type(value) is not type(message[name]):
+                    yield message | {name: value}
+            yield {key: value for key, value in message.items() if key != name}
+        yield message
 
     def test_no_server_and_bad_arguments_have_a_status(self):
         self.assertEqual(self.top("--once", "--timeout", "0.3").returncode, 3)

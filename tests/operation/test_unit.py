@@ -63,6 +63,11 @@ class Unit(unittest.TestCase):
             done = analyze("verify", self.unit)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
 
+    def test_what_clients_can_make_it_take_is_bounded(self):
+        bounds = dict(re.findall(r"^(MemoryMax|TasksMax|LimitNOFILE)=(\S+)$", text_of(UNIT), re.MULTILINE))
+        self.assertEqual(set(bounds), {"MemoryMax", "TasksMax", "LimitNOFILE"})
+        self.assertNotIn("infinity", bounds.values())
+
     def test_the_service_is_confined(self):
         done = analyze("security", "--offline=true", "--no-pager", self.unit)
         exposure = re.search(r"Overall exposure level for .*: ([0-9.]+)", done.stdout + done.stderr)

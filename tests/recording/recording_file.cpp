@@ -218,4 +218,18 @@ TEST_CASE("a disk that is full ends a recording behind its last whole frame") {
   CHECK(read_all(folder / "run").ticks == 1);
 }
 
+TEST_CASE("a recording whose file is removed ends with an error, one that is renamed goes on") {
+  const TemporaryFolder folder;
+  RecordingWriter writer(folder / "run");
+  writer.add(recorded::Opening{1, "0.1", ""});
+  writer.flush();
+  std::filesystem::rename(folder / "run", folder / "other");
+  writer.add(recorded::Tick{1, 5, false});
+  writer.flush();
+  CHECK(read_all(folder / "other").ticks == 1);
+  std::filesystem::remove(folder / "other");
+  writer.add(recorded::Tick{2, 5, false});
+  CHECK_THROWS_WITH_AS(writer.flush(), "the recording's file has been removed", RecordingError);
+}
+
 }  // namespace acus

@@ -183,7 +183,7 @@ class Gateway(WithGateway):
             with open(children, encoding="utf-8") as file:
                 server = int(file.read().split()[0])
             process.send_signal(signal.SIGINT)
-            self.assertEqual(process.wait(PATIENCE), 0)
+            self.assertEqual(process.wait(PATIENCE), 0, process.stderr.read())
             self.assertFalse(os.path.exists(f"/proc/{server}"))
 
     def test_a_server_that_hangs_does_not_keep_it(self):

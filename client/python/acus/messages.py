@@ -72,6 +72,10 @@ def as_it_is(value):
     return value
 
 
+# Of a field that arrives as it is: the types that it may have.
+PLAIN = {float: (float, int), int: (int,), str: (str,), bool: (bool,), list: (list,), bytes: (bytes,)}
+
+
 class Message:
     """Made of the map that arrives. Fields that the class does not know are left out, missing ones are a mismatch."""
 
@@ -79,6 +83,7 @@ class Message:
         hints = get_type_hints(cls, include_extras=True)
         cls.converters = [(name, hint.__metadata__[0] if hasattr(hint, "__metadata__") else as_it_is)
                           for name, hint in hints.items() if name not in cls.OPTIONAL]
+        cls.plain = [(name, PLAIN[hint]) for name, hint in hints.items() if hint in PLAIN and name not in cls.OPTIONAL]
 
     OPTIONAL = {}  # fields that may be absent, and what they are then
 
@@ -92,6 +97,23 @@ class Message:
                                    ) from error
         for name, default in self.OPTIONAL.items():
             fields[name] = message.get(name, default)
+
+    @classmethod
+    def checked(cls, message):
+        """As the constructor, and numbers, texts and lists have to be such: for what nobody vouches for."""
+        made = cls(message)
+        made.check_kinds()
+        return made
+
+    def check_kinds(self):
+        for name, kinds in self.plain:
+            if type(self.__dict__[name]) not in kinds:
+                raise ProtocolMismatch(f"{type(self).__name__}: field '{name}' is of another kind: "
+                                       f"{type(self.__dict__[name]).__name__}")
+        for value in self.__dict__.values():
+            for part in value if isinstance(value, list) else [value]:
+                if isinstance(part, Message):
+                    part.check_kinds()
 
     @classmethod
     def field_names(cls):

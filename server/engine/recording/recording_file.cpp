@@ -75,6 +75,8 @@ void RecordingWriter::flush() {
     written += static_cast<std::size_t>(count);
   }
   end_ += size;
+  struct stat now {};
+  if (fstat(file_, &now) == 0 && now.st_nlink == 0) throw RecordingError("the recording's file has been removed");
 }
 
 // ---- Reading ----

@@ -29,7 +29,8 @@ class RecordingWriter {
   void add(const recorded::Item& item) { append(pending_, item); }
   std::size_t pending() const { return pending_.size(); }  // bytes that wait for the next frame
 
-  // Writes what was added since the last time. Throws RecordingError, and the file ends where it ended before.
+  // Writes what was added since the last time. Throws RecordingError, and the file ends where it ended before; also if
+  // the file has been removed meanwhile.
   void flush();
 
  private:

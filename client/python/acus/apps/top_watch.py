@@ -10,8 +10,9 @@ import time
 import msgpack
 import zmq
 
+from acus.errors import ProtocolMismatch
 from acus.link import Link
-from acus.messages import VERSION
+from acus.messages import VERSION, Force, HelloReply, Stats
 
 ASK_AGAIN = 2.0  # s after which a `hello` without an answer is asked once more
 SAMPLE = 0.5  # s at most to wait for a force of every needle; none comes while the server is paused
@@ -98,13 +99,15 @@ class Watch:
             try:
                 message = msgpack.unpackb(frames[-1])
                 mattered = take(message) or mattered
-            except (ValueError, KeyError, TypeError, AttributeError, msgpack.UnpackException):
+            except (ValueError, KeyError, TypeError, AttributeError, msgpack.UnpackException, ProtocolMismatch):
                 continue  # not what the contract says
         return mattered
 
     def _take_answer(self, message):
         if message["type"] != "hello_reply" or message["seq"] != self._seq:
             return False
+        HelloReply.checked(message)
+        set(message["held"])  # names
         self._asked = None
         if self.hello is not None and self.hello["instance"] != message["instance"]:
             self.stats = None  # of another start of the server
@@ -119,6 +122,7 @@ class Watch:
             return self._take_force(message)
         if message["type"] != "stats":
             return False
+        Stats.checked(message)
         silence = self.silence()
         if self._whole and silence <= SILENT:
             self.stats = message
@@ -130,6 +134,7 @@ class Watch:
         return True
 
     def _take_force(self, message):
+        Force.checked(message)
         self.forces[message["needle"]] = message
         self._missing.discard(message["needle"])
         return True
