@@ -45,6 +45,13 @@ void check_serves(const std::string& commands) {
   CHECK(link.hello(kPatience).scene == "small");
 }
 
+// Where a server says that its states are; empty if it does not.
+std::string line_about_states(Printed& server) {
+  std::string line = server.read_line();
+  while (!line.empty() && line.find("states on ") == std::string::npos) line = server.read_line();
+  return line;
+}
+
 }  // namespace
 
 TEST_CASE("a file that is no socket is not replaced") {
@@ -82,8 +89,7 @@ TEST_CASE("another server's sockets are not taken over, in each transport") {
   check_serves(abstract);
 
   Printed listening(place.server("ipc://*", "tcp://127.0.0.1:*"));
-  std::string line = listening.read_line();
-  while (!line.empty() && line.find("states on ") == std::string::npos) line = listening.read_line();
+  const std::string line = line_about_states(listening);
   REQUIRE_FALSE(line.empty());
   const std::string port = line.substr(line.find("tcp://"));
   check_refusal(place.server(place.ipc("more"), port), kCannotListen,
@@ -93,9 +99,7 @@ TEST_CASE("another server's sockets are not taken over, in each transport") {
 TEST_CASE("a server listens on localhost") {
   const Place place;
   Printed listening(place.server(place.ipc("commands"), "tcp://localhost:*"));
-  std::string line = listening.read_line();
-  while (!line.empty() && line.find("states on ") == std::string::npos) line = listening.read_line();
-  CHECK(line.find("tcp://127.0.0.1:") != std::string::npos);
+  CHECK(line_about_states(listening).find("tcp://127.0.0.1:") != std::string::npos);
 }
 
 TEST_CASE("a socket that a killed server left behind is replaced") {

@@ -4,7 +4,7 @@
 // Source: needle_in_block.py, which meshes a block with the needle in it and has CalculiX solve it: a rigid needle of 1 mm,
 // guided, 20, 40 and 70 mm deep in 100 mm of tissue of 10 kPa, goes aside by 0.1 mm.
 #include "tests/references/figure.h"
-#include "tests/tick/bench.h"
+#include "tests/references/soft_block.h"
 
 namespace acus::test {
 namespace {
@@ -20,22 +20,14 @@ Volume beyond(int axis, int side) {
 }
 
 Scene block(int cells, double spacing) {
-  Scene scene;
+  Scene scene = soft_block(kEdge, cells, kClearance);
   scene.rate = kRate;
   scene.tissue.rung = TissueRung::linear;
-  scene.tissue.box = {Vector3::Constant(kEdge), {cells, cells, cells}};
   scene.tissue.fixed = {beyond(0, -1), beyond(0, 1), beyond(1, -1), beyond(1, 1), beyond(2, -1)};
-  Region& region = scene.tissue.regions[0];
-  region.material.young_modulus = 10e3;
-  region.material.poisson_ratio = 0.45;
-  region.material.rayleigh_stiffness = 0;
-  region.interaction = {.puncture_force = 0.02, .cutting_force = 0.01, .pressure = 0, .foundation_stiffness = {}};
-  region.interaction.friction_contact = 0;
-  Needle needle = needle_at({1.3e-3, 2.1e-3, kEdge / 2}, kClearance);  // beside the nodes
-  needle.rung = NeedleRung::rigid;
-  needle.constraint_spacing = spacing;
-  needle.smoothing = 0;
-  scene.needles = {needle};
+  Interaction& law = scene.tissue.regions[0].interaction;
+  law = {.puncture_force = 0.02, .cutting_force = 0.01, .pressure = 0, .foundation_stiffness = {}};
+  law.friction_contact = 0;
+  scene.needles[0].constraint_spacing = spacing;
   return scene;
 }
 

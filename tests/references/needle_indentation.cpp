@@ -4,32 +4,22 @@
 // Source: indentation.py, which has CalculiX press needles of 1 and 2 mm onto a neo-Hookean body of 10 kPa. Force over
 // E a² depends on depth over a alone, a the needle's radius: the needle of 0.5 mm is that of 1 mm, half as large.
 #include "tests/references/figure.h"
-#include "tests/tick/bench.h"
+#include "tests/references/soft_block.h"
 
 namespace acus::test {
 namespace {
 
 constexpr double kEdge = 0.08, kClearance = 1e-4;  // m
-constexpr double kE = 10e3;                                          // Pa
-constexpr double kNeoHookean = 0.2;                                  // beta
+constexpr double kNeoHookean = 0.2;                // beta
 
 Scene block(double diameter, double puncture_force, int cells) {
-  Scene scene = block_scene(kEdge);
+  Scene scene = soft_block(kEdge, cells, kClearance);
   scene.rate = 100;
-  scene.tissue.box = {Vector3::Constant(kEdge), {cells, cells, cells}};
   scene.tissue.fixed = {Volume{}};
   scene.tissue.fixed[0].box = Box{Vector3::Constant(-kInfinity), {kInfinity, kInfinity, -kEdge / 2 + 1e-6}};
-  Region& region = scene.tissue.regions[0];
-  region.material.young_modulus = kE;
-  region.material.poisson_ratio = 0.45;
-  region.material.rayleigh_stiffness = 0;
-  region.interaction.puncture_force = puncture_force;
-  region.interaction.deep_indentation = kNeoHookean;
-  Needle needle = needle_at({1.3e-3, 2.1e-3, kEdge / 2}, kClearance);  // beside the nodes
-  needle.rung = NeedleRung::rigid;
-  needle.outer_diameter = diameter;
-  needle.smoothing = 0;
-  scene.needles = {needle};
+  scene.tissue.regions[0].interaction.puncture_force = puncture_force;
+  scene.tissue.regions[0].interaction.deep_indentation = kNeoHookean;
+  scene.needles[0].outer_diameter = diameter;
   return scene;
 }
 

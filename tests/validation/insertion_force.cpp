@@ -94,14 +94,14 @@ TEST_CASE("the surface gives way at the puncture force") {
   const double f_p = scene.tissue.regions[0].interaction.puncture_force;
   InsertionRun insertion(scene);
   double peak = 0;
-  insertion.run({{0.03, kSpeed}}, [&](const Sample& s) {
+  insertion.run({{0.03, kSpeed / 2}}, [&](const Sample& s) {
     if (s.report.needles[0].phase != Phase::inside) peak = std::max(peak, s.resistance);
   });
   const Event* puncture = insertion.find(EventKind::puncture);
   REQUIRE(puncture != nullptr);
   CHECK(puncture->force == doctest::Approx(f_p).epsilon(1e-6));
-  // At the base, where a hand would feel it: before the force at the tip by what the needle's damping takes.
-  CHECK(std::abs(peak - f_p) < 4e-3 * f_p);
+  // At the base, where a hand would feel it.
+  CHECK(std::abs(peak - f_p) < 3e-3 * f_p);
 }
 
 TEST_CASE("an old path costs no cutting force, its end does") {

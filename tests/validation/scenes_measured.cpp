@@ -22,8 +22,7 @@ constexpr double kGelatinOffsets[] = {1.05e-3, 3.72e-3, 7.54e-3, 11.2e-3};
 // Forces (N) of a needle in liver: the largest before the puncture, and the mean at depths of 37 to 48 mm.
 constexpr double kLiverPeak = 1.41;
 constexpr double kLiverPlateau = 1.50;
-// Force (N) on the way to the puncture, the tip that far (m) beyond the surface, which the force tells to be at 9.15
-// mm.
+// Force (N) on the way to the puncture, the tip that far (m) beyond the surface, where the force begins to rise.
 constexpr double kLiverSurface = 9.15e-3;
 constexpr std::pair<double, double> kLiverLoading[] = {
     {4.74e-3, 0.280}, {5.98e-3, 0.422}, {7.66e-3, 0.707}, {8.76e-3, 1.011}, {9.83e-3, 1.343}};
@@ -165,8 +164,7 @@ TEST_CASE("steering_arc: the radius grows with the fourth root of EI and with 1/
   CHECK(std::log(flat / middle) / std::log(2.0) == doctest::Approx(1).epsilon(0.015).scale(0));
 }
 
-// The plateau, measured 37 to 48 mm deep, is taken from 35.5 to 46.5 mm of travel; the tip touches the surface at 10
-// mm.
+// The plateau, measured 37 to 48 mm deep, is taken from 35.5 to 46.5 mm of travel.
 struct LiverFigures {
   double peak = 0, drop = 0, plateau = 0;                 // N
   double before_hold = 0, after_0_7 = 0, after_7_6 = 0;   // N

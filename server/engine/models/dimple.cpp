@@ -29,14 +29,17 @@ double fourth_power(double x) { return x * x * x * x; }
 
 // (r_d/sqrt f)⁴.
 double slope4(const Material& material, double beta) {
-  const double punch = punch_compliance(material);
-  return punch * punch * punch * punch * beta * beta * material.young_modulus * material.young_modulus;
+  return fourth_power(punch_compliance(material)) * beta * beta * material.young_modulus * material.young_modulus;
+}
+
+// r, of r_0 = `least`.
+double punch_radius(double least, double slope4, double f) {
+  return std::sqrt(std::sqrt(fourth_power(least) + slope4 * f * f));
 }
 
 // r at f_p, of a beta with which elements that bear kSpread times as wide a disc do not fold.
 double widest(const Material& material, double beta, double d, double f_p) {
-  const double deep4 = slope4(material, std::max(beta, kFolding)) * f_p * f_p;
-  return std::sqrt(std::sqrt(fourth_power(kBlunt * d / 2) + deep4));
+  return punch_radius(kBlunt * d / 2, slope4(material, std::max(beta, kFolding)), f_p);
 }
 
 }  // namespace
@@ -49,7 +52,7 @@ DimpleSpring::DimpleSpring(const Material& material, double deep_indentation, do
   assert(deep_indentation >= 0 && edge > 0 && d > 0 && f_p >= 0 && std::isfinite(f_p));
 }
 
-double DimpleSpring::radius(double f) const { return std::sqrt(std::sqrt(fourth_power(least_) + slope4_ * f * f)); }
+double DimpleSpring::radius(double f) const { return punch_radius(least_, slope4_, f); }
 
 double DimpleSpring::depth(double f) const { return punch_ * f * (1 / radius(f) - 1 / mesh_); }
 
