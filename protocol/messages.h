@@ -564,6 +564,9 @@ struct TissueShape {
   std::vector<float> positions;          // m, 3 per node, world, in the order of DescribeReply
   std::vector<float> path_points;        // m, 3 per point, world, one path after the other, each from its mouth
   std::vector<std::int32_t> path_sizes;  // points of each path
+  std::vector<float> dent_centres;       // m, 3 per dent, world, on the mesh
+  std::vector<float> dent_moves;         // m, 3 per dent, world
+  std::vector<float> dent_radii;         // m, 2 per dent: r, R
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -573,6 +576,9 @@ struct TissueShape {
     visit("positions", self.positions);
     visit("path_points", self.path_points);
     visit("path_sizes", self.path_sizes);
+    visit("dent_centres", self.dent_centres);
+    visit("dent_moves", self.dent_moves);
+    visit("dent_radii", self.dent_radii);
   }
 };
 

@@ -43,7 +43,7 @@ protocol::Force force_of(const Rerun& rerun, int needle) {
   return force;
 }
 
-RecordedShapes::RecordedShapes(const Rerun& rerun) : path_points_(3, rerun.simulation().path_capacity()) {
+RecordedShapes::RecordedShapes(const Rerun& rerun) : drawn_(rerun.simulation().model()) {
   tissue_.positions.resize(static_cast<std::size_t>(rerun.simulation().mesh().nodes.size()));
 }
 
@@ -56,7 +56,7 @@ const protocol::NeedleShape& RecordedShapes::needle(const Rerun& rerun, int need
 
 const protocol::TissueShape& RecordedShapes::tissue(const Rerun& rerun) {
   tissue_.epoch = rerun.epoch();
-  put(rerun.simulation(), path_points_, tissue_);
+  put(rerun.simulation(), drawn_, tissue_);
   return tissue_;
 }
 

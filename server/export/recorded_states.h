@@ -4,6 +4,7 @@
 
 #include "protocol/messages.h"
 #include "server/engine/recording/rerun.h"
+#include "server/engine/tick/drawn_tissue.h"
 
 namespace acus {
 
@@ -27,7 +28,7 @@ class RecordedShapes {
  private:
   protocol::NeedleShape needle_;
   protocol::TissueShape tissue_;
-  Matrix3X path_points_;  // scratch
+  DrawnTissue drawn_;  // scratch
 };
 
 int needle_count(const Rerun& rerun);

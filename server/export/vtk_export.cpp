@@ -5,6 +5,8 @@
 
 #include <stdexcept>
 
+#include "server/engine/tick/drawn_tissue.h"
+
 namespace acus {
 
 namespace {
@@ -27,7 +29,7 @@ VtkPiece lines(const Matrix3X& points, const std::vector<std::int64_t>& sizes) {
            {"Lines", {vtk_array("connectivity", nodes), vtk_array("offsets", ends)}}}};
 }
 
-VtkPiece tissue_of(const Simulation& simulation) {
+VtkPiece tissue_of(const Simulation& simulation, const DrawnTissue& drawn) {
   const TetrahedralMesh& mesh = simulation.mesh();
   const auto count = static_cast<std::size_t>(mesh.tetrahedron_count());
   std::vector<std::int64_t> nodes, ends, regions;
@@ -36,10 +38,14 @@ VtkPiece tissue_of(const Simulation& simulation) {
     ends.push_back(static_cast<std::int64_t>(nodes.size()));
     regions.push_back(simulation.regions()[t]);
   }
-  const Matrix3X displacement = simulation.tissue_positions() - mesh.nodes;
+  const Matrix3X displacement_from_rest = simulation.tissue_positions() - mesh.nodes;
+  Matrix3X dents(3, mesh.node_count());
+  for (int i = 0; i < mesh.node_count(); ++i)
+    dents.col(i) = displacement(drawn.dents, simulation.tissue_positions().col(i));
   return {"UnstructuredGrid",
           fmt::format(R"(NumberOfPoints="{}" NumberOfCells="{}")", mesh.node_count(), count),
-          {{"PointData", {vtk_array("displacement", numbers(displacement), 3)}},
+          {{"PointData",
+            {vtk_array("displacement", numbers(displacement_from_rest), 3), vtk_array("dent", numbers(dents), 3)}},
            {"CellData", {vtk_array("region", regions)}},
            {"Points", {vtk_array("position", numbers(simulation.tissue_positions()), 3)}},
            {"Cells",
@@ -73,18 +79,8 @@ VtkPiece needles_of(const Simulation& simulation) {
   return piece;
 }
 
-VtkPiece paths_of(const Simulation& simulation) {
-  Matrix3X points(3, Simulation::max_paths() * simulation.path_capacity());
-  std::vector<std::int64_t> sizes;
-  int next = 0;
-  for (int path = 0; path < Simulation::max_paths(); ++path) {
-    const int size = simulation.path_positions(path, points.middleCols(next, simulation.path_capacity()));
-    if (size == 0) continue;
-    next += size;
-    sizes.push_back(size);
-  }
-  points.conservativeResize(Eigen::NoChange, next);
-  return lines(points, sizes);
+VtkPiece paths_of(const DrawnTissue& drawn) {
+  return lines(drawn.path_points.leftCols(drawn.points), {drawn.path_sizes.begin(), drawn.path_sizes.end()});
 }
 
 VtkPiece forces_of(const Simulation& simulation) {
@@ -122,9 +118,11 @@ void VtkExport::take(const Rerun& rerun) {
   if (!clock_.due(rerun)) return;
   const Simulation& simulation = rerun.simulation();
   const double time = rerun.seconds();
-  if (simulation.mesh().node_count() > 0) write_vtk(next_file(0, time), tissue_of(simulation));
+  DrawnTissue drawn(simulation.model());
+  draw_tissue(simulation.model(), simulation.state(), drawn);
+  if (simulation.mesh().node_count() > 0) write_vtk(next_file(0, time), tissue_of(simulation, drawn));
   write_vtk(next_file(1, time), needles_of(simulation));
-  write_vtk(next_file(2, time), paths_of(simulation));
+  write_vtk(next_file(2, time), paths_of(drawn));
   write_vtk(next_file(3, time), forces_of(simulation));
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Frames of a run for ParaView, in a folder of their own. Four collections, each with a file a frame; lengths in metres,
-// world frame:
+// Frames of a run for ParaView, in a folder of their own. Four collections, each with a file a frame; lengths in
+// metres, world frame:
 //
-//   tissue.pvd    tetrahedra where they are; displacement from rest (m, vectors of nodes), region (number in the scene)
-//   needles.pvd   a line each, base to tip; depth (m), spin (rad), phase (0 free, 1 contact, 2 inside, 3 through), flags
-//   paths.pvd     the paths that needles cut, a line each, mouth first
-//   forces.pvd    points with a vector each: on the tip by the tissue (kind 0), on the holder by the needle (kind 1), N;
-//                 for a glyph filter
+//   tissue.pvd    tetrahedra where they are; vectors of nodes (m): displacement from rest, and dent, what the mesh
+//                 lacks of it around needles (models/dent.h); region (number in the scene)
+//   needles.pvd   a line each, base to tip; depth (m), spin (rad), flags, phase (0 free, 1 contact, 2 inside,
+//                 3 through)
+//   paths.pvd     the walls of the paths that needles cut, a line each, mouth first
+//   forces.pvd    points with a vector each (N), for a glyph filter: on the tip by the tissue (kind 0), on the holder
+//                 by the needle (kind 1)
 #pragma once
 
 #include <array>

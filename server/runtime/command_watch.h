@@ -29,11 +29,15 @@ class CommandMonitor {
     recent_ = (recent_ << 1) | std::bitset<kWindow>(fresh ? 1 : 0);
     ticks_without_ = fresh ? 0 : ticks_without_ + 1;
     const bool was_stale = stale_;
-    stale_ = commanded_ && age() > limits_.stale_after;
+    abandoned_ = abandoned_ && !fresh;
+    stale_ = commanded_ && (abandoned_ || age() > limits_.stale_after);
     const double step = limits_.ramp > 0 ? limits_.time_step / limits_.ramp : 1;
     if (commanded_) share_ = std::clamp(share_ + (stale_ ? -step : step), 0.0, 1.0);
     return stale_ && !was_stale;
   }
+
+  // Its client is gone: commands are stale from the next tick on, until another comes.
+  void abandon() { abandoned_ = true; }
 
   // A new epoch of the same world: no command was given in it. A force that is ramped down stays so till the first.
   void begin_epoch() {
@@ -53,7 +57,7 @@ class CommandMonitor {
 
  private:
   CommandLimits limits_;
-  bool commanded_ = false, stale_ = false;
+  bool commanded_ = false, abandoned_ = false, stale_ = false;
   std::uint64_t ticks_without_ = 0, limited_ = 0;
   double share_ = 1;
   std::bitset<kWindow> recent_;

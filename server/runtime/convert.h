@@ -2,10 +2,13 @@
 // The simulation's types as the protocol's and back.
 #pragma once
 
+#include <array>
+
 #include "protocol/messages.h"
 #include "server/engine/math/rotation.h"
 #include "server/engine/math/types.h"
 #include "server/engine/state/report.h"
+#include "server/engine/tick/drawn_tissue.h"
 #include "server/engine/tick/simulation.h"
 
 namespace acus {
@@ -68,20 +71,25 @@ inline void put(const Simulation& simulation, int needle, protocol::NeedleShape&
     shape.orientations.insert(shape.orientations.end(), {q.w(), q.x(), q.y(), q.z()});
 }
 
-// The shape of the tissue, whose `positions` have their size already, and of the paths in it; `points` is scratch, of
-// path_capacity() columns.
-inline void put(const Simulation& simulation, Matrix3X& points, protocol::TissueShape& shape) {
+// The shape of the tissue, whose `positions` have their size already, of the paths in it and its dents.
+inline void put(const Simulation& simulation, DrawnTissue& drawn, protocol::TissueShape& shape) {
   shape.tick = simulation.report().tick;
   shape.time = simulation.report().time;
   pack(simulation.tissue_positions(), shape.positions);
-  shape.path_points.clear();
-  shape.path_sizes.clear();
-  for (int path = 0; path < Simulation::max_paths(); ++path) {
-    const int size = simulation.path_positions(path, points);
-    if (size == 0) continue;
-    shape.path_sizes.push_back(size);
-    for (int i = 0; i < size; ++i)
-      for (int axis = 0; axis < 3; ++axis) shape.path_points.push_back(static_cast<float>(points(axis, i)));
+  draw_tissue(simulation.model(), simulation.state(), drawn);
+  shape.path_points.resize(static_cast<std::size_t>(3 * drawn.points));
+  pack(drawn.path_points.leftCols(drawn.points), shape.path_points);
+  shape.path_sizes.assign(drawn.path_sizes.begin(), drawn.path_sizes.end());
+  shape.dent_centres.clear();
+  shape.dent_moves.clear();
+  shape.dent_radii.clear();
+  const auto append = [](std::vector<float>& numbers, const auto& more) {
+    for (const double number : more) numbers.push_back(static_cast<float>(number));
+  };
+  for (const Dent& dent : drawn.dents) {
+    append(shape.dent_centres, dent.centre);
+    append(shape.dent_moves, dent.move);
+    append(shape.dent_radii, std::array{dent.radii.inner, dent.radii.outer});
   }
 }
 

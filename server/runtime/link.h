@@ -28,6 +28,7 @@ struct EpochCommand {
   std::uint64_t epoch = 0;
   Command command;
   CommandOrigin origin;
+  bool abandoned = false;  // in place of a command: the client whose commands it followed is gone
 };
 
 inline constexpr std::uint64_t kNoRequest = ~std::uint64_t{0};

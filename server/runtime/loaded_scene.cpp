@@ -106,7 +106,7 @@ LoadedScene::LoadedScene(const Scene& scene, TetrahedralMesh own_mesh, const Pro
     : simulation(scene, progress, own_mesh),
       needle_frames(kFrames * scene.needles.size()),
       tissue_frames(kFrames),
-      path_points(3, simulation.path_capacity()),
+      drawn(simulation.model()),
       recorded(std::make_shared<recorded::World>(record_of(scene, own_mesh, simulation.model().fingerprint))),
       needle_frame_ticks(ticks_between(scene.rate, scene.publish.needle_rate)),
       tissue_frame_ticks(ticks_between(scene.rate, scene.publish.tissue_rate)),
@@ -119,11 +119,13 @@ LoadedScene::LoadedScene(const Scene& scene, TetrahedralMesh own_mesh, const Pro
     frame.shape.positions.reserve(3 * needle_nodes);
     frame.shape.orientations.reserve(4 * needle_nodes);
   }
-  const auto paths = static_cast<std::size_t>(Simulation::max_paths());
   for (protocol::TissueShape& shape : tissue_frames.slots()) {
     shape.positions.resize(describe.positions.size());
-    shape.path_points.reserve(paths * static_cast<std::size_t>(path_points.size()));
-    shape.path_sizes.reserve(paths);
+    shape.path_points.reserve(static_cast<std::size_t>(drawn.path_points.size()));
+    shape.path_sizes.reserve(drawn.path_sizes.capacity());
+    shape.dent_centres.reserve(3 * drawn.dents.capacity());
+    shape.dent_moves.reserve(3 * drawn.dents.capacity());
+    shape.dent_radii.reserve(2 * drawn.dents.capacity());
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "protocol/messages.h"
 #include "server/engine/recording/recording.h"
+#include "server/engine/tick/drawn_tissue.h"
 #include "server/engine/tick/simulation.h"
 #include "server/runtime/exchange.h"
 
@@ -39,7 +40,7 @@ struct LoadedScene {
 
   StateBox second;  // after a tick at a full second of simulation time, for `stats`
 
-  Matrix3X path_points;  // 3 x path_capacity(), m, world: the path being packed, of the simulation thread
+  DrawnTissue drawn;  // scratch of the simulation thread
 
   // Constant.
   std::shared_ptr<const recorded::World> recorded;

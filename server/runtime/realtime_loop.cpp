@@ -243,6 +243,10 @@ bool RealtimeLoop::take_command(int body) {
   if (!taken_[i] || taken_[i]->epoch > epoch_) return false;
   const EpochCommand& taken = *std::exchange(taken_[i], nullptr);
   if (taken.epoch != epoch_ || body >= world_->body_count()) return false;
+  if (taken.abandoned) {
+    monitors_[i].abandon();
+    return false;
+  }
   origins_[i] = taken.origin;
   Command command = taken.command;
   if (!allow(body, command)) return false;
@@ -266,7 +270,7 @@ bool RealtimeLoop::allow(int body, Command& command) {
   return acceptance == Acceptance::clamped;
 }
 
-// A body whose client has fallen silent comes to rest.
+// A body whose client has fallen silent, or is gone, comes to rest.
 void RealtimeLoop::take_commands() {
   const bool refused = (world_->simulation.report().flags & kNotFinite) != 0;  // with what it had been told
   for (int body = 0; body < kMaxBodies; ++body) {
@@ -392,7 +396,7 @@ void RealtimeLoop::publish_tissue() {
   protocol::TissueShape* shape = room_in(world_->tissue_frames);
   if (!shape) return;
   shape->epoch = epoch_;
-  put(world_->simulation, world_->path_points, *shape);
+  put(world_->simulation, world_->drawn, *shape);
   world_->tissue_frames.commit();
 }
 

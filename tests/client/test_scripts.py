@@ -332,7 +332,9 @@ class Picture(RecordedRun):
             stretched = nodes * [1 + 0.25 * depth, 1, 1]  # by 1 % when the needle is 40 mm in
             messages.append({"type": "tissue", "positions": packed(stretched, "<f4"),
                              "path_sizes": packed([2, 1], "<i4"), **state,
-                             "path_points": packed([0, 0, 0, depth, 0, 0, 0.01, 0.02, 0], "<f4")})
+                             "path_points": packed([0, 0, 0, depth, 0, 0, 0.01, 0.02, 0], "<f4"),
+                             "dent_centres": packed([depth, 0, 0], "<f4"), "dent_moves": packed([1e-3, 0, 0], "<f4"),
+                             "dent_radii": packed([1e-3, 5e-3], "<f4")})
             for name, y in (("needle", 0.0), ("other", 0.03)):
                 points = [[depth - 0.01 * k, y, 0] for k in reversed(range(11))]
                 messages.append({"type": "needle", "needle": name, "positions": packed(points, "<f8"),
@@ -405,6 +407,7 @@ class Picture(RecordedRun):
         self.assertAlmostEqual(frame.time, 1.0)
         self.assertEqual([len(path) for path in frame.paths], [2, 1])
         np.testing.assert_allclose(frame.paths[0][-1], [0.04, 0, 0], atol=1e-7)
+        np.testing.assert_allclose(frame.dents.displaced([0.04, 0, 0]), [0.041, 0, 0], atol=1e-7)
         np.testing.assert_allclose(frame.needles["other"][0][-1], [0.04, 0.03, 0])
         np.testing.assert_allclose(frame.guides["collar"][0], [-0.02, 1e-3, 0])
         np.testing.assert_allclose(recorded.needle_at("needle", 0.525)[0][-1], [0.021, 0, 0])  # between two states

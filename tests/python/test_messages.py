@@ -90,9 +90,13 @@ class Decoding(unittest.TestCase):
         shape = messages.TissueShape({"epoch": 0, "tick": 0, "time": 0,
                                       "positions": np.arange(6, dtype="<f4").tobytes(),
                                       "path_points": np.arange(9, dtype="<f4").tobytes(),
-                                      "path_sizes": np.array([2, 1], "<i4").tobytes()})
+                                      "path_sizes": np.array([2, 1], "<i4").tobytes(),
+                                      "dent_centres": np.arange(3, dtype="<f4").tobytes(),
+                                      "dent_moves": np.array([0, 0, -1], "<f4").tobytes(),
+                                      "dent_radii": np.array([1, 2], "<f4").tobytes()})
         np.testing.assert_array_equal(shape.positions, [[0, 1, 2], [3, 4, 5]])
         self.assertEqual([len(path) for path in shape.paths], [2, 1])
+        np.testing.assert_allclose(acus.Dents.of(shape).displaced([0, 1, 2]), [0, 1, 1])
 
 
 def public_names(of):

@@ -44,7 +44,7 @@ Scene block_scene(double height) {
   return scene;
 }
 
-Bench::Bench(const Scene& scene) : simulation_(scene), surface_(simulation_.mesh()) {
+Bench::Bench(const Scene& scene) : simulation_(scene), surface_(simulation_.mesh()), drawn_(simulation_) {
   for (const Needle& needle : scene.needles) commands_.push_back({.seq = 0, .pose = needle.base, .spin = 0});
   phases_.resize(scene.needles.size(), Phase::free);
   for (const Guide& guide : scene.guides) commands_.push_back({.seq = 0, .pose = guide.pose, .spin = {}});
@@ -74,6 +74,7 @@ void Bench::check_invariants() {
     CHECK(explained(report.events, i, before, needle(i).phase));
     before = needle(i).phase;
   }
+  CHECK(drawn_.largest(surface_) < kMostDrawnGap);
   for (const Event& event : report.events) CHECK((may_intrude || event.kind != EventKind::intrusion));
 }
 

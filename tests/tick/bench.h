@@ -8,6 +8,7 @@
 
 #include "server/engine/models/surface.h"
 #include "server/engine/tick/simulation.h"
+#include "tests/support/drawn_gap.h"
 
 namespace acus::test {
 
@@ -51,6 +52,7 @@ class Bench {
 
   Simulation simulation_;
   Surface surface_;
+  DrawnGap drawn_;
   std::vector<Command> commands_;
   std::vector<Event> events_;
   std::vector<Phase> phases_;  // per needle, after the last tick

@@ -15,6 +15,7 @@ constexpr double kRate = 2;                 // rad/s: slow
 
 Scene spin_scene(double torsional_friction) {
   Scene scene = block_scene(0.08);
+  scene.tissue.regions[0].material.young_modulus = 1e6;  // a skin that the needle hardly carries along
   scene.needles[0].torsional_friction = torsional_friction;
   return scene;
 }

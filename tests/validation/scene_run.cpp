@@ -36,7 +36,8 @@ SceneRun::SceneRun(const std::string& scene, const std::string& trajectory, cons
 SceneRun::SceneRun(Experiment experiment)
     : simulation_(experiment.scene),
       driver_(simulation_, std::move(experiment.trajectory)),
-      surface_(simulation_.mesh()) {}
+      surface_(simulation_.mesh()),
+      drawn_(simulation_) {}
 
 SceneRun::Experiment SceneRun::read_experiment(const std::string& scene, const std::string& trajectory,
                                                const Change& change) {
@@ -54,6 +55,7 @@ void SceneRun::run_ticks(std::size_t ticks) {
     driver_.command();
     simulation_.step();
     ticks_.push_back(simulation_.report());
+    drawn_gap_ = std::max(drawn_gap_, drawn_.largest(surface_));
     for (int i = 0; i < static_cast<int>(ticks_.back().needles.size()); ++i) {
       ghosts_ += is_ghost(simulation_, surface_, i) ? 1 : 0;
       const auto needle = static_cast<std::size_t>(i);
@@ -142,6 +144,7 @@ void check_sound(const SceneRun& run) {
   }
   CHECK(run.ghosts() == 0);
   CHECK(run.unexplained() == 0);
+  CHECK(run.drawn_gap() < kMostDrawnGap);
   CHECK(others == 0);
   CHECK(broken == 0);
   CHECK(projected * 100 < run.ticks().size());   // measured: 0.34 % in inclusion_supported

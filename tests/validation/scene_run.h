@@ -11,6 +11,7 @@
 #include "server/engine/models/surface.h"
 #include "server/engine/tick/simulation.h"
 #include "tests/study/bench/trajectory_driver.h"
+#include "tests/support/drawn_gap.h"
 
 namespace acus::test {
 
@@ -33,6 +34,7 @@ class SceneRun {
   const NeedleReport& needle(std::size_t tick, std::size_t needle = 0) const { return ticks_[tick].needles[needle]; }
 
   std::size_t ghosts() const { return ghosts_; }            // ticks and needles
+  double drawn_gap() const { return drawn_gap_; }           // m, largest (tests/support/drawn_gap.h)
   std::size_t unexplained() const { return unexplained_; }  // likewise: changes of phase without their event
 
   // Force against insertion (N): of the needle on its holder, against the base's +x axis.
@@ -56,6 +58,8 @@ class SceneRun {
   Simulation simulation_;
   TrajectoryDriver driver_;
   Surface surface_;
+  DrawnGap drawn_;
+  double drawn_gap_ = 0;
   std::vector<TickReport> ticks_;
   std::size_t ghosts_ = 0, unexplained_ = 0;
 };
@@ -74,9 +78,10 @@ Matrix3X path_at_rest(const Simulation& simulation, int path);
 double curvature(const std::vector<double>& depth, const std::vector<double>& offset, double from, double to,
                  std::size_t least);
 
-// What every run must keep to: finite numbers in every report, no ghost and no tip found inside, and no flag but
-// tangent_projected of a needle near buckling and forces_unbalanced where rung warped is far from its balance for a moment,
-// each in fewer than 1 % of the ticks, and energy_gained of a needle that snaps, once.
+// What every run must keep to: finite numbers in every report, no ghost and no tip found inside, tips on the drawn skin
+// or at the end of the drawn path, and no flag but tangent_projected of a needle near buckling and forces_unbalanced
+// where rung warped is far from its balance for a moment, each in fewer than 1 % of the ticks, and energy_gained of a
+// needle that snaps, once.
 void check_sound(const SceneRun& run);
 
 }  // namespace acus::test

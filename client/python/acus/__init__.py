@@ -3,6 +3,7 @@
 
 from . import engine, plan, study
 from .client import Client
+from .drawn import Dents
 from .errors import (AcusError, ClientError, EnvError, KeyFileError, KeysRefused, PlanError, ProgramNotFound, ProtocolMismatch, Refused,
                      RunError, SceneError, ServerFailed, StudyError, Vanished)
 from .keys import Keys

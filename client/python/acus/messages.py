@@ -56,6 +56,7 @@ Quaternions = Annotated[np.ndarray, packed("<f8", 4)]  # n x 4
 SinglePoints = Annotated[np.ndarray, packed("<f4", 3)]  # n x 3, single precision
 Indices = Annotated[np.ndarray, packed("<i4")]
 Triangles = Annotated[np.ndarray, packed("<i4", 3)]
+Pairs = Annotated[np.ndarray, packed("<f4", 2)]  # n x 2, single precision
 Matrix6 = Annotated[np.ndarray, packed("<f8", 6)]
 Tetrahedra = Annotated[np.ndarray, packed("<i4", 4)]
 
@@ -272,6 +273,9 @@ class TissueShape(Message):
     positions: SinglePoints  # m, nodes x 3
     path_points: SinglePoints  # m, points x 3
     path_sizes: Indices  # paths
+    dent_centres: SinglePoints  # m, dents x 3: see acus.Dents
+    dent_moves: SinglePoints  # m, dents x 3
+    dent_radii: Pairs  # m, dents x 2
 
     @property
     def paths(self):

@@ -8,6 +8,7 @@ asked for are kept in memory. SI units, world frame.
 import msgpack
 import numpy as np
 
+from .drawn import Dents
 from .errors import RunError
 
 LARGEST_MESSAGE = 2**30  # bytes
@@ -147,6 +148,8 @@ class Frame:
         points = unpack(tissue, "path_points", "<f4", 3).astype(float)
         sizes = unpack(tissue, "path_sizes", "<i4", 1)[:, 0]
         self.paths = np.split(points, np.cumsum(sizes)[:-1]) if sizes.size else []  # m, points x 3 each
+        self.dents = Dents(*(unpack(tissue, f"dent_{field}", "<f4", size) if f"dent_{field}" in tissue else ()
+                             for field, size in (("centres", 3), ("moves", 3), ("radii", 2))))
         self.needles = {name: shapes.needle_at(name, time) for name in shapes.needles}
         self.guides = shapes.guides_at(place)
 

@@ -6,7 +6,7 @@ import { Cloud } from "./cloud.js";
 import { Hands } from "./hands.js";
 import { Link } from "./link.js";
 import { Marks } from "./marks.js";
-import { float32, float64, type Choices, type Force, type HelloReply, type Message, type Standing, type Stats } from "./messages.js";
+import { float64, type Choices, type Force, type HelloReply, type Message, type Standing, type Stats } from "./messages.js";
 import { guideRing, NeedleTube } from "./needles.js";
 import { addEvent, clearEvents, element, notice, showFelt, showFigures, showLegend, showScene, showStatus } from "./panel.js";
 import { Plots } from "./plots.js";
@@ -164,7 +164,7 @@ function message(message: Message): void {
       break;
     case "tissue":
       ++shapes;
-      tissue?.update(float32(message.positions));
+      tissue?.update(message);
       marks.path(message);
       if (tissue && tissue.colouring !== "regions") showScale();
       stage.draw();

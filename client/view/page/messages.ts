@@ -25,6 +25,7 @@ export interface NeedleShape {
 }
 export interface TissueShape {
   type: "tissue"; epoch: number; tick: number; time: number; positions: Uint8Array; path_points: Uint8Array; path_sizes: Uint8Array;
+  dent_centres?: Uint8Array; dent_moves?: Uint8Array; dent_radii?: Uint8Array; // not in old records
 }
 export interface Event {
   type: "event"; epoch: number; tick: number; time: number; needle: string; kind: string; region: string; position: Vector; force: number;

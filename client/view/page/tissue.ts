@@ -5,7 +5,8 @@ import {
   BufferAttribute, BufferGeometry, Color, DoubleSide, DynamicDrawUsage, Group, Mesh, MeshBasicMaterial,
   MeshLambertMaterial, Vector3,
 } from "./vendor/libraries.js";
-import { float32, int32, type DescribeReply } from "./messages.js";
+import { Dents, type Corner } from "./dents.js";
+import { float32, int32, type DescribeReply, type TissueShape } from "./messages.js";
 import { Strain } from "./strain.js";
 
 // Distinct also for those who do not tell red from green.
@@ -15,6 +16,61 @@ export const regionColour = (region: number): number => palette[region % palette
 // From none to the most: dark blue, green, yellow.
 export const scale = (share: number): Color =>
   new Color().setHSL(0.66 - 0.52 * Math.min(Math.max(share, 0), 1), 0.75, 0.4 + 0.15 * share);
+
+// Corners of the pieces of triangles near dents, at most; beyond that triangles are drawn whole.
+const mostCorners = 3 * 16384;
+
+// Triangles with places and colours, those near dents in pieces.
+class Pieces {
+  readonly geometry = new BufferGeometry();
+  private places: BufferAttribute;
+  private paint: BufferAttribute;
+  private corners = 0;
+  private divided = 0; // of them, of triangles in pieces
+  private shown = 0;
+
+  // With room for so many corners of whole triangles besides.
+  constructor(wholes = 0) {
+    const most = wholes + mostCorners;
+    this.places = dynamic(new Float32Array(3 * most), 3);
+    this.paint = dynamic(new Float32Array(3 * most), 3);
+    this.geometry.setAttribute("position", this.places);
+    this.geometry.setAttribute("color", this.paint);
+    this.geometry.setDrawRange(0, 0);
+  }
+
+  clear(): void {
+    this.corners = this.divided = 0;
+  }
+  // False, and nothing is added, if there is no room for its pieces.
+  divide(dents: Dents, a: Corner, b: Corner, c: Corner): boolean {
+    const before = this.corners;
+    const all = dents.pieces(a, b, c, (corner) => {
+      if (this.corners - before >= 3 && this.divided + this.corners - before >= mostCorners) return false;
+      this.put(dents, corner);
+      return true;
+    });
+    if (!all) this.corners = before;
+    else if (this.corners - before > 3) this.divided += this.corners - before;
+    return all;
+  }
+  // In pieces, or whole if there is no room for those.
+  add(dents: Dents, a: Corner, b: Corner, c: Corner): void {
+    if (dents.any && this.divide(dents, a, b, c)) return;
+    for (const corner of [a, b, c]) this.put(dents, corner);
+  }
+  show(): void {
+    if (this.corners === 0 && this.shown === 0) return;
+    this.geometry.setDrawRange(0, (this.shown = this.corners));
+    this.places.needsUpdate = this.paint.needsUpdate = true;
+  }
+
+  private put(dents: Dents, corner: Corner): void {
+    const places = this.places.array as Float32Array, paint = this.paint.array as Float32Array, at = 3 * this.corners++;
+    dents.place(corner[0], corner[1], corner[2], places, at);
+    for (let k = 0; k < 3; ++k) paint[at + k] = corner[3 + k]!;
+  }
+}
 
 const dynamic = (array: Float32Array, items: number): BufferAttribute => {
   const attribute = new BufferAttribute(array, items);
@@ -32,12 +88,16 @@ export class Tissue {
   private rest: Float32Array;
   private tetrahedra: Int32Array;
   private regionOf: Int32Array;
-  private positions: BufferAttribute;
+  private x: Float32Array; // of the mesh's nodes
+  private dents = new Dents();
+  private positions: BufferAttribute; // where the nodes really are
   private colours: BufferAttribute;
   private skin: Mesh[] = [];
+  private whole: Uint32Array[] = []; // of each mesh in `skin`, its triangles,
+  private pieces: Pieces[] = []; // and those that are drawn in pieces
+  private divided = false;
   private cut: Mesh;
-  private cutPositions: BufferAttribute;
-  private cutColours: BufferAttribute;
+  private cutPieces: Pieces;
   private side: Float32Array;
   private strain: Strain | null = null;
 
@@ -46,6 +106,7 @@ export class Tissue {
     this.rest = float32(description.positions);
     this.tetrahedra = int32(description.tetrahedra);
     this.regionOf = int32(description.tetrahedron_regions);
+    this.x = this.rest.slice();
     this.positions = dynamic(this.rest.slice(), 3);
     this.colours = dynamic(new Float32Array(this.rest.length), 3);
     this.side = new Float32Array(this.rest.length / 3);
@@ -55,13 +116,8 @@ export class Tissue {
       this.high.max(p);
     }
     this.makeSkin(int32(description.triangles));
-    const most = 6 * this.regionOf.length; // two triangles of each tetrahedron at most
-    this.cutPositions = dynamic(new Float32Array(3 * most), 3);
-    this.cutColours = dynamic(new Float32Array(3 * most), 3);
-    const geometry = new BufferGeometry();
-    geometry.setAttribute("position", this.cutPositions);
-    geometry.setAttribute("color", this.cutColours);
-    this.cut = new Mesh(geometry, new MeshBasicMaterial({ vertexColors: true, side: DoubleSide }));
+    this.cutPieces = new Pieces(6 * this.regionOf.length); // two triangles of each tetrahedron at most
+    this.cut = new Mesh(this.cutPieces.geometry, new MeshBasicMaterial({ vertexColors: true, side: DoubleSide }));
     this.cut.frustumCulled = false;
     this.group.add(this.cut);
     this.paint();
@@ -78,6 +134,7 @@ export class Tissue {
     if (colouring === this.colouring) return;
     this.colouring = colouring;
     this.paint();
+    this.divideSkin();
   }
 
   set skinVisible(visible: boolean) {
@@ -88,41 +145,38 @@ export class Tissue {
   }
 
   dispose(): void {
-    for (const mesh of [...this.skin, this.cut]) mesh.geometry.dispose();
+    for (const { geometry } of [...this.skin, ...this.pieces, this.cut]) geometry.dispose();
   }
 
   // Of a `tissue` state.
-  update(positions: Float32Array): void {
-    if (positions.length !== this.rest.length) return;
-    (this.positions.array as Float32Array).set(positions);
+  update(state: TissueShape): void {
+    const x = float32(state.positions);
+    if (x.length !== this.rest.length) return;
+    this.x = x;
+    this.dents = new Dents(state);
+    const places = this.positions.array as Float32Array;
+    for (let i = 0; i < x.length; i += 3) this.dents.place(x[i]!, x[i + 1]!, x[i + 2]!, places, i);
     this.positions.needsUpdate = true;
     this.paint();
+    this.divideSkin();
   }
 
   // The cut by the plane through `point`, across `normal`: the inside that is seen if what is before it is taken away.
   slice(point: Vector3, normal: Vector3): void {
     if (!this.cut.visible) return;
-    const x = this.positions.array as Float32Array, side = this.side, out = this.cutPositions.array as Float32Array;
-    const paint = this.cutColours.array as Float32Array, shade = this.colours.array as Float32Array;
+    const x = this.x, side = this.side;
     const offset = point.dot(normal);
     for (let i = 0; i < side.length; ++i)
       side[i] = x[3 * i]! * normal.x + x[3 * i + 1]! * normal.y + x[3 * i + 2]! * normal.z - offset;
-    let vertex = 0;
-    const put = (a: number, b: number, colour: Color): void => {
-      const share = side[a]! / (side[a]! - side[b]!);
-      for (let k = 0; k < 3; ++k) {
-        out[3 * vertex + k] = x[3 * a + k]! + share * (x[3 * b + k]! - x[3 * a + k]!);
-        const own = k === 0 ? colour.r : k === 1 ? colour.g : colour.b;
-        paint[3 * vertex + k] = this.colouring !== "regions"
-          ? shade[3 * a + k]! + share * (shade[3 * b + k]! - shade[3 * a + k]!)
-          : own;
-      }
-      ++vertex;
-    };
     const colours = this.regions.map((_, region) => new Color(regionColour(region)));
+    const between = (a: number, b: number, colour: Color): Corner => {
+      const share = side[a]! / (side[a]! - side[b]!);
+      const from = this.corner(a, colour), to = this.corner(b, colour);
+      return from.map((number, k) => number + share * (to[k]! - number)) as Corner;
+    };
     const above: number[] = [], below: number[] = [];
-    const most = this.cutPositions.count - 6;
-    for (let t = 0; t < this.regionOf.length && vertex <= most; ++t) {
+    this.cutPieces.clear();
+    for (let t = 0; t < this.regionOf.length; ++t) {
       above.length = below.length = 0;
       for (let k = 0; k < 4; ++k) {
         const node = this.tetrahedra[4 * t + k]!;
@@ -131,15 +185,46 @@ export class Tissue {
       if (above.length === 0 || below.length === 0) continue;
       const colour = colours[this.regionOf[t]!]!;
       const [few, many] = above.length <= below.length ? [above, below] : [below, above];
-      if (few.length === 1) {
-        for (const other of many) put(few[0]!, other, colour);
-      } else {
-        const corners: [number, number][] = [[few[0]!, many[0]!], [few[0]!, many[1]!], [few[1]!, many[1]!], [few[1]!, many[0]!]];
-        for (const corner of [0, 1, 2, 0, 2, 3]) put(corners[corner]![0], corners[corner]![1], colour);
-      }
+      const ends: [number, number][] = few.length === 1
+        ? many.map((other) => [few[0]!, other])
+        : [[few[0]!, many[0]!], [few[0]!, many[1]!], [few[1]!, many[1]!], [few[1]!, many[0]!]];
+      const corners = ends.map(([from, to]) => between(from, to, colour));
+      for (let k = 2; k < corners.length; ++k) this.cutPieces.add(this.dents, corners[0]!, corners[k - 1]!, corners[k]!);
     }
-    this.cut.geometry.setDrawRange(0, vertex);
-    this.cutPositions.needsUpdate = this.cutColours.needsUpdate = true;
+    this.cutPieces.show();
+  }
+
+  // A node of the mesh, in its colour or in that of its region.
+  private corner(node: number, region: Color): Corner {
+    const x = this.x, shade = this.colours.array as Float32Array, at = 3 * node;
+    return this.colouring === "regions"
+      ? [x[at]!, x[at + 1]!, x[at + 2]!, region.r, region.g, region.b]
+      : [x[at]!, x[at + 1]!, x[at + 2]!, shade[at]!, shade[at + 1]!, shade[at + 2]!];
+  }
+
+  // Triangles near dents leave the meshes of their regions and are drawn in pieces. One that there is no room for stays
+  // whole, and need not fit its neighbours.
+  private divideSkin(): void {
+    if (!this.dents.any && !this.divided) return;
+    this.divided = this.dents.any;
+    const white = new Color(0xffffff); // the material has the region's colour
+    this.skin.forEach((mesh, i) => {
+      const whole = this.whole[i]!, pieces = this.pieces[i]!, index = mesh.geometry.getIndex()!;
+      const shown = index.array as Uint32Array;
+      let count = 0;
+      pieces.clear();
+      for (let t = 0; t < whole.length; t += 3) {
+        const [a, b, c] = [whole[t]!, whole[t + 1]!, whole[t + 2]!];
+        if (this.dents.mayNeedPieces(this.x, 3 * a, 3 * b, 3 * c) &&
+            pieces.divide(this.dents, this.corner(a, white), this.corner(b, white), this.corner(c, white))) continue;
+        shown[count++] = a;
+        shown[count++] = b;
+        shown[count++] = c;
+      }
+      mesh.geometry.setDrawRange(0, count);
+      index.needsUpdate = true;
+      pieces.show();
+    });
   }
 
   // One mesh for each region, all with the same nodes.
@@ -155,14 +240,22 @@ export class Tissue {
       const geometry = new BufferGeometry();
       geometry.setAttribute("position", this.positions);
       geometry.setAttribute("color", this.colours);
-      geometry.setIndex(list);
+      const whole = new Uint32Array(list), index = new BufferAttribute(whole.slice(), 1);
+      index.setUsage(DynamicDrawUsage);
+      geometry.setIndex(index);
       const material = new MeshLambertMaterial({
         color: regionColour(region), flatShading: true, transparent: true, opacity: 0.32, side: DoubleSide, depthWrite: false,
       });
-      const mesh = new Mesh(geometry, material);
-      mesh.frustumCulled = false;
-      mesh.renderOrder = 2;
+      const pieces = new Pieces();
+      const mesh = new Mesh(geometry, material), fine = new Mesh(pieces.geometry, material);
+      for (const each of [mesh, fine]) {
+        each.frustumCulled = false;
+        each.renderOrder = 2;
+      }
+      mesh.add(fine);
       this.skin.push(mesh);
+      this.whole.push(whole);
+      this.pieces.push(pieces);
       this.group.add(mesh);
     });
   }
@@ -177,7 +270,7 @@ export class Tissue {
   }
 
   private paint(): void {
-    const x = this.positions.array as Float32Array, colours = this.colours.array as Float32Array;
+    const x = this.x, colours = this.colours.array as Float32Array;
     const byRegion = this.colouring === "regions";
     for (const [region, mesh] of this.skin.entries()) {
       const material = mesh.material as MeshLambertMaterial;

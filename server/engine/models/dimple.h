@@ -30,6 +30,7 @@
 // stiffness is positive up to f_p on any mesh: d(f/r)/df >= 1/(2 r).
 #pragma once
 
+#include "server/engine/models/dent.h"
 #include "server/engine/models/material.h"
 
 namespace acus {
@@ -46,6 +47,7 @@ class DimpleSpring {
   double depth(double f) const;       // m
   double compliance(double f) const;  // m/N, of small changes, >= 0
   double energy(double f) const;      // J, stored
+  LoadRadii radii(double f) const { return {radius(f), mesh_}; }
 
  private:
   double radius(double f) const;

@@ -16,11 +16,10 @@ constexpr double kAhead = 0.57;
 
 double shear_modulus(const Material& material) { return material.young_modulus / (2 * (1 + material.poisson_ratio)); }
 
-// With A/r (m/N) the give at the radius r: what a point force up to f gives more at b than at the `resolved` radius (m).
-double point_compliance(double A, double a, double resolved, double f) {
-  assert(A > 0 && a > 0 && resolved > 0 && !(f < 0));
-  const double b = std::max(a, std::sqrt(A * f));
-  return b < resolved ? A * (1 / b - 1 / resolved) : 0;
+// A: a point force gives A/r (m/N) at the radius r.
+double point_give(const Material& material) {
+  const double nu = material.poisson_ratio;
+  return (5 - 6 * nu) / (24 * std::numbers::pi * shear_modulus(material) * (1 - nu));
 }
 
 }  // namespace
@@ -33,16 +32,42 @@ double foundation_compliance(const Material& material, double edge, double d) {
 }
 
 double axial_compliance(const Material& material, double edge, double d) {
-  assert(edge > 0 && d > 0);
-  return std::log(std::max(1.0, 2 * kAlong * edge / d)) / (2 * std::numbers::pi * shear_modulus(material));
+  const auto [inner, outer] = shaft_radii(edge, d);
+  return std::log(std::max(1.0, outer / inner)) / (2 * std::numbers::pi * shear_modulus(material));
+}
+
+double surface_displacement(const Material& material, double edge, double d, double q, double L) {
+  const auto [inner, outer] = shaft_radii(edge, d);
+  return q / (2 * std::numbers::pi * shear_modulus(material)) * std::log(std::max(1.0, std::min(outer, L) / inner));
+}
+
+double mouth_displacement(const Material& material, double edge, double d, double q, double length) {
+  constexpr int kIterations = 8;
+  const auto [inner, outer] = shaft_radii(edge, d);
+  const auto u = [&](double L) { return surface_displacement(material, edge, d, q, L); };
+  if (q <= 0 || u(length) == 0 || length - u(length) >= outer) return u(length);
+  // Newton on L + u(L) = length, which is concave: from below.
+  const double slope = q / (2 * std::numbers::pi * shear_modulus(material));
+  double L = inner;
+  for (int i = 0; i < kIterations; ++i) L += (length - L - u(L)) / (1 + slope / L);
+  return u(L);
 }
 
 double end_compliance(const Material& material, double edge, double d) { return tip_compliance(material, edge, d, 0); }
 
 double tip_compliance(const Material& material, double edge, double d, double f) {
-  const double nu = material.poisson_ratio;
-  const double A = (5 - 6 * nu) / (24 * std::numbers::pi * shear_modulus(material) * (1 - nu));
-  return point_compliance(A, d / 2, kAhead * edge, f);
+  const LoadRadii radii = tip_radii(material, edge, d, f);
+  return radii.resolved() ? 0 : point_give(material) * (1 / radii.inner - 1 / radii.outer);
+}
+
+LoadRadii shaft_radii(double edge, double d) {
+  assert(edge > 0 && d > 0);
+  return {d / 2, kAlong * edge};
+}
+
+LoadRadii tip_radii(const Material& material, double edge, double d, double f) {
+  assert(edge > 0 && d > 0 && !(f < 0));
+  return {std::max(d / 2, std::sqrt(point_give(material) * f)), kAhead * edge};
 }
 
 }  // namespace acus

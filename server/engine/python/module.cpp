@@ -6,6 +6,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <span>
 
 #include "protocol/enums.h"
@@ -19,6 +20,7 @@
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
 #include "server/engine/tick/base_motion.h"
+#include "server/engine/tick/drawn_tissue.h"
 
 namespace py = pybind11;
 
@@ -224,19 +226,38 @@ Array orientations(const EngineState& state, const std::string& needle) {
   return all;
 }
 
+DrawnTissue drawn_of(const EngineState& state) {
+  DrawnTissue drawn(state.model->model());
+  draw_tissue(state.model->model(), resting(state).state, drawn);
+  return drawn;
+}
+
 std::vector<Array> paths_of(const EngineState& state) {
+  const DrawnTissue drawn = drawn_of(state);
   std::vector<Array> paths;
-  for (const Path& path : resting(state).state.paths) {
-    if (path.points() == 0) continue;
-    Array points({static_cast<py::ssize_t>(path.points()), py::ssize_t{3}});
-    auto rows = points.mutable_unchecked<2>();
-    for (int i = 0; i < path.points(); ++i) {
-      const Vector3 p = material_position(state.model->model().mesh, state.state.tissue.x, path.point(i));
-      for (int axis = 0; axis < 3; ++axis) rows(i, axis) = p[axis];
-    }
+  int first = 0;
+  for (const int size : drawn.path_sizes) {
+    Array points({static_cast<py::ssize_t>(size), py::ssize_t{3}});
+    std::copy_n(drawn.path_points.col(first).data(), 3 * size, points.mutable_data());
     paths.push_back(std::move(points));
+    first += size;
   }
   return paths;
+}
+
+// (centres, moves, radii): dents x 3, dents x 3 and dents x 2.
+py::tuple dents_of(const EngineState& state) {
+  const DrawnTissue drawn = drawn_of(state);
+  const auto count = static_cast<py::ssize_t>(drawn.dents.size());
+  Array centres({count, py::ssize_t{3}}), moves({count, py::ssize_t{3}}), radii({count, py::ssize_t{2}});
+  double *centre = centres.mutable_data(), *move = moves.mutable_data(), *radius = radii.mutable_data();
+  for (const Dent& dent : drawn.dents) {
+    centre = std::copy_n(dent.centre.data(), 3, centre);
+    move = std::copy_n(dent.move.data(), 3, move);
+    *radius++ = dent.radii.inner;
+    *radius++ = dent.radii.outer;
+  }
+  return py::make_tuple(centres, moves, radii);
 }
 
 // ---- The state after loading ----
@@ -397,7 +418,10 @@ void declare_state(py::module_& module) {
           },
           py::arg("needle"), "m, nodes x 3, the base first: a view, which steps change.")
       .def("needle_orientations", orientations, py::arg("needle"), "Nodes x 4, world from node.")
-      .def_property_readonly("paths", paths_of, "m, points x 3 of each, the mouth first.");
+      .def_property_readonly("paths", paths_of, "m, points x 3 of each, the mouth first.")
+      .def_property_readonly("dents", dents_of,
+                             "(centres, moves, radii), m: of each what the mesh is too coarse to show around a needle; "
+                             "acus.drawn draws them.");
 }
 
 // A vector of the report as a property.

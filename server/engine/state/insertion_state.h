@@ -76,6 +76,10 @@ struct Insertion {
 
 // Whether the tip presses on a surface from outside.
 inline bool touches(const Insertion& insertion) { return insertion.touched.tetrahedron >= 0; }
+// Whether a vertex of its path was alongside the shaft in the last tick.
+inline bool is_alongside(const Insertion& insertion, int vertex) {
+  return vertex >= insertion.first_alongside && vertex <= insertion.last_alongside;
+}
 
 // Samples of a shaft for shaft_monitor.h; `length` of the needle (m).
 inline constexpr double kMonitorSpacing = 2e-3;  // m, of the samples, at most

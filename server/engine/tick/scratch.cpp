@@ -30,11 +30,22 @@ NeedleView needle_view(const Model& model, const Scratch& scratch, int needle) {
   return {model.needles[needle], scratch.start_shapes[needle], scratch.needles[needle].shape(), model.h};
 }
 
+TissueView tissue_view(const Model& model, const Matrix3X& x_start, const Matrix3X& x) {
+  return {model.mesh,
+          model.surface,
+          model.borders,
+          model.scene.tissue.regions,
+          model.interactions,
+          model.element_sizes,
+          model.regions,
+          x_start,
+          x,
+          model.scene.tissue.local_compliance == LocalCompliance::all};
+}
+
 InsertionView insertion_view(const Model& model, const State& state, const Scratch& scratch, int needle) {
   return {needle, model.scene.needles[needle], needle_view(model, scratch, needle),
-          TissueView{model.mesh, model.surface, model.borders, model.scene.tissue.regions, model.interactions,
-                     model.element_sizes, model.regions, state.tissue.x, scratch.tissue.x,
-                     model.scene.tissue.local_compliance == LocalCompliance::all}};
+          tissue_view(model, state.tissue.x, scratch.tissue.x)};
 }
 
 }  // namespace acus

@@ -92,6 +92,7 @@ struct Scratch {
 
 // What the laws see of a needle and of the tissue at the current iterate.
 NeedleView needle_view(const Model& model, const Scratch& scratch, int needle);
+TissueView tissue_view(const Model& model, const Matrix3X& x_start, const Matrix3X& x);
 InsertionView insertion_view(const Model& model, const State& state, const Scratch& scratch, int needle);
 
 }  // namespace acus

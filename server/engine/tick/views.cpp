@@ -53,6 +53,16 @@ double TissueView::axial_compliance(const MaterialPoint& p, double d) const {
   return acus::axial_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d);
 }
 
+double TissueView::surface_displacement(const MaterialPoint& p, double d, double q, double L) const {
+  if (!local_compliance) return 0;
+  return acus::surface_displacement(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, q, L);
+}
+
+double TissueView::mouth_displacement(const MaterialPoint& p, double d, double q, double length) const {
+  if (!local_compliance) return 0;
+  return acus::mouth_displacement(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, q, length);
+}
+
 double TissueView::contact_radius(const MaterialPoint& p, double d) const {
   const Interaction& law = interaction(p);
   return acus::contact_radius(tissue_regions[region(p)].material, law.deep_indentation, d, law.puncture_force);
@@ -68,6 +78,14 @@ DimpleSpring TissueView::dimple_spring(const MaterialPoint& p, double d) const {
 double TissueView::tip_compliance(const MaterialPoint& p, double d, double f) const {
   if (!local_compliance) return 0;
   return acus::tip_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, f);
+}
+
+LoadRadii TissueView::shaft_radii(const MaterialPoint& p, double d) const {
+  return acus::shaft_radii(element_sizes[p.tetrahedron], d);
+}
+
+LoadRadii TissueView::tip_radii(const MaterialPoint& p, double d, double f) const {
+  return acus::tip_radii(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, f);
 }
 
 Vector3 NeedleView::turned(const CurvePoint& point) const {

@@ -40,14 +40,20 @@ struct TissueView {
   double lateral_compliance(const MaterialPoint& p, double d) const;
   // Of the tissue around its end, across it: m/N, see end_compliance().
   double end_compliance(const MaterialPoint& p, double d) const;
-  // Along the same shaft, m²/N; see local_compliance.h. It and what follows are zero if the scene leaves them out.
+  // Along the same shaft, m²/N; see local_compliance.h. Zero if the scene leaves it out.
   double axial_compliance(const MaterialPoint& p, double d) const;
+  // Of the skin where that shaft goes through it or, with a tip inside, in; m, likewise. q in N/m, L and length in m.
+  double surface_displacement(const MaterialPoint& p, double d, double q, double L) const;
+  double mouth_displacement(const MaterialPoint& p, double d, double q, double length) const;
   // Of the disc of surface over which a tip of diameter d (m) spreads its contact: its radius (m), and what the mesh
   // lacks of the dimple's depth; see dimple.h.
   double contact_radius(const MaterialPoint& p, double d) const;
   DimpleSpring dimple_spring(const MaterialPoint& p, double d) const;
-  // Of the tissue ahead of a tip inside that bears f (N) at most: m/N.
+  // Of the tissue ahead of a tip inside that bears f (N) at most: m/N, likewise.
   double tip_compliance(const MaterialPoint& p, double d, double f) const;
+  // Of the loads whose compliance that is: of a shaft of diameter d (m), and of its tip inside.
+  LoadRadii shaft_radii(const MaterialPoint& p, double d) const;
+  LoadRadii tip_radii(const MaterialPoint& p, double d, double f) const;
   Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
   Vector3 position(const TissuePoint& p) const { return tissue_position(mesh, x, p); }
   Vector3 start_position(const MaterialPoint& p) const { return material_position(mesh, x_start, p); }

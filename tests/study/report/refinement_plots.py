@@ -11,6 +11,8 @@ STYLES = {"linear": "o-", "nodal_pressure": "s--"}
 MESH_MEASURES = {"indentation": ("indentation", "mm", 1e3), "press_force": ("force at 0.3 mm", "N", 1),
                  "base_force": ("steady base force", "N", 1), "base_peak": ("peak base force", "N", 1),
                  "axial_stiffness": ("axial stiffness", "N/m", 1), "lateral_stiffness": ("lateral stiffness", "N/m", 1),
+                 "dragged_force": ("base force, skin dragged along", "N", 1),
+                 "dragged_depth": ("depth, skin dragged along", "mm", 1e3),
                  "steering_radius": ("steering radius", "m", 1)}
 LOCKING = {"needle": "needle pushed sideways: displacement", "vortex": "swirling load: displacement",
            "bending": "bent bar: work of the load"}

@@ -23,6 +23,7 @@ constexpr double kPressStep = 0.1e-3;     // m per tick
 constexpr int kMostPressSteps = 80;       // until the surface has given way
 constexpr double kStep = 0.5e-3;          // m per tick, inside
 constexpr double kDepth = 30e-3;          // m, that the rigid needle is pushed to
+constexpr double kDragged = 40e-3;        // m, way past the surface of the base of a needle that drags the skin
 constexpr double kSteeringDepth = 45e-3;  // m
 constexpr double kSteeringFrom = 20e-3;   // m, where the tip's way has taken on its radius
 constexpr double kPressForce = 0.1;       // N
@@ -99,6 +100,17 @@ Scene straight_scene(const Setting& setting) {
   Needle needle = needle_above(0.06, 1e-3);
   needle.rung = NeedleRung::rigid;
   return scene_of(setting, needle);
+}
+
+Scene dragging_scene(const Setting& setting) {
+  Scene scene = straight_scene(setting);
+  scene.tissue.regions[0].material.young_modulus = 10e3;
+  Interaction& law = scene.tissue.regions[0].interaction;
+  law.puncture_force = 0.5;
+  law.cutting_force = 0.3;
+  law.pressure = 20e3;
+  law.friction_static = law.friction_dynamic = 0.5;
+  return scene;
 }
 
 // A wire in a guide at the surface. Its tip's frame has +y along the world's.
@@ -183,6 +195,19 @@ void push_in(Motion& motion, MeshRow& row) {
   row.base_force = sum / count;
 }
 
+void drag(Motion& motion, MeshRow& row) {
+  double sum = 0;
+  int count = 0;
+  while (motion.travel() - kClearance < kDragged) {
+    motion.push(kStep / 2);
+    if (motion.travel() - kClearance < kDragged - 5e-3) continue;
+    sum += motion.resistance();
+    ++count;
+  }
+  row.dragged_force = sum / count;
+  row.dragged_depth = motion.needle().inserted_depth;
+}
+
 // Stiffness (N/m) against a small motion of the base.
 double stiffness(Motion& motion, const Vector3& by) {
   const auto force = [&] { return motion.needle().base_force.dot(by.normalized()); };
@@ -214,6 +239,8 @@ MeshRow measure(const Setting& setting, bool steering) {
   push_in(motion, row);
   row.axial_stiffness = stiffness(motion, -kPullBack * motion.axis());
   row.lateral_stiffness = stiffness(motion, kAside * Vector3::UnitX());
+  Motion dragging(dragging_scene(setting));
+  drag(dragging, row);
   row.steering_radius = steering ? steering_radius(setting) : kNone;
   return row;
 }
@@ -234,14 +261,14 @@ std::vector<MeshRow> mesh_table(bool quick,
 }
 
 void study_mesh_dependence(const StudyPlan& plan) {
-  CsvFile file(
-      plan.out + "/mesh_dependence.csv",
-      {"element", "added", "poisson_ratio", "cells", "element_size", "indentation", "press_force", "puncture_depth",
-       "base_force", "base_peak", "axial_stiffness", "lateral_stiffness", "steering_radius"});
+  CsvFile file(plan.out + "/mesh_dependence.csv",
+               {"element", "added", "poisson_ratio", "cells", "element_size", "indentation", "press_force",
+                "puncture_depth", "base_force", "base_peak", "axial_stiffness", "lateral_stiffness", "dragged_force",
+                "dragged_depth", "steering_radius"});
   for (const MeshRow& r : mesh_table(plan.quick, plan.progress))
     file.row({name_of(r.element), name_of(r.give), r.poisson_ratio, r.cells, kEdge / r.cells, r.indentation,
               r.press_force, r.puncture_depth, r.base_force, r.base_peak, r.axial_stiffness, r.lateral_stiffness,
-              r.steering_radius});
+              r.dragged_force, r.dragged_depth, r.steering_radius});
 }
 
 }  // namespace acus

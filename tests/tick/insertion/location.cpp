@@ -2,6 +2,7 @@
 // Stage 4 of one needle: surfaces, mouths of paths, vertices alongside and what they own.
 #include <doctest/doctest.h>
 
+#include "server/engine/tick/insertion/owned_lengths.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {

@@ -10,10 +10,10 @@ Record a run, then draw it:
     acus-picture run.csv --normal 0,1,0                  # seen along y
 
 Each view is a cut through the deformed tissue by one plane, the same at all moments. Tissue is drawn as the plane cuts
-its tetrahedra, in a colour per region; needles, the paths they cut, guides, and the events since the view before are
-seen along the plane's normal, wherever they are. The plane holds the axis of the needle and the direction in which it
-strays furthest from it; a needle that stays straight, within 3 % of its length, gets the plane of its neighbours or
-an upright one. The axes of a view are labelled with their directions in the world.
+its tetrahedra, with the dents around needles (acus.Dents), in a colour per region; needles, the paths they cut, guides,
+and the events since the view before are seen along the plane's normal, wherever they are. The plane holds the axis of
+the needle and the direction in which it strays furthest from it; a needle that stays straight, within 3 % of its length,
+gets the plane of its neighbours or an upright one. The axes of a view are labelled with their directions in the world.
 
 A region has moved as far as its centroid, the mean over its tetrahedra, weighted with their volumes at rest. The table
 that is printed holds the largest displacement of each region from its place at rest over the whole run, and when it was
@@ -218,7 +218,8 @@ def draw_view(axes, view, moment, recorded, events, needle):
     frame = moment.frame
     polygons, owners = shapes.cut(frame.tissue, recorded.tetrahedra, view.point, view.normal)
     colours = [region_colour(recorded.region_of[owner]) for owner in owners]
-    axes.add_collection(PolyCollection([view.flat(polygon) for polygon in polygons], facecolors=colours, **OUTLINE))
+    outlines = [view.flat(frame.dents.outline(polygon)) for polygon in polygons]
+    axes.add_collection(PolyCollection(outlines, facecolors=colours, **OUTLINE))
     for name, (nodes, _) in frame.needles.items():
         flat, colour = view.flat(nodes), NEEDLE_COLOURS[name == needle]
         axes.plot(*flat.T, color=colour, path_effects=HALO, **NEEDLE_STYLE)

@@ -4,6 +4,7 @@ pillow."""
 
 import numpy as np
 
+from ..drawn import Dents
 from ..errors import EnvError
 from ..rotation import rotate
 
@@ -16,7 +17,7 @@ class Frame:
     """What there is now, with the names of acus.shapes.Frame."""
 
     def __init__(self, model, state, guides=()):
-        self.tissue, self.paths = state.tissue_positions, state.paths
+        self.tissue, self.paths, self.dents = state.tissue_positions, state.paths, Dents(*state.dents)
         self.needles = {each.name: (state.needle_positions(each.name), state.needle_orientations(each.name)) for each in model.needles}
         self.guides = {each.name: (each.position, each.orientation) for each in guides}
         self.tetrahedra, self.region_of = model.tetrahedra, model.tetrahedron_regions

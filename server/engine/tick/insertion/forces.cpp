@@ -15,6 +15,7 @@ void read_row(const Rows& rows, int i, InsertionScratch& scratch, InsertionForce
   const double lambda = rows.lambda()[i];
   const auto at_cap = [&] { return std::abs(lambda) >= kAtCap * rows.law(i).limit; };
   const Vector3 force = rows.force(i);
+  if (acts_on_tissue(row.role) && row.role != RowRole::torsion) forces.amounts += std::abs(lambda);
   Insertion& next = scratch.next;
   switch (row.role) {
     case RowRole::contact:

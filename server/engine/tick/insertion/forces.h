@@ -13,6 +13,7 @@ struct InsertionForces {
   Vector3 cutting = Vector3::Zero();   // of cutting, and of contact with a surface or border
   Vector3 friction = Vector3::Zero();  // along the path, whole shaft
   Vector3 lateral = Vector3::Zero();   // across the path, shaft and tip
+  double amounts = 0;                  // N, of all rows but torsion, added up
 };
 
 // After the solve: sets the forces in scratch.next, and scratch.puncturing and scratch.cutting where they reached a

@@ -48,7 +48,8 @@ struct InsertionView {
 struct ShaftPoint {
   int vertex = 0;
   double s = 0;                          // m, along the needle
-  double owned = 0;                      // m, owned length (location.h)
+  double advance = 0;                    // m, from there to the wall of a mouth or exit (path_wall.h)
+  double owned = 0;                      // m, owned length (owned_lengths.h)
   double supported = 0;                  // m, supported length; the tip has the rest
   Vector3 tangent = Vector3::UnitX();    // of the path, unit, towards the end
   bool mouth = false;                    // the path enters the tissue here,

@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "server/engine/state/phase.h"
+#include "server/engine/tick/insertion/owned_lengths.h"
 #include "server/engine/tick/insertion/path_direction.h"
+#include "server/engine/tick/insertion/path_wall.h"
 #include "server/engine/tick/insertion/tip_place.h"
 
 namespace acus {
@@ -42,8 +44,8 @@ Mouth find_mouth(const InsertionView& at, const Vector3& place, std::span<const 
 bool goes_into(const InsertionView& at, const Path& path, bool far_end, const Vector3& surface_normal) {
   const CurvePoint tip = at.needle.tip();
   const Vector3 past = tip.position - at.tissue.position(far_end ? path.end : path.vertices[0]);
-  const Vector3 inwards = far_end ? Vector3(-end_tangent(at.tissue, path, -tip.tangent))
-                                  : path_tangent(at.tissue, path, 0, tip.tangent);
+  const Vector3 inwards =
+      far_end ? Vector3(-end_tangent(at.tissue, path, -tip.tangent)) : path_tangent(at.tissue, path, 0, tip.tangent);
   return surface_normal.dot(past) < 0 && inwards.dot(past) > 0;
 }
 
@@ -150,7 +152,7 @@ void find_shaft_points(const InsertionView& at, const Path& path, InsertionScrat
     if (scratch.located.shaft.full()) {
       scratch.located.left_out = true;
     } else {
-      scratch.located.shaft.push_back({i, s, 0, 0, tangent, i == 0 || path.air_behind(i - 1), path.air_behind(i)});
+      scratch.located.shaft.push_back({i, s, 0, 0, 0, tangent, i == 0 || path.air_behind(i - 1), path.air_behind(i)});
     }
   }
 }
@@ -161,31 +163,20 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionScratch& 
   double& end_s = scratch.next.end_s;
   const Vector3 tangent = end_tangent(at.tissue, path, at.needle.tip().tangent);
   end_s = project_on_curve(at.needle, at.tissue.position(path.end), tangent, end_s);
+  for (ShaftPoint& point : scratch.located.shaft)
+    if (point.mouth || point.exit) point.advance = wall_advance(at, path, scratch.next, point.vertex);
   place_tip(at, path, scratch);
   find_border(at, path, scratch);
   const bool through = scratch.next.phase == Phase::through;
   const std::span<ShaftPoint> shaft{scratch.located.shaft.begin(), scratch.located.shaft.end()};
-  scratch.located.tip.supported = share_length(shaft, through ? std::min(length, end_s) : length, !through);
+  const double end = through ? std::min(length, end_s) : length;
+  scratch.located.tip.supported = share_length(shaft, end, !through);
+  scale_owned_lengths(at, path, scratch.next, shaft, end);
   if (!through) return;
   if (const auto point = find_next_surface(at, scratch.next)) scratch.located.obstacle = surface_obstacle(at, *point);
 }
 
 }  // namespace
-
-double share_length(std::span<ShaftPoint> shaft, double end, bool tip_supports) {
-  assert(std::ranges::is_sorted(shaft, {}, &ShaftPoint::vertex));
-  const auto count = static_cast<int>(shaft.size());
-  for (int i = 0; i < count; ++i) {
-    const double from = shaft[i].mouth ? shaft[i].s : i > 0 ? 0.5 * (shaft[i - 1].s + shaft[i].s) : 0;
-    const double to = shaft[i].exit ? shaft[i].s : i + 1 < count ? 0.5 * (shaft[i].s + shaft[i + 1].s) : end;
-    shaft[i].owned = shaft[i].supported = std::max(0.0, to - from);
-  }
-  if (!tip_supports || shaft.empty() || shaft.back().exit) return 0;
-  ShaftPoint& last = shaft.back();
-  const double left = (end - last.s) / 2;
-  last.supported = std::max(0.0, last.supported - left);
-  return left;
-}
 
 void locate_insertion(const InsertionView& at, const Insertion& before, std::span<const Path> paths,
                       std::span<char> paths_taken, InsertionScratch& scratch) {

@@ -1,15 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stage 4 of an insertion, once a tick: the surface or border ahead of the tip, the path vertices alongside the shaft
-// with their lengths, and the place of the tip in its path.
-//
-// Owned length of a vertex: from halfway to one neighbour to halfway to the other; the first one's begins at the
-// surface, the last one's ends at the tip. The owned lengths sum to the inserted length at every moment, so that the
-// friction of the shaft depends neither on the spacing of vertices nor on when one is added or passed.
-//
-// Supported length, for the lateral rows: the owned length, but the stretch between the last vertex and the tip is
-// split in halves between the two. A vertex that the cut adds at the tip takes over the tip's half there, and the tip
-// takes it back as it is pulled past the vertex. So the lateral force has no jumps and converges as the spacing
-// shrinks. The tip's end adds the support of a sphere (models/local_compliance.h).
+// with their lengths (owned_lengths.h), and the place of the tip in its path.
 //
 // A tip back inside its path is between the last vertex alongside the shaft, A, and the next one ahead, B (or the
 // path's end). Its lateral rows act against (1 - u) A + u B, u the fraction of the distance. Rows against the closest
@@ -32,9 +23,5 @@ namespace acus {
 // tick; this one may enter another.
 void locate_insertion(const InsertionView& at, const Insertion& before, std::span<const Path> paths,
                       std::span<char> paths_taken, InsertionScratch& scratch);
-
-// Sets owned and supported lengths of the vertices alongside, which share the needle up to `end` (m). Returns the
-// supported length of the tip (m), 0 without tip_supports.
-double share_length(std::span<ShaftPoint> shaft, double end, bool tip_supports = true);
 
 }  // namespace acus

@@ -6,6 +6,7 @@
 #include "server/engine/state/phase.h"
 #include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/path_growth.h"
+#include "server/engine/tick/insertion/path_wall.h"
 #include "server/engine/tick/insertion/surface_transitions.h"
 #include "server/engine/tick/insertion/tip_laws.h"
 
@@ -119,7 +120,7 @@ std::uint32_t advance_end(const Transition& now, Path& path) {
   return flags;
 }
 
-// Measured on the corrected needle, not on its free motion.
+// Measured from the walls on the corrected needle, not on its free motion.
 void measure_depth(const Transition& now) {
   Insertion& state = now.state;
   state.depth = 0;
@@ -130,20 +131,21 @@ void measure_depth(const Transition& now) {
   const auto place = [&](const MaterialPoint& point, const Vector3& tangent, double guess) {
     return project_on_curve(needle, now.at.tissue.position(point), tangent, guess);
   };
-  const double mouth = place(path.vertices[0], path_tangent(now.at.tissue, path, 0, tip_tangent), state.vertices[0].s);
+  const auto wall = [&](int vertex) {
+    return wall_advance(now.at, path, state, vertex) + place(path.vertices[vertex],
+                                                             path_tangent(now.at.tissue, path, vertex, tip_tangent),
+                                                             state.vertices[vertex].s);
+  };
   double end = needle.model.length;
-  if (state.phase == Phase::through)
-    end = std::min(end, place(path.end, end_tangent(now.at.tissue, path, tip_tangent), state.end_s));
+  if (path.exited)
+    end = std::min(end, exit_advance(now.at, path, state) +
+                            place(path.end, end_tangent(now.at.tissue, path, tip_tangent), state.end_s));
   double air = 0;
   for (const int exit : path.exits) {
-    const auto of = [&](int vertex) {
-      const double s = place(path.vertices[vertex], path_tangent(now.at.tissue, path, vertex, tip_tangent),
-                             state.vertices[vertex].s);
-      return std::clamp(s, 0.0, end);
-    };
+    const auto of = [&](int vertex) { return std::clamp(wall(vertex), 0.0, end); };
     air += std::max(0.0, of(exit + 1) - of(exit));
   }
-  state.depth = std::max(0.0, end - std::max(0.0, mouth) - air);
+  state.depth = std::max(0.0, end - std::max(0.0, wall(0)) - air);
 }
 
 std::uint32_t change_state(const Transition& now) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The rows of a path vertex alongside the shaft: two across the path, friction along it, torsion about it.
 //
-// The friction threshold is l pi d mu p, l the owned length of the vertex (location.h). The lateral rows have the
+// The friction threshold is l pi d mu p, l the owned length of the vertex (owned_lengths.h). The lateral rows have the
 // compliance of the tissue beside the shaft that the mesh does not resolve (foundation_compliance()) over the supported
 // length.
 //

@@ -12,8 +12,8 @@
 // slides, once the force along the border is above f_c + mu times the contact force. Back along its path nothing is
 // left to cut. With its cutting row instead, a tip that grazes the border would be wedged in.
 //
-// The lateral support of the tip is that of its end and of its supported length (location.h, tip_laws.h), at the end of
-// the path as behind it, so that there is no jump between the two.
+// The lateral support of the tip is that of its end and its supported length (owned_lengths.h, tip_laws.h), at the end
+// of the path as behind it, so that there is no jump between the two.
 //
 // Springs in series (rows.h) are in the contact row of a surface (models/dimple.h) and in the cutting row
 // (models/local_compliance.h), there with the compliance e. The tip is beyond the mesh's surface, or beyond the path's

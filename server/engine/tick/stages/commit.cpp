@@ -21,17 +21,6 @@ void read_all_forces(const Model& model, Scratch& scratch) {
     scratch.guide_forces[model.guide_needles[g]] += read_guide_forces(scratch.rows, g, scratch.guides[g]);
 }
 
-// Of a needle with the tissue, their amounts added up (N).
-double contact_forces(const Rows& rows, int needle) {
-  double sum = 0;
-  for (int i = 0; i < rows.count(); ++i) {
-    const Row& row = rows.row(i);
-    if (row.needle == needle && acts_on_tissue(row.role) && row.role != RowRole::torsion)
-      sum += std::abs(rows.lambda()[i]);
-  }
-  return sum;
-}
-
 // Before the needles are committed.
 NeedleBalance balance_of(const Model& model, const Scratch& scratch, const State& state) {
   NeedleBalance balance;
@@ -40,7 +29,7 @@ NeedleBalance balance_of(const Model& model, const Scratch& scratch, const State
     const Vector3 base = needle.reaction.head<3>();
     balance.sum += base + scratch.guide_forces[i] - inertia_less_weight(model.needles[i], needle, state.needles[i]);
     balance.largest_force = std::max(balance.largest_force, base.norm());
-    balance.contact_forces = std::max(balance.contact_forces, contact_forces(scratch.rows, i));
+    balance.contact_forces = std::max(balance.contact_forces, scratch.forces[i].amounts);
   }
   return balance;
 }

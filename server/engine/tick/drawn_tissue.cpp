@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/drawn_tissue.h"
+
+#include <cassert>
+#include <cstddef>
+
+#include "server/engine/state/limits.h"
+#include "server/engine/tick/insertion/path_wall.h"
+#include "server/engine/tick/scratch.h"
+
+namespace acus {
+
+namespace {
+
+// Of a needle: where it presses on a surface, its tip inside, and a mouth and an exit for each part of its path.
+constexpr std::size_t kMostDents = 2 + 2 * (kMaxGaps + 1);
+
+// r/R from which a dent shows nothing.
+constexpr double kShallowest = 0.9;
+
+void add_dent(const Vector3& centre, const Vector3& move, const LoadRadii& radii, DrawnTissue& drawn) {
+  if (radii.inner > kShallowest * radii.outer) return;
+  assert(drawn.dents.size() < drawn.dents.capacity());
+  drawn.dents.push_back({centre, Vector3::Zero(), radii});
+  drawn.wanted.push_back(move);
+}
+
+void add_contact(const InsertionView& at, const Insertion& insertion, DrawnTissue& drawn) {
+  const MaterialPoint& touched = insertion.touched;
+  const Vector3 centre = at.tissue.position(touched);
+  const DimpleSpring dimple = at.tissue.dimple_spring(touched, at.parameters.outer_diameter);
+  add_dent(centre, at.needle.tip().position - centre, dimple.radii(insertion.tip.contact), drawn);
+}
+
+bool is_mouth_or_exit(const Path& path, int vertex) {
+  return vertex == 0 || path.air_behind(vertex) || path.air_behind(vertex - 1);
+}
+
+void add_path_dents(const InsertionView& at, const Path& path, const Insertion& insertion, DrawnTissue& drawn) {
+  const double d = at.parameters.outer_diameter;
+  for (int i = 0; i < static_cast<int>(path.vertices.size()); ++i)
+    if (is_mouth_or_exit(path, i) && is_alongside(insertion, i))
+      add_dent(at.tissue.position(path.vertices[i]), wall_move(at, path, insertion, i),
+               at.tissue.shaft_radii(path.vertices[i], d), drawn);
+  if (is_out(at, path, insertion))
+    add_dent(at.tissue.position(path.end), exit_move(at, path, insertion), at.tissue.shaft_radii(path.end, d), drawn);
+  if (insertion.phase == Phase::through) return;
+  const TipWall tip = tip_wall(at, path, insertion);
+  add_dent(tip.place, tip.move, tip.radii, drawn);
+}
+
+void add_dents(const InsertionView& at, const State& state, DrawnTissue& drawn) {
+  const Insertion& insertion = state.insertions[static_cast<std::size_t>(at.needle_index)];
+  if (touches(insertion)) add_contact(at, insertion, drawn);
+  if (insertion.path >= 0) add_path_dents(at, state.paths[static_cast<std::size_t>(insertion.path)], insertion, drawn);
+}
+
+void add_path(const Path& path, const TissueView& tissue, DrawnTissue& drawn) {
+  for (int i = 0; i < path.points(); ++i) {
+    const Vector3 place = tissue.position(path.point(i));
+    drawn.path_points.col(drawn.points + i) = place + displacement(drawn.dents, place);
+  }
+  drawn.points += path.points();
+  drawn.path_sizes.push_back(path.points());
+}
+
+// Vertices beside a needle touch it, and the end where it is through; `first` column of its path.
+void put_walls(const InsertionView& at, const Path& path, const Insertion& insertion, int first, DrawnTissue& drawn) {
+  const int count = static_cast<int>(path.vertices.size());
+  for (int i = 0; i < count; ++i)
+    if (is_alongside(insertion, i))
+      drawn.path_points.col(first + i) = at.tissue.position(path.vertices[i]) + wall_move(at, path, insertion, i);
+  if (is_out(at, path, insertion))
+    drawn.path_points.col(first + count) = at.tissue.position(path.end) + exit_move(at, path, insertion);
+}
+
+}  // namespace
+
+DrawnTissue::DrawnTissue(const Model& model)
+    : path_points(3, kMaxPaths * (model.path_vertices + 1)), shapes(model.needles.size()) {
+  dents.reserve(kMostDents * model.needles.size());
+  wanted.reserve(dents.capacity());
+  path_sizes.reserve(kMaxPaths);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const auto nodes = static_cast<std::size_t>(model.needles[i].nodes());
+    shapes[i].x.resize(3, static_cast<Eigen::Index>(nodes));
+    shapes[i].frames.resize(nodes);
+  }
+}
+
+void draw_tissue(const Model& model, const State& state, DrawnTissue& drawn) {
+  drawn.dents.clear();
+  drawn.wanted.clear();
+  drawn.path_sizes.clear();
+  drawn.points = 0;
+  const TissueView tissue = tissue_view(model, state.tissue.x, state.tissue.x);
+  const auto view = [&](int i) {
+    const NeedleShape& shape = drawn.shapes[static_cast<std::size_t>(i)];
+    return InsertionView{i, model.scene.needles[i], {model.needles[i], shape, shape, model.h}, tissue};
+  };
+  for (int i = 0; i < model.needle_count(); ++i) {
+    put_shape(state.needles[i], drawn.shapes[i]);
+    add_dents(view(i), state, drawn);
+  }
+  set_moves(drawn.wanted, drawn.dents);
+  for (const Path& path : state.paths) {
+    if (path.empty()) continue;
+    const int first = drawn.points;
+    add_path(path, tissue, drawn);
+    if (path.needle >= 0) put_walls(view(path.needle), path, state.insertions[path.needle], first, drawn);
+  }
+}
+
+}  // namespace acus

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The invariant that every lay person takes for granted of a picture: a tip that presses on the skin is on the drawn
+// skin, and one that cuts is at the end of the drawn path.
+#pragma once
+
+#include <algorithm>
+
+#include "server/engine/models/surface.h"
+#include "server/engine/tick/drawn_tissue.h"
+#include "server/engine/tick/simulation.h"
+
+namespace acus::test {
+
+// m, that are not seen.
+inline constexpr double kMostDrawnGap = 2e-4;
+
+class DrawnGap {
+ public:
+  explicit DrawnGap(const Simulation& simulation) : simulation_(simulation), drawn_(simulation.model()) {}
+
+  // Largest distance (m) of a tip in contact from the drawn skin near it, and of one that cuts from its path's end,
+  // after a tick; infinite if anything that is drawn is not finite.
+  double largest(const Surface& surface) {
+    const State& state = simulation_.state();
+    draw_tissue(simulation_.model(), state, drawn_);
+    double gap = 0;
+    for (std::size_t i = 0; i < state.insertions.size(); ++i) {
+      const Insertion& insertion = state.insertions[i];
+      const Vector3 tip = simulation_.report().needles[i].tip_position;
+      if (touches(insertion)) gap = std::max(gap, from_skin(surface, tip));
+      if (insertion.phase == Phase::inside && insertion.tip.cutting > 0)
+        gap = std::max(gap, from_end(insertion.path, tip));
+    }
+    return finite() ? gap : kInfinity;
+  }
+
+ private:
+  bool finite() const {
+    const bool dents = std::ranges::all_of(
+        drawn_.dents, [](const Dent& dent) { return dent.centre.allFinite() && dent.move.allFinite(); });
+    return dents && drawn_.path_points.leftCols(drawn_.points).allFinite();
+  }
+
+  // The mesh's point that is drawn nearest to the tip, by fixed-point iterations.
+  double from_skin(const Surface& surface, const Vector3& tip) const {
+    constexpr int kIterations = 20;
+    const Matrix3X& x = simulation_.state().tissue.x;
+    double nearest = kInfinity;
+    Vector3 place = tip;
+    for (int i = 0; i < kIterations; ++i) {
+      place = surface.closest(x, place).position;
+      const Vector3 apart = tip - place - displacement(drawn_.dents, place);
+      nearest = std::min(nearest, apart.norm());
+      place += apart / 2;
+    }
+    return nearest;
+  }
+
+  double from_end(int path, const Vector3& tip) const {
+    int last = -1;
+    for (std::size_t i = 0, count = 0; i < simulation_.state().paths.size(); ++i) {
+      if (simulation_.state().paths[i].empty()) continue;
+      last += drawn_.path_sizes[count++];
+      if (static_cast<int>(i) == path) break;
+    }
+    return (drawn_.path_points.col(last) - tip).norm();
+  }
+
+  const Simulation& simulation_;
+  DrawnTissue drawn_;
+};
+
+}  // namespace acus::test
