@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "protocol/key_file.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 #include <zmq.h>
 
 #include <array>
 #include <cerrno>
 #include <cstdint>
-#include <fstream>
+#include <memory>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -17,12 +20,14 @@ namespace {
 constexpr std::size_t kKeyLength = 40, kKeyBytes = 32;
 constexpr std::string_view kZ85 =
     "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ.-:+=^!/*?&<>()[]{}@%$#";
+constexpr off_t kMostBytes = 1 << 20;
 constexpr mode_t kForbidden = S_IWGRP | S_IXGRP | S_IRWXO;
 
 // All that a file says, in its order.
 struct Content {
   std::vector<PublicKey> public_keys;
   std::vector<std::string> secret_keys;
+  mode_t mode = 0;  // of the file
 };
 
 std::string trimmed(std::string_view text) {
@@ -56,15 +61,27 @@ void check_that_they_belong_together(const std::string& path, const KeyPair& pai
                  "both into NAME.key_secret");
 }
 
-bool is_open_to_others(const std::string& path) {
+// The whole text, of a file that is one: a pipe or a device may never end. Throws KeyError.
+std::string read_text(const std::string& path, mode_t& mode) {
+  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  const auto close_file = [](const int* open_file) { close(*open_file); };
+  const std::unique_ptr<const int, decltype(close_file)> closes(file < 0 ? nullptr : &file, close_file);
   struct stat status {};
-  return stat(path.c_str(), &status) == 0 && (status.st_mode & kForbidden) != 0;
+  if (file < 0 || fstat(file, &status) != 0) throw KeyError("the key file '" + path + "' cannot be read");
+  if (!S_ISREG(status.st_mode)) throw KeyError("'" + path + "' is no file; expected a key file, as acus-keygen writes");
+  if (status.st_size > kMostBytes)
+    throw KeyError("the key file '" + path + "' has more than 1 MiB; acus-keygen writes some hundred bytes");
+  std::string text(static_cast<std::size_t>(status.st_size), ' ');
+  const ssize_t count = ::read(file, text.data(), text.size());
+  if (count < 0) throw KeyError("the key file '" + path + "' cannot be read");
+  text.resize(static_cast<std::size_t>(count));
+  mode = status.st_mode;
+  return text;
 }
 
 Content read(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw KeyError("the key file '" + path + "' cannot be read");
   Content content;
+  std::istringstream file(read_text(path, content.mode));
   std::string line, name;
   for (int number = 1; std::getline(file, line); ++number) {
     const std::string text = trimmed(line);
@@ -91,7 +108,7 @@ Content read(const std::string& path) {
 
 KeyPair read_key_pair(const std::string& path) {
   const Content content = read(path);
-  if (!content.secret_keys.empty() && is_open_to_others(path))
+  if (!content.secret_keys.empty() && (content.mode & kForbidden) != 0)
     throw KeyError("the key file '" + path + "' holds a secret key and is open to others; chmod 600 '" + path + "'");
   if (content.public_keys.size() != 1 || content.secret_keys.size() != 1) {
     throw KeyError("the key file '" + path + "': expected one public and one secret key, found " +
@@ -110,6 +127,9 @@ std::vector<PublicKey> read_public_keys(const std::string& path) {
                    "' holds a secret key, which only its owner needs; give the public part, which acus-keygen NAME "
                    "writes into NAME.key");
   }
+  if ((content.mode & S_IWOTH) != 0)
+    throw KeyError("the key file '" + path + "' can be changed by anybody, and so lets anybody in; chmod o-w '" + path +
+                   "'");
   if (content.public_keys.empty())
     throw KeyError("the key file '" + path + "' holds no public key; acus-keygen NAME writes one into NAME.key");
   return content.public_keys;

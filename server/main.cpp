@@ -5,6 +5,8 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -59,7 +61,8 @@ constexpr const char* kFooter =
     "  acus-server --schema                                  the JSON Schema of scene files, for editors\n"
     "  acus-server RUN --at 12.5                             go on from there in what --record RUN wrote\n"
     "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
-    "\nExit status: 0 ended by SIGINT, SIGTERM, a client's shutdown, or --ticks; 1 bad command line; 2 the scene, "
+    "\nExit status: 0 ended by SIGINT, SIGTERM, SIGHUP, a client's shutdown, or --ticks; 1 bad command line; 2 the "
+    "scene, "
     "recording or snapshot cannot be used;\n3 an endpoint cannot be listened on; 4 anything else; 5 the recording "
     "cannot be written. Log lines go to standard error.";
 
@@ -270,6 +273,8 @@ void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const Argumen
 
 // Throws std::runtime_error that names the file.
 void restore(const std::string& file, Simulation& simulation) {
+  if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file))
+    throw std::runtime_error("--restore " + file + ": it is no file; give one that --snapshot has written");
   std::ifstream stream(file, std::ios::binary);
   std::vector<char> bytes{std::istreambuf_iterator<char>(stream), {}};
   if (!stream) throw std::runtime_error("--restore " + file + ": the file cannot be read");
@@ -304,10 +309,21 @@ std::string problem_with(const Arguments& arguments) {
   return "";
 }
 
+// Beside threads that nothing can stop: without destroying what they use.
+[[noreturn]] void exit_at_once(int status) {
+  spdlog::shutdown();
+  std::fflush(nullptr);
+  std::_Exit(status);
+}
+
 // Null if it was interrupted. Throws std::runtime_error.
 std::unique_ptr<LoadedScene> load(const Arguments& arguments, const Termination& termination) {
   if (is_recording(arguments.scene))
     return load_recorded({arguments.scene, arguments.at}, [&] { return termination.asked(); });
+  const SignalWatch watch(termination, [] {
+    spdlog::info("ended while the scene was loaded");
+    exit_at_once(kEnded);
+  });
   std::unique_ptr<LoadedScene> world = load_scene(read_scene(arguments.scene), arguments.endpoint.rate);
   if (!arguments.restore.empty()) restore(arguments.restore, world->simulation);
   return world;
@@ -353,8 +369,12 @@ int run(const Arguments& arguments) {
     return kCannotRecord;
   }
   serve(*endpoint, std::move(world), arguments, link, termination);
-  if (!arguments.endpoint.record.empty() && endpoint->recording_failed()) return kCannotRecord;
-  return kEnded;
+  const bool failed = !arguments.endpoint.record.empty() && endpoint->recording_failed();
+  const ExitCode status = failed ? kCannotRecord : kEnded;
+  const bool leaves_thread = endpoint->leaves_thread();
+  endpoint.reset();
+  if (leaves_thread) exit_at_once(status);
+  return status;
 }
 
 }  // namespace

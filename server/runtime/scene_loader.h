@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Builds worlds, and destroys them, on threads of its own: loading a scene takes seconds, freeing one milliseconds, and
-// neither the simulation nor the socket thread has them to spare.
+// neither the simulation nor the socket thread has them to spare. A thread that loads cannot be stopped: it outlives a
+// loader that goes, uses nothing of it, and ends with the process.
 #pragma once
 
 #include <future>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <optional>
 #include <string>
@@ -33,7 +35,13 @@ class SceneLoader {
   // `done` is signalled when a result is there; `rate` (Hz) replaces that of every scene. Nothing outside `folders` is
   // read.
   SceneLoader(Wakeup& done, std::optional<double> rate, SceneFolders folders)
-      : done_(done), rate_(rate), folders_(std::move(folders)) {}
+      : done_(std::make_shared<Done>(done)), rate_(rate), folders_(std::move(folders)) {}
+  ~SceneLoader() {
+    done_->disconnect();
+    if (busy() && !is_ready()) loader_.detach();
+  }
+  SceneLoader(const SceneLoader&) = delete;
+  SceneLoader& operator=(const SceneLoader&) = delete;
 
   bool busy() const { return loading_.valid(); }
 
@@ -41,16 +49,17 @@ class SceneLoader {
   void start(const SceneSource& source) {
     std::promise<LoadResult> promise;
     loading_ = promise.get_future();
-    loader_ = std::jthread([this, source, result = std::move(promise)]() mutable {
-      lower_priority();
-      result.set_value(load(source));
-      done_.signal();
-    });
+    loader_ =
+        std::jthread([source, rate = rate_, folders = folders_, done = done_, result = std::move(promise)]() mutable {
+          lower_priority();
+          result.set_value(load(source, rate, folders));
+          done->signal();
+        });
   }
 
   // The result, once it is there; then it is no longer busy.
   std::optional<LoadResult> take() {
-    if (!busy() || loading_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return std::nullopt;
+    if (!busy() || !is_ready()) return std::nullopt;
     return loading_.get();
   }
 
@@ -62,9 +71,29 @@ class SceneLoader {
   }
 
  private:
-  LoadResult load(const SceneSource& source) const {
+  // Of a result, to whom it is still of interest.
+  class Done {
+   public:
+    explicit Done(Wakeup& wakeup) : wakeup_(&wakeup) {}
+    void signal() {
+      const std::scoped_lock lock(mutex_);
+      if (wakeup_) wakeup_->signal();
+    }
+    void disconnect() {
+      const std::scoped_lock lock(mutex_);
+      wakeup_ = nullptr;
+    }
+
+   private:
+    std::mutex mutex_;
+    Wakeup* wakeup_;
+  };
+
+  bool is_ready() const { return loading_.wait_for(std::chrono::seconds(0)) == std::future_status::ready; }
+
+  static LoadResult load(const SceneSource& source, std::optional<double> rate, const SceneFolders& folders) {
     try {
-      return {load_scene(read(source), rate_), ""};
+      return {load_scene(read(source, folders), rate), ""};
     } catch (const std::bad_alloc&) {
       return {nullptr, "there is not enough memory for this scene beside the one that goes on; make its mesh coarser"};
     } catch (const std::exception& error) {
@@ -72,12 +101,12 @@ class SceneLoader {
     }
   }
 
-  Scene read(const SceneSource& source) const {
-    if (source.text.empty()) return read_scene(folders_.find(source.path), &folders_);
-    return parse_scene(source.text, "the scene's text", folders_.first().string(), &folders_);
+  static Scene read(const SceneSource& source, const SceneFolders& folders) {
+    if (source.text.empty()) return read_scene(folders.find(source.path), &folders);
+    return parse_scene(source.text, "the scene's text", folders.first().string(), &folders);
   }
 
-  Wakeup& done_;
+  const std::shared_ptr<Done> done_;
   const std::optional<double> rate_;
   const SceneFolders folders_;
   std::future<LoadResult> loading_;

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <system_error>
+#include <utility>
 
 namespace acus {
 namespace {
@@ -30,6 +31,11 @@ int checked(int result) {
   return result;
 }
 
+bool is_ignored(int signal) {
+  struct sigaction action {};
+  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
 void add(int epoll_file, int file) {
   epoll_event event{};
   event.events = EPOLLIN;
@@ -43,6 +49,8 @@ Termination::Termination() {
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
+  const bool hangup = !is_ignored(SIGHUP);
+  if (hangup) sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   blocked_ = checked(signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
   handled_ = checked(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
@@ -56,6 +64,7 @@ Termination::Termination() {
   action.sa_flags = SA_RESTART;
   checked(sigaction(SIGINT, &action, nullptr));
   checked(sigaction(SIGTERM, &action, nullptr));
+  if (hangup) checked(sigaction(SIGHUP, &action, nullptr));
 }
 
 bool Termination::asked() const {
@@ -67,7 +76,20 @@ bool Termination::asked() const {
 Termination::~Termination() {
   signal(SIGINT, SIG_IGN);
   signal(SIGTERM, SIG_IGN);
+  signal(SIGHUP, SIG_IGN);
   for (int file : {either_, handled_, blocked_}) close(file);
+}
+
+SignalWatch::SignalWatch(const Termination& termination, std::function<void()> end)
+    : watcher_([this, &termination, end = std::move(end)] {
+        pollfd items[] = {{termination.file(), POLLIN, 0}, {over_.file(), POLLIN, 0}};
+        while (poll(items, 2, -1) < 0 && errno == EINTR) continue;
+        if (items[0].revents != 0) end();
+      }) {}
+
+SignalWatch::~SignalWatch() {
+  over_.signal();
+  watcher_.join();
 }
 
 }  // namespace acus

@@ -15,13 +15,6 @@ constexpr double kErrorsPerSecond = 10;                         // to one client
 constexpr double kErrorLinesPerSecond = 10;                     // about one client
 constexpr std::size_t kMaxTypeTold = 100, kMaxSentence = 2000;  // bytes of an error's texts
 
-// Of a routing frame, for the log.
-std::string shown(const std::string& client) {
-  std::string text;
-  for (const unsigned char byte : client) text += fmt::format("{:02x}", byte);
-  return text;
-}
-
 std::vector<std::string> types_of_requests() {
   std::vector<std::string> types;
   for (const RequestRule& rule : kRequestRules)
@@ -38,8 +31,8 @@ const std::vector<std::string>& request_types() {
   return types;
 }
 
-Answers::Answers(zmq::socket_t& commands)
-    : commands_(commands), error_limit_(kErrorsPerSecond), log_limit_(kErrorLinesPerSecond) {}
+Answers::Answers(zmq::socket_t& commands, const Peers& peers)
+    : commands_(commands), peers_(peers), error_limit_(kErrorsPerSecond), log_limit_(kErrorLinesPerSecond) {}
 
 void Answers::reject(const Sender& sender, const protocol::DecodeError& error) {
   ++rejected_;
@@ -56,7 +49,7 @@ void Answers::reject(const Sender& sender, const protocol::DecodeError& error) {
 
 void Answers::log(const Sender& sender, const std::string& what) {
   if (log_limit_.allow(sender.identity, RateLimiter::Clock::now()))
-    spdlog::info("client {} {}", shown(sender.identity), what);
+    spdlog::info("client {} at {} {}", shown(sender.identity), peers_.who(sender.connection), what);
 }
 
 void Answers::send_bytes(const Sender& sender) {

@@ -11,6 +11,7 @@
 
 #include "protocol/codec.h"
 #include "server/transport/inbox.h"
+#include "server/transport/peers.h"
 #include "server/transport/rate_limiter.h"
 
 namespace acus {
@@ -20,8 +21,8 @@ const std::vector<std::string>& request_types();
 
 class Answers {
  public:
-  // Sends through a ROUTER socket, which it does not own.
-  explicit Answers(zmq::socket_t& commands);
+  // Sends through a ROUTER socket; owns neither that nor the peers.
+  Answers(zmq::socket_t& commands, const Peers& peers);
 
   // Lost if the client does not read its answers.
   template <class Message>
@@ -48,6 +49,7 @@ class Answers {
   void send_bytes(const Sender& sender);
 
   zmq::socket_t& commands_;
+  const Peers& peers_;
   RateLimiter error_limit_, log_limit_;
   std::uint64_t rejected_ = 0;
   std::string bytes_;  // the encoded answer, reused

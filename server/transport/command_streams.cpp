@@ -99,8 +99,13 @@ void CommandStreams::release(const Sender& sender, const protocol::Release& requ
 void CommandStreams::forget_connection(int connection) {
   const auto client = clients_.extract(connection);
   if (client.empty()) return;
+  const std::vector<int> held = holders_.held_by(client.mapped());
   holders_.release_all(client.mapped());
-  answers_.log({.identity = client.mapped()}, "is gone and holds nothing any more");
+  for (const int body : held)
+    if (!lockstep_ && !holders_.held(body))
+      link_.commands[static_cast<std::size_t>(body)].put({world_.commanded_epoch(), {}, {}, true});
+  if (!held.empty())
+    answers_.log({.identity = client.mapped(), .connection = connection}, "is gone and holds nothing any more");
 }
 
 void CommandStreams::keep_one_client(const Sender& sender) {

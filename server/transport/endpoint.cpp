@@ -50,7 +50,8 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       zap_(make_zap_handler(context_, options.admission)),
       commands_(context_, zmq::socket_type::router),
       inbox_(commands_),
-      answers_(commands_),
+      peers_(options.admission.curve ? options.admission.curve->clients : std::vector<protocol::PublicKey>{}),
+      answers_(commands_, peers_),
       connections_(context_, commands_, "commands"),
       feed_(context_, options.states, options.admission, options.lockstep, link,
             {[this](Acknowledgement& acknowledgement) { requests_.finish(acknowledgement); },
@@ -152,11 +153,13 @@ void Endpoint::notice_connections() {
     if (change->begun) continue;
     inbox_.forget_connection(change->connection);
     requests_.forget_connection(change->connection);
+    peers_.forget(change->connection);
   }
 }
 
 void Endpoint::handle(const Arrived& message) {
   const Sender& sender = message.sender;
+  peers_.note(message);
   requests_.streams().keep_one_client(sender);
   try {
     if (!message.framed)

@@ -48,6 +48,8 @@ class Endpoint {
   std::string standing() const;
 
   std::uint64_t rejected() const { return answers_.rejected(); }
+  // Whether a thread is at work that outlives the endpoint: it loads a scene, or writes a snapshot.
+  bool leaves_thread() const { return requests_.leaves_thread(); }
   bool recording_failed() const { return requests_.recordings().state() == protocol::RecordingState::failed; }
   std::uint64_t dropped() const { return feed_.dropped(); }
 
@@ -67,6 +69,7 @@ class Endpoint {
   std::optional<ZapHandler> zap_;  // with keys
   zmq::socket_t commands_;
   Inbox inbox_;
+  Peers peers_;
   Answers answers_;
   ConnectionMonitor connections_;
   StateFeed feed_;

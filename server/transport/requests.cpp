@@ -13,7 +13,8 @@ namespace {
 
 using protocol::ErrorCode;
 
-constexpr double kRequestsPerSecond = 20;  // of one client, of those that cost time
+// Of those that cost time: of one client, and of all together, since a client that connects anew is another one.
+constexpr double kRequestsPerSecond = 20, kRequestsOfAll = 60;
 
 std::uint64_t draw_instance() {
   std::random_device device;
@@ -32,6 +33,7 @@ Requests::Requests(LoadedScene& world, const RequestOptions& options, Link& link
       streams_(world_, options.lockstep, link, answers),
       pending_(link),
       limit_(kRequestsPerSecond),
+      limit_of_all_(kRequestsOfAll),
       paused_(options.paused),
       loader_(link.to_sockets, options.rate, SceneFolders(options.folders)),
       recordings_(options.recordings, ACUS_VERSION),
@@ -58,11 +60,15 @@ template <class Message>
 bool Requests::may(const Sender& sender, const Message& message) {
   constexpr RequestRule kRule = rule_of<Message>();
   // In real time what one client asks for takes time from all others; in lockstep they wait for each other anyway.
-  if (kRule.costly && !options_.lockstep && !limit_.allow(sender.identity, now_)) {
-    answers_.reject(sender, message, ErrorCode::busy,
-                    fmt::format("one client may ask for '{}' and the like {} times a second; try again later",
-                                Message::kType, kRequestsPerSecond));
-    return false;
+  if (kRule.costly && !options_.lockstep) {
+    const bool one = limit_.allow(sender.identity, now_);
+    if (!one || !limit_of_all_.allow("", now_)) {
+      answers_.reject(sender, message, ErrorCode::busy,
+                      fmt::format("{} may ask for '{}' and the like {} times a second; try again later",
+                                  one ? "all clients together" : "one client", Message::kType,
+                                  one ? kRequestsOfAll : kRequestsPerSecond));
+      return false;
+    }
   }
   if (kRule.mode == RequestRule::Mode::real_time && options_.lockstep) {
     answers_.reject(sender, message, ErrorCode::wrong_mode,
@@ -246,6 +252,7 @@ void Requests::handle(const Sender& sender, const protocol::Shutdown& request) {
 // For a scene that wants one every so many seconds. After a reset, or another scene, they count anew.
 void Requests::ask_for_due_snapshot() {
   const Scene& scene = world_.published().simulation.scene();
+  snapshot_file_.tell_if_slow(SnapshotFile::Clock::now());
   if (!scene.publish.snapshot_every || !snapshot_file_.ready() || snapshot_due_ || !world_.settled()) return;
   const double now = static_cast<double>(link_.tick.load(std::memory_order_relaxed)) / scene.rate;
   if (now < last_snapshot_) last_snapshot_ = 0;

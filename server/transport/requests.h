@@ -52,6 +52,8 @@ class Requests {
   void turn();
 
   // Nothing is under way, of anybody or of a client.
+  // Whether a thread is at work that outlives this: it loads a scene, or writes a snapshot.
+  bool leaves_thread() const { return loader_.busy() || snapshot_file_.writing(); }
   bool idle() const { return pending_.none() && !loader_.busy(); }
   bool any_of(const std::string& client) const {
     return pending_.any_of(client) || (loader_.busy() && loading_for_.identity == client);
@@ -132,7 +134,7 @@ class Requests {
   ServedWorld world_;
   CommandStreams streams_;
   PendingRequests pending_;
-  RateLimiter limit_;
+  RateLimiter limit_, limit_of_all_;
   Clock::time_point now_;
   bool paused_;
   bool copying_ = false;  // a copy of the state is on its way to a client

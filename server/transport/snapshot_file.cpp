@@ -3,12 +3,15 @@
 
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <span>
+#include <stdexcept>
 #include <system_error>
+#include <thread>
 
 #include "server/engine/state/snapshot.h"
 
@@ -17,14 +20,20 @@ namespace acus {
 namespace {
 
 constexpr mode_t kMode = 0644;
+constexpr std::chrono::seconds kPatience{1}, kSlow{10};
 
 [[noreturn]] void fail() { throw std::system_error(errno, std::generic_category()); }
 
 class File {
  public:
+  // Without waiting, where it is a pipe.
   explicit File(const std::string& path)
-      : file_(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, kMode)) {
+      : file_(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, kMode)) {
     if (file_ < 0) fail();
+    struct stat status {};
+    if (fstat(file_, &status) == 0 && S_ISREG(status.st_mode)) return;
+    close(file_);
+    throw std::runtime_error(path + " is no file; remove it");
   }
   ~File() { close(file_); }
   File(const File&) = delete;
@@ -51,24 +60,40 @@ void replace(const std::string& path, std::span<const std::byte> bytes) {
 
 }  // namespace
 
+SnapshotFile::~SnapshotFile() {
+  if (writing_.valid() && writing_.wait_for(kPatience) != std::future_status::ready)
+    spdlog::error("--snapshot {}: the newest is not on the disk, which does not answer", path_);
+}
+
 bool SnapshotFile::ready() const {
   return !path_.empty() &&
          (!writing_.valid() || writing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready);
 }
 
 void SnapshotFile::write(std::uint64_t fingerprint, std::unique_ptr<State> state) {
-  const auto work = [path = path_, fingerprint, state = std::shared_ptr<State>(std::move(state))] {
+  std::packaged_task<void()> work([path = path_, fingerprint, state = std::shared_ptr<State>(std::move(state))] {
     try {
       replace(path, make_snapshot(fingerprint, *state));
     } catch (const std::exception& error) {
       spdlog::error("--snapshot {}: {}", path, error.what());
     }
-  };
+  });
+  writing_ = work.get_future();
+  begun_ = Clock::now();
+  told_ = false;
   try {
-    writing_ = std::async(std::launch::async, work);
-  } catch (const std::system_error&) {  // no thread to be had
-    work();
+    std::thread(std::move(work)).detach();
+  } catch (const std::system_error& error) {
+    writing_ = {};
+    spdlog::error("--snapshot {}: no thread to write it: {}", path_, error.what());
   }
+}
+
+void SnapshotFile::tell_if_slow(Clock::time_point now) {
+  if (told_ || !writing() || now - begun_ < kSlow) return;
+  told_ = true;
+  spdlog::error("--snapshot {}: it has been written for {} s, and no other can be meanwhile; is the disk there?", path_,
+                std::chrono::duration_cast<std::chrono::seconds>(now - begun_).count());
 }
 
 }  // namespace acus

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The file of a server's snapshots: the newest whole one, whatever happens while the next is being written. It is
-// written beside the file, brought to the disk and put in its place. On a thread of its own, as disks may take seconds.
+// written beside the file, brought to the disk and put in its place. On a thread of its own, as disks may take seconds;
+// one that takes longer is told of, and nobody waits for it.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <future>
 #include <memory>
@@ -14,17 +16,29 @@ namespace acus {
 
 class SnapshotFile {
  public:
+  using Clock = std::chrono::steady_clock;
+
   // Empty: there is none.
   explicit SnapshotFile(std::string path) : path_(std::move(path)) {}
+  // Waits a second for what is being written.
+  ~SnapshotFile();
+  SnapshotFile(const SnapshotFile&) = delete;
+  SnapshotFile& operator=(const SnapshotFile&) = delete;
 
   // Whether it can take a snapshot now.
   bool ready() const;
+  // Whether one is being written, on a thread that outlives this.
+  bool writing() const { return !path_.empty() && !ready(); }
   // Of a scene with this fingerprint. What goes wrong is logged.
   void write(std::uint64_t fingerprint, std::unique_ptr<State> state);
+  // Logs, once for each snapshot, that it takes long.
+  void tell_if_slow(Clock::time_point now);
 
  private:
   const std::string path_;
   std::future<void> writing_;
+  Clock::time_point begun_;
+  bool told_ = false;
 };
 
 }  // namespace acus

@@ -172,6 +172,29 @@ TEST_CASE("a needle whose client falls silent comes to rest, says so, and goes o
   CHECK(std::abs(force.base_position[2] - rest) < 0.011);  // a tick's way at the needle's speed
 }
 
+TEST_CASE("a needle whose client is gone comes to rest at once, whatever silence the scene allows") {
+  ServerProcess server({}, small_scene("gone") + "clients: {stale_after: 60, ramp: 0.1}\n");
+  client::StateLink states = subscribe(server, {"force"});
+  {
+    client::CommandLink commands = hold(server);
+    REQUIRE(commands.send(pose_at(50, 1)));  // a minute away at the needle's speed
+    while (receive<protocol::Force>(states).seq != 1) continue;
+  }
+  protocol::Force force = receive<protocol::Force>(states);
+  while (!force.stale && force.age < 60) force = receive<protocol::Force>(states);
+  CHECK(force.stale);
+  for (int i = 0; i < 40; ++i) force = receive<protocol::Force>(states);
+  const double rest = force.base_position[2];
+  for (int i = 0; i < 20; ++i) force = receive<protocol::Force>(states);
+  CHECK(force.base_position[2] == doctest::Approx(rest).epsilon(1e-9));
+  CHECK(std::hypot(force.haptic_force[0], force.haptic_force[1], force.haptic_force[2]) == 0);
+
+  client::CommandLink next = hold(server);
+  REQUIRE(next.send(pose_at(rest, 7)));
+  while (force.seq != 7) force = receive<protocol::Force>(states);
+  CHECK_FALSE(force.stale);
+}
+
 TEST_CASE("what one holder wanted ends with it") {
   ServerProcess server({"--lockstep"});
   client::StateLink states = subscribe(server, {"force"});

@@ -87,6 +87,33 @@ std::pair<std::optional<int>, std::string> outcome(const std::string& commands, 
 
 }  // namespace
 
+TEST_CASE("the log says who connects, holds and is gone, by what a client cannot choose") {
+  const Keys keys;
+  const TemporaryFolder folder;
+  std::vector<std::string> line{program_path("acus-server"),
+                                folder.write("scene.yaml", small_scene("small")),
+                                "--commands",
+                                "tcp://127.0.0.1:*",
+                                "--states",
+                                "tcp://127.0.0.1:*"};
+  for (const std::string& option : keys.of_server()) line.push_back(option);
+  Printed server(line);
+  const auto read_until = [&](const std::string& part) {
+    std::string text, next;
+    do text += (next = server.read_line()) + "\n";
+    while (!next.empty() && !contains(next, part));
+    return text;
+  };
+  const std::string said = read_until("commands on ");
+  const std::string endpoint = said.substr(said.find("tcp://"), said.rfind('\n') - said.find("tcp://"));
+  client::CommandLink(endpoint, keys.of_client("alice")).acquire({"needle"}, kPatience);
+  const std::string log = read_until("disconnects");
+  const std::string alice =
+      "at 127.0.0.1 with the key of 'alice', " + protocol::read_public_key(keys.open("alice")).key;
+  for (const std::string what : {" connects", " holds needle", " is gone and holds nothing any more", " disconnects"})
+    CHECK(contains(log, alice + what));
+}
+
 TEST_CASE("acus-keygen writes a secret that only its owner can read, and never overwrites") {
   const Keys keys;
   struct stat status {};

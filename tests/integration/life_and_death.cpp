@@ -3,6 +3,8 @@
 #include <doctest/doctest.h>
 #include <signal.h>
 
+#include <thread>
+
 #include "tests/integration/server_process.h"
 #include "tests/support/places.h"
 
@@ -11,12 +13,18 @@ namespace {
 
 constexpr int kEnded = 0, kBadCommandLine = 1, kBadScene = 2, kCannotListen = 3;
 
+constexpr std::chrono::milliseconds kAtOnce = 20s;  // on a busy machine
+
+// Takes a minute to factorise.
+const std::string kEndless =
+    "{acus_scene: 1, name: endless, tissue: {mesh: {box: {size: [0.1, 0.1, 0.1], cells: [45, 45, 45]}}}}";
+
 void wait_until_up(const ServerProcess& server) { client::CommandLink(server.commands()).hello(kPatience); }
 
 }  // namespace
 
-TEST_CASE("SIGTERM and SIGINT end the server with status 0, in both modes") {
-  for (int signal : {SIGTERM, SIGINT}) {
+TEST_CASE("SIGTERM, SIGINT and SIGHUP end the server with status 0, in both modes") {
+  for (int signal : {SIGTERM, SIGINT, SIGHUP}) {
     for (const std::vector<std::string>& options : {std::vector<std::string>{}, {"--lockstep"}}) {
       ServerProcess server(options);
       wait_until_up(server);
@@ -45,6 +53,26 @@ TEST_CASE("rates that no clock keeps are refused, in a scene and on the command 
   CHECK(ServerProcess({"--check"}, "{acus_scene: 1, rate: 1e5, publish: {needle_rate: 1e-300}}")
             .process()
             .wait(kPatience) == kBadScene);
+}
+
+TEST_CASE("a server ends at once while it loads a scene for a minute, its own or a client's") {
+  {
+    ServerProcess server({}, kEndless);
+    std::this_thread::sleep_for(300ms);  // it loads; ending before is as good
+    server.process().send_signal(SIGTERM);
+    CHECK(server.process().wait(kAtOnce) == kEnded);
+  }
+  for (const int signal : {SIGTERM, SIGHUP, 0}) {
+    ServerProcess server({"--scenes", "."});
+    client::CommandLink commands(server.commands());
+    commands.hello(kPatience);
+    CHECK_THROWS_AS(commands.load_text(kEndless, 300ms), client::Vanished);
+    if (signal != 0)
+      server.process().send_signal(signal);
+    else
+      client::CommandLink(server.commands()).shutdown(kPatience);
+    CHECK(server.process().wait(kAtOnce) == kEnded);
+  }
 }
 
 TEST_CASE("SIGTERM ends a server with a subscriber that never reads") {

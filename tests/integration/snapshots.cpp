@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Snapshots over the wire: branches in one server, the same run in a second one, and what no server goes on from.
 #include <doctest/doctest.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
@@ -193,6 +196,27 @@ TEST_CASE("a snapshot that cannot be written leaves the one before, and the serv
   CHECK(commands.hash(kPatience).tick == 600);
   std::ifstream stream(folder / "newest.snapshot");
   CHECK(std::string{std::istreambuf_iterator<char>(stream), {}} == "as it was");
+}
+
+TEST_CASE("a pipe where a snapshot would be written holds nobody up, with a reader and without") {
+  for (const bool read : {false, true}) {
+    const TemporaryFolder folder;
+    const std::string pipe = folder / "newest.snapshot.new";
+    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+    const int reader = read ? open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC) : -1;
+    ServerProcess server({"--lockstep", "--snapshot", folder / "newest.snapshot"},
+                         small_scene("small") + "publish: {snapshot_every: 1}\n");
+    client::CommandLink commands(server.commands());
+    for (int second = 0; second < 3; ++second) commands.step(200, kPatience);
+    server.process().send_signal(SIGTERM);
+    CHECK(server.process().wait(kPatience) == 0);
+    CHECK_FALSE(std::filesystem::exists(folder / "newest.snapshot"));
+    if (reader >= 0) close(reader);
+  }
+}
+
+TEST_CASE("what is no file is not restored from") {
+  CHECK(ServerProcess({"--restore", "/dev/zero"}).process().wait(kPatience) == 2);
 }
 
 }  // namespace acus::testing

@@ -81,6 +81,13 @@ TEST_CASE("what is wrong with a key file is said without its secret") {
   for (const mode_t open_to_others : {0604, 0602, 0620, 0644}) {
     CHECK(contains(problem_with_pair(pair, open_to_others), "chmod 600"));
   }
+  CHECK(contains(error_of([&] { read_public_keys(write(folder, public_line(kFirst), 0666)); }), "chmod o-w"));
+  CHECK(error_of([&] { read_public_keys(write(folder, public_line(kFirst), 0664)); }).empty());
+  REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
+  for (const std::string& endless : {std::string("/dev/zero"), folder / "pipe", folder / "."})
+    CHECK(contains(error_of([&] { read_key_pair(endless); }), "is no file"));
+  const std::string large = folder.write("large", std::string((1 << 20) + 1, '#'));
+  CHECK(contains(error_of([&] { read_public_keys(large); }), "more than 1 MiB"));
   for (const mode_t closed : {0640, 0400, 0440})  // the last two are what systemd makes of LoadCredential=
     CHECK(problem_with_pair(pair, closed).empty());
   CHECK(contains(problem_with_pair(public_line(kFirst)), "found 1 and 0"));

@@ -22,6 +22,20 @@ TEST_CASE("commands are stale when none came for longer than the limit, and not 
   CHECK_FALSE(watch.stale());
 }
 
+TEST_CASE("commands of a client that is gone are stale at once, until another's come") {
+  CommandMonitor watch({.time_step = 1e-3, .stale_after = 10, .ramp = 0.005});
+  watch.abandon();
+  CHECK_FALSE(watch.tick(false));  // nobody has commanded yet
+  CHECK_FALSE(watch.tick(true));
+  watch.abandon();
+  CHECK(watch.tick(false));
+  CHECK_FALSE(watch.tick(false));
+  CHECK(watch.stale());
+  CHECK(watch.age() == doctest::Approx(2e-3));
+  CHECK_FALSE(watch.tick(true));
+  CHECK_FALSE(watch.stale());
+}
+
 TEST_CASE("the force falls to nothing in the ramp and comes back in it, never by more than a tick's share") {
   CommandMonitor watch({.time_step = 1e-3, .stale_after = 0.01, .ramp = 0.02});
   double before = watch.force_share();

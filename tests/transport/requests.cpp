@@ -38,7 +38,7 @@ class Desk {
       : world_(small_world()),
         router_(context_, zmq::socket_type::router),
         client_(context_, zmq::socket_type::dealer),
-        answers_(router_),
+        answers_(router_, peers_),
         requests_(*world_, options(lockstep, paused), link_, answers_,
                   [this](int connection) { return connection != gone; }) {
     router_.set(zmq::sockopt::linger, 0);
@@ -55,7 +55,7 @@ class Desk {
   // Every client's answers go to the one socket there is.
   template <class Message>
   void say(const std::string& client, const Message& message) {
-    requests_.handle({client == "a" ? "ab" : "other", false, message.seq, client == "a" ? 1 : 2}, message, now);
+    requests_.handle({client == "a" ? "ab" : client, false, message.seq, client == "a" ? 1 : 2}, message, now);
   }
 
   // The newest answer to "a"; those before are forgotten.
@@ -116,6 +116,7 @@ class Desk {
   zmq::context_t context_;
   zmq::socket_t router_, client_;
   Link link_;
+  Peers peers_{{}};
   Answers answers_;
   Requests requests_;
 };
@@ -187,6 +188,8 @@ TEST_CASE("a client that holds nothing leaves the world alone while others hold 
   }
   CHECK(desk.nothing_asked());
   desk.requests().forget_connection(2);  // of b
+  CHECK(desk.command(1)->abandoned);
+  CHECK_FALSE(desk.command(0));
   desk.say("a", protocol::Reset{3});
   desk.carry_out<request::Reset>();
   CHECK(std::get<protocol::Done>(*desk.answer()).epoch == 1);
@@ -228,6 +231,16 @@ TEST_CASE("in real time a client may ask for what costs time 20 times a second")
   CHECK(std::holds_alternative<protocol::HelloReply>(*desk.answer()));
   desk.now += std::chrono::milliseconds(60);
   desk.say("a", protocol::Describe{23});
+  CHECK(std::holds_alternative<protocol::DescribeReply>(*desk.answer()));
+}
+
+TEST_CASE("all clients together may ask 60 times a second, however often one of them connects anew") {
+  Desk desk;
+  for (int i = 0; i < 60; ++i) desk.say("client " + std::to_string(i), protocol::Describe{1});
+  desk.say("a", protocol::Describe{1});
+  CHECK(desk.error() == ErrorCode::busy);
+  desk.now += std::chrono::milliseconds(20);
+  desk.say("a", protocol::Describe{2});
   CHECK(std::holds_alternative<protocol::DescribeReply>(*desk.answer()));
 }
 
