@@ -9,7 +9,6 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
-#include <memory>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -61,18 +60,27 @@ void check_that_they_belong_together(const std::string& path, const KeyPair& pai
                  "both into NAME.key_secret");
 }
 
+struct OpenFile {
+  explicit OpenFile(const std::string& path) : number(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {}
+  ~OpenFile() {
+    if (number >= 0) close(number);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  const int number;  // negative if it cannot be opened
+};
+
 // The whole text, of a file that is one: a pipe or a device may never end. Throws KeyError.
 std::string read_text(const std::string& path, mode_t& mode) {
-  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  const auto close_file = [](const int* open_file) { close(*open_file); };
-  const std::unique_ptr<const int, decltype(close_file)> closes(file < 0 ? nullptr : &file, close_file);
+  const OpenFile file(path);
   struct stat status {};
-  if (file < 0 || fstat(file, &status) != 0) throw KeyError("the key file '" + path + "' cannot be read");
+  if (file.number < 0 || fstat(file.number, &status) != 0) throw KeyError("the key file '" + path + "' cannot be read");
   if (!S_ISREG(status.st_mode)) throw KeyError("'" + path + "' is no file; expected a key file, as acus-keygen writes");
   if (status.st_size > kMostBytes)
     throw KeyError("the key file '" + path + "' has more than 1 MiB; acus-keygen writes some hundred bytes");
   std::string text(static_cast<std::size_t>(status.st_size), ' ');
-  const ssize_t count = ::read(file, text.data(), text.size());
+  const ssize_t count = ::read(file.number, text.data(), text.size());
   if (count < 0) throw KeyError("the key file '" + path + "' cannot be read");
   text.resize(static_cast<std::size_t>(count));
   mode = status.st_mode;

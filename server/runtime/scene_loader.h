@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "server/engine/scene/scene_folders.h"
+#include "server/runtime/is_ready.h"
 #include "server/runtime/loaded_scene.h"
 #include "server/runtime/privileges.h"
 #include "server/runtime/wakeup.h"
@@ -38,7 +39,7 @@ class SceneLoader {
       : done_(std::make_shared<Done>(done)), rate_(rate), folders_(std::move(folders)) {}
   ~SceneLoader() {
     done_->disconnect();
-    if (busy() && !is_ready()) loader_.detach();
+    if (busy() && !is_ready(loading_)) loader_.detach();
   }
   SceneLoader(const SceneLoader&) = delete;
   SceneLoader& operator=(const SceneLoader&) = delete;
@@ -59,7 +60,7 @@ class SceneLoader {
 
   // The result, once it is there; then it is no longer busy.
   std::optional<LoadResult> take() {
-    if (!busy() || !is_ready()) return std::nullopt;
+    if (!busy() || !is_ready(loading_)) return std::nullopt;
     return loading_.get();
   }
 
@@ -88,8 +89,6 @@ class SceneLoader {
     std::mutex mutex_;
     Wakeup* wakeup_;
   };
-
-  bool is_ready() const { return loading_.wait_for(std::chrono::seconds(0)) == std::future_status::ready; }
 
   static LoadResult load(const SceneSource& source, std::optional<double> rate, const SceneFolders& folders) {
     try {

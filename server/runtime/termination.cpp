@@ -9,6 +9,7 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <system_error>
@@ -31,9 +32,16 @@ int checked(int result) {
   return result;
 }
 
-bool is_ignored(int signal) {
-  struct sigaction action {};
-  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};
+
+// Of these, in a set. nohup has SIGHUP ignored.
+sigset_t signals_to_take() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int number : kSignals) sigaddset(&signals, number);
+  struct sigaction hangup {};
+  if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_IGN) sigdelset(&signals, SIGHUP);
+  return signals;
 }
 
 void add(int epoll_file, int file) {
@@ -45,12 +53,7 @@ void add(int epoll_file, int file) {
 }  // namespace
 
 Termination::Termination() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  const bool hangup = !is_ignored(SIGHUP);
-  if (hangup) sigaddset(&signals, SIGHUP);
+  const sigset_t signals = signals_to_take();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   blocked_ = checked(signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
   handled_ = checked(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
@@ -62,9 +65,8 @@ Termination::Termination() {
   struct sigaction action {};
   action.sa_handler = note_signal;
   action.sa_flags = SA_RESTART;
-  checked(sigaction(SIGINT, &action, nullptr));
-  checked(sigaction(SIGTERM, &action, nullptr));
-  if (hangup) checked(sigaction(SIGHUP, &action, nullptr));
+  for (const int number : kSignals)
+    if (sigismember(&signals, number) == 1) checked(sigaction(number, &action, nullptr));
 }
 
 bool Termination::asked() const {
@@ -74,9 +76,7 @@ bool Termination::asked() const {
 
 // The signal may still be on its way to a library's thread, where the default would end the process with it.
 Termination::~Termination() {
-  signal(SIGINT, SIG_IGN);
-  signal(SIGTERM, SIG_IGN);
-  signal(SIGHUP, SIG_IGN);
+  for (const int number : kSignals) signal(number, SIG_IGN);
   for (int file : {either_, handled_, blocked_}) close(file);
 }
 

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <system_error>
 
+#include "server/runtime/is_ready.h"
 #include "server/transport/readable_text.h"
 
 namespace acus {
@@ -55,7 +56,7 @@ void Recordings::end() {
 }
 
 std::optional<Recordings::Ended> Recordings::take_ended() {
-  if (!is_ending() || ending_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return std::nullopt;
+  if (!is_ending() || !is_ready(ending_)) return std::nullopt;
   Ended ended{name(), ending_.get()};
   recorder_.reset();
   return ended;

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "server/engine/state/snapshot.h"
+#include "server/runtime/is_ready.h"
 
 namespace acus {
 
@@ -65,10 +66,7 @@ SnapshotFile::~SnapshotFile() {
     spdlog::error("--snapshot {}: the newest is not on the disk, which does not answer", path_);
 }
 
-bool SnapshotFile::ready() const {
-  return !path_.empty() &&
-         (!writing_.valid() || writing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready);
-}
+bool SnapshotFile::ready() const { return !path_.empty() && (!writing_.valid() || is_ready(writing_)); }
 
 void SnapshotFile::write(std::uint64_t fingerprint, std::unique_ptr<State> state) {
   std::packaged_task<void()> work([path = path_, fingerprint, state = std::shared_ptr<State>(std::move(state))] {

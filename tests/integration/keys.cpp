@@ -69,18 +69,20 @@ std::string secret_line(const Keys& keys, const std::string& name) {
   return "    secret-key = \"" + protocol::read_key_pair(keys.secret(name)).secret_key + "\"\n";
 }
 
+// Of a server on the small scene, which is written into the folder.
+std::vector<std::string> command_line(const TemporaryFolder& folder, const std::string& commands,
+                                      const std::string& states, const std::vector<std::string>& options) {
+  const std::string scene = folder.write("scene.yaml", small_scene("small"));
+  std::vector<std::string> line{program_path("acus-server"), scene, "--commands", commands, "--states", states};
+  line.insert(line.end(), options.begin(), options.end());
+  return line;
+}
+
 // How a server ends whose command line names these endpoints, and what it says.
 std::pair<std::optional<int>, std::string> outcome(const std::string& commands, const std::string& states,
                                                    const std::vector<std::string>& options) {
   const TemporaryFolder folder;
-  std::vector<std::string> line{program_path("acus-server"),
-                                folder.write("scene.yaml", small_scene("small")),
-                                "--commands",
-                                commands,
-                                "--states",
-                                states};
-  line.insert(line.end(), options.begin(), options.end());
-  Printed server(line);
+  Printed server(command_line(folder, commands, states, options));
   const auto status = server.process().wait(kPatience);
   return {status, server.read_all()};
 }
@@ -90,14 +92,7 @@ std::pair<std::optional<int>, std::string> outcome(const std::string& commands, 
 TEST_CASE("the log says who connects, holds and is gone, by what a client cannot choose") {
   const Keys keys;
   const TemporaryFolder folder;
-  std::vector<std::string> line{program_path("acus-server"),
-                                folder.write("scene.yaml", small_scene("small")),
-                                "--commands",
-                                "tcp://127.0.0.1:*",
-                                "--states",
-                                "tcp://127.0.0.1:*"};
-  for (const std::string& option : keys.of_server()) line.push_back(option);
-  Printed server(line);
+  Printed server(command_line(folder, "tcp://127.0.0.1:*", "tcp://127.0.0.1:*", keys.of_server()));
   const auto read_until = [&](const std::string& part) {
     std::string text, next;
     do text += (next = server.read_line()) + "\n";
@@ -175,14 +170,8 @@ TEST_CASE("a server without keys says so to who has some") {
 TEST_CASE("the log names the key of who is refused, and no secret") {
   const Keys keys;
   const TemporaryFolder folder;
-  std::vector<std::string> line{program_path("acus-server"),
-                                folder.write("scene.yaml", small_scene("small")),
-                                "--commands",
-                                "ipc://" + (folder / "commands"),
-                                "--states",
-                                "ipc://" + (folder / "states")};
-  for (const std::string& option : keys.of_server()) line.push_back(option);
-  Printed server(line);
+  Printed server(
+      command_line(folder, "ipc://" + (folder / "commands"), "ipc://" + (folder / "states"), keys.of_server()));
   client::CommandLink refused("ipc://" + (folder / "commands"), keys.of_client("bob"));
   std::string said, text;
   while (!contains(said = server.read_line(), "is refused: its public key")) {

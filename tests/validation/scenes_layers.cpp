@@ -61,7 +61,11 @@ double drop_after(const SceneRun& run, const Event& event, double later) {
 }  // namespace
 
 TEST_CASE("insertion_pullback_layers: each layer has its own plateau") {
-  SceneRun run("insertion_pullback_layers", "insertion_pullback");
+  // The needle takes the skin along and is out late in the motion: a moment more for the tissue to come to rest.
+  SceneRun run("insertion_pullback_layers", "insertion_pullback", [](Scene&, client::Trajectory& motion) {
+    std::vector<client::Sample>& samples = motion.motions[0].samples;
+    samples.push_back({samples.back().time + 0.2, samples.back().pose});
+  });
   const Region& lower = run.scene().tissue.regions[0];
   const Region& upper = run.scene().tissue.regions[1];
   const double diameter = run.scene().needles[0].outer_diameter;
@@ -93,7 +97,7 @@ TEST_CASE("insertion_pullback_layers: each layer has its own plateau") {
         "contact upper, puncture upper, contact lower, crossing lower, withdrawal upper");
   CHECK(run.find(EventKind::puncture)->force == doctest::Approx(upper.interaction.puncture_force).epsilon(1e-6));
   CHECK(run.find(EventKind::crossing)->force == doctest::Approx(1.2).epsilon(1e-6));
-  CHECK(largest_displacement(run.simulation()) < 2e-8);  // 1.1e-8, on its way to 0
+  CHECK(largest_displacement(run.simulation()) < 7e-9);
 }
 
 TEST_CASE("layers: one event and one drop of the force at each layer") {

@@ -27,7 +27,6 @@ class Dents:
         if not len(self.centres) == len(self.moves) == len(self.radii):
             raise ValueError(f"dents: expected as many centres as moves and radii, found {len(self.centres)}, "
                              f"{len(self.moves)} and {len(self.radii)}")
-
         shows = self.radii[:, 0] < self.radii[:, 1]
         self.centres, self.moves, self.radii = self.centres[shows], self.moves[shows], self.radii[shows]
 
@@ -45,8 +44,7 @@ class Dents:
         total = np.zeros_like(points)
         for centre, move, (inner, outer) in zip(self.centres, self.moves, self.radii):
             distance = np.linalg.norm(points - centre, axis=-1)
-            share = (1 / np.hypot(distance, inner) - 1 / np.hypot(distance, outer)) / (1 / inner - 1 / outer)
-            total += share[..., None] * move
+            total += share_at(distance, inner, outer)[..., None] * move
         return total
 
     def displaced(self, points):
@@ -84,10 +82,14 @@ class Dents:
         for centre, move, (inner, outer) in zip(self.centres, self.moves, self.radii):
             along = np.clip(((centre - a) * (b - a)).sum(axis=1) / np.maximum(length**2, 1e-30), 0, 1)
             nearest = np.linalg.norm(a + along[:, None] * (b - a) - centre, axis=1)
-            share = (1 / np.hypot(nearest, inner) - 1 / np.hypot(nearest, outer)) / (1 / inner - 1 / outer)
-            seen = share * np.linalg.norm(move) > SEEN
+            seen = share_at(nearest, inner, outer) * np.linalg.norm(move) > SEEN
             too_long |= seen & (length > FINEST * np.hypot(nearest, inner))
         return too_long
+
+
+def share_at(distance, inner, outer):
+    """s, of a dent at a distance (m) from its centre."""
+    return (1 / np.hypot(distance, inner) - 1 / np.hypot(distance, outer)) / (1 / inner - 1 / outer)
 
 
 def halved(triangle, middles):
