@@ -417,7 +417,7 @@ struct Force {
   bool stale = false;     // no command came for longer than the scene allows: the base rests, the haptic force is ramped
   Phase phase = Phase::free;
   double depth = 0;               // m of needle inside the tissue
-  double unheld = 0;              // m of needle that crosses tissue beside its path and feels nothing
+  double unheld = 0;              // m of needle in tissue beside its path that no contact bears
   Vector3 base_position{};        // m, world
   Quaternion base_orientation;    // world from base, spin included
   Vector3 commanded_position{};   // m, world: where the commands have the base; apart from it only if springs hold it

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The invariant that every lay person takes for granted of a picture: a tip that presses on the skin is on the drawn
-// skin, and one that cuts is at the end of the drawn path.
+// skin, and one that cuts is at the end of the drawn path; a shaft that the skin bears lies on it.
 #pragma once
 
 #include <algorithm>
@@ -30,6 +30,8 @@ class DrawnGap {
       if (touches(insertion)) gap = std::max(gap, from_skin(surface, tip));
       if (insertion.phase == Phase::inside && insertion.tip.cutting > 0)
         gap = std::max(gap, from_end(insertion.path, tip));
+      for (const ShaftCell& cell : insertion.cells)
+        if (cell.contact > 0) gap = std::max(gap, from_skin(surface, place_on(state.needles[i], i, cell.s)));
     }
     return finite() ? gap : kInfinity;
   }
@@ -39,6 +41,12 @@ class DrawnGap {
     const bool dents = std::ranges::all_of(
         drawn_.dents, [](const Dent& dent) { return dent.centre.allFinite() && dent.move.allFinite(); });
     return dents && drawn_.path_points.leftCols(drawn_.points).allFinite();
+  }
+
+  Vector3 place_on(const NeedleState& needle, std::size_t index, double s) const {
+    NeedleShape shape;
+    put_shape(needle, shape);
+    return curve_point(simulation_.model().needles[index], shape, s).position;
   }
 
   // The mesh's point that is drawn nearest to the tip, by fixed-point iterations.

@@ -20,6 +20,7 @@ TEST_CASE("states and reports name all their members") {
   CHECK(gap_in_fields<Insertion>() == "");
   CHECK(gap_in_fields<VertexState>() == "");
   CHECK(gap_in_fields<TipState>() == "");
+  CHECK(gap_in_fields<ShaftCell>() == "");
   CHECK(gap_in_fields<ShaftMonitor>() == "");
   CHECK(gap_in_fields<Path>() == "");
   CHECK(gap_in_fields<TickReport>() == "");

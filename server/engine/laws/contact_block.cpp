@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace acus {
 
@@ -11,17 +12,37 @@ namespace {
 
 using Vector2 = Eigen::Vector2d;
 
-constexpr int kBisections = 60;
+constexpr int kRootSteps = 60;
 constexpr int kDoublings = 40;
 
-// Where in (low, high) a function changes its sign from plus to minus.
+// Where in (low, high) a function changes its sign from plus to minus: by inverse quadratic interpolation where the
+// last three points are fit for it, else by bisection [Chandrupatla 1997, "A new hybrid quadratic/bisection algorithm
+// for finding the zero of a nonlinear function without using derivatives", Adv. Eng. Softw. 28].
 template <class Function>
-double bisect(double low, double high, Function f) {
-  for (int i = 0; i < kBisections; ++i) {
-    const double middle = 0.5 * (low + high);
-    (f(middle) > 0 ? low : high) = middle;
+double find_root(double low, double high, Function f) {
+  double a = high, b = low, fa = f(high), fb = f(low);
+  if (!(fb > 0)) return low;
+  if (!(fa < 0)) return high;
+  double share = 0.5;
+  for (int i = 0; i < kRootSteps; ++i) {
+    const double x = a + share * (b - a), fx = f(x);
+    double c = a, fc = fa;
+    if ((fx > 0) == (fa > 0)) {
+      a = x, fa = fx;
+    } else {
+      c = b, fc = fb;
+      b = a, fb = fa;
+      a = x, fa = fx;
+    }
+    const double best = std::abs(fa) < std::abs(fb) ? a : b;
+    const double room = 2 * std::numeric_limits<double>::epsilon() * std::abs(best) / std::abs(b - a);
+    if (room > 0.5 || fx == 0) return best;
+    const double xi = (a - b) / (c - b), phi = (fa - fb) / (fc - fb);
+    const bool fits = phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi;
+    share = fits ? fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb) : 0.5;
+    share = std::clamp(share, room, 1 - room);
   }
-  return 0.5 * (low + high);
+  return 0.5 * (a + b);
 }
 
 // The a in (0, infinity) at which `excess` changes its sign from plus to minus.
@@ -29,7 +50,7 @@ template <class Excess>
 double find_rim(double scale, Excess excess) {
   const auto multiplier = [&](double s) { return scale * s / (1 - s); };
   constexpr double kAlmostOne = 1 - 1e-15;  // keeps the multiplier finite
-  return multiplier(bisect(0, kAlmostOne, [&](double s) { return excess(multiplier(s)); }));
+  return multiplier(find_root(0.0, kAlmostOne, [&](double s) { return excess(multiplier(s)); }));
 }
 
 // t for a given n: the rim's radius is known.
@@ -71,7 +92,7 @@ Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& de
   if (std::isfinite(law.limit) && approach(law.limit) >= 0) return with_normal(law.limit);
   double high = std::min(law.limit, delta_bar.norm() / W(0, 0));
   for (int i = 0; i < kDoublings && approach(high) > 0 && high < law.limit; ++i) high = std::min(2 * high, law.limit);
-  return with_normal(bisect(0, high, approach));
+  return with_normal(find_root(0.0, high, approach));
 }
 
 }  // namespace acus

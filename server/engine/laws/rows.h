@@ -37,6 +37,8 @@ enum class RowRole : std::uint8_t {
   tip_lateral,
   lateral,  // of the shaft
   friction,
+  shaft_contact,  // of the shaft with a surface beside its path, across the needle
+  shaft_contact_friction,
   torsion,
   guide,          // across the guide
   guide_friction  // along it
@@ -47,7 +49,7 @@ constexpr bool acts_on_tissue(RowRole role) { return role != RowRole::guide && r
 struct Row {
   int needle = 0;
   RowRole role = RowRole::lateral;
-  int index = -1;  // vertex of the path for shaft rows, number of the guide for its rows
+  int index = -1;  // vertex of the path for shaft rows, cell of the shaft for its contacts, number of the guide
   CurvePoint on_needle{};
   TissuePoint in_tissue;
   Vector3 n = Vector3::Zero();             // unit, world

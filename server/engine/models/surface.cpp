@@ -104,6 +104,12 @@ bool Surface::near(const Matrix3X& x, const Vector3& p, double margin) const {
   return box.contains(p, margin);
 }
 
+double Surface::largest_move(const Matrix3X& from, const Matrix3X& to) const {
+  double largest2 = 0;
+  for (const int node : nodes_) largest2 = std::max(largest2, (to.col(node) - from.col(node)).squaredNorm());
+  return std::sqrt(largest2);
+}
+
 namespace {
 
 // Within 45 degrees.

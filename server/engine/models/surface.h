@@ -49,6 +49,9 @@ class Surface {
   // the body, the triangles of either face are as close, and rounding would choose.
   SurfacePoint closest_facing(const Matrix3X& x, const Vector3& p, const Vector3& direction) const;
 
+  // The longest way of its nodes from one configuration to another (m).
+  double largest_move(const Matrix3X& from, const Matrix3X& to) const;
+
   // Outward, unit, at a point of the surface in the configuration x: as SurfacePoint::normal.
   Vector3 normal(const Matrix3X& x, const SurfacePoint& point) const;
 

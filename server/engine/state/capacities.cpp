@@ -34,6 +34,12 @@ int max_shaft_points(const Needle& parameters, double spacing) {
   return 2 * vertices_along(parameters, spacing) + kMoreVertices;
 }
 
+int shaft_cells(const Needle& parameters) {
+  constexpr double kLeastCell = 8e-3;  // m
+  const double cell = std::max(kLeastCell, 1.5 * parameters.constraint_spacing);
+  return std::max(1, static_cast<int>(parameters.length / cell));
+}
+
 int max_material_points(const Needle& parameters, double spacing) {
   return max_shaft_points(parameters, spacing) + 3 + kPatchPoints;
 }

@@ -14,6 +14,10 @@ double least_spacing(std::span<const Needle> needles);
 // Path vertices that the shaft can hold at once: they are `spacing` apart or further at rest, and tissue can be
 // squeezed along a needle to half of that.
 int max_shaft_points(const Needle& parameters, double spacing);
+// Lengths into which a shaft is divided where it touches surfaces beside its path (tick/insertion/shaft_contact.h). Any
+// length of shaft has the rows of vertices or those of a cell, never both: a cell has no more rows and material points
+// than the vertices have for which there is room on its length.
+int shaft_cells(const Needle& parameters);
 // Rows of an insertion in one tick, at most; `borders`: between regions, which may hold a tip.
 int max_insertion_rows(const Needle& parameters, double spacing, bool borders);
 // Of all insertions together: not all of them are in squeezed tissue at once, so there is room for that around the one

@@ -47,6 +47,32 @@ struct TipState {
   }
 };
 
+// A length of shaft that may touch surfaces beside its path, see tick/insertion/shaft_contact.h.
+struct ShaftCell {
+  Vector3 looked_from = Vector3::Zero();  // m, world: its middle when the surface was last looked for,
+  double distance = 0;                    // m, how far away that was, 0 inside,
+  double moved = 0;                       // m, and State::surface_moved
+  double s = 0;                           // m, along the needle: its point of contact in the last tick
+  double length = 0;                      // m of it that were near the surface in the last tick; 0: it had no rows
+  double offset = 0;                      // m, <= 0, of the surface that it touches, see shaft_contact.h
+  Vector3 normal = Vector3::Zero();       // unit, world, out of the tissue, across the needle
+  double contact = 0;                     // N, of the surface, along it
+  Vector3 friction = Vector3::Zero();     // N, world
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("looked_from", self.looked_from);
+    visit("distance", self.distance);
+    visit("moved", self.moved);
+    visit("s", self.s);
+    visit("length", self.length);
+    visit("offset", self.offset);
+    visit("normal", self.normal);
+    visit("contact", self.contact);
+    visit("friction", self.friction);
+  }
+};
+
 struct Insertion {
   Phase phase = Phase::free;             // state/phase.h changes it
   int path = -1;                         // the needle's path, -1: none
@@ -58,6 +84,7 @@ struct Insertion {
   int first_alongside = 0;               // path vertices alongside the shaft in the last tick,
   int last_alongside = -1;               // none where last < first
   std::vector<VertexState> vertices;     // as many as a path can have
+  std::vector<ShaftCell> cells;          // of the whole needle, from its base
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -71,6 +98,7 @@ struct Insertion {
     visit("first_alongside", self.first_alongside);
     visit("last_alongside", self.last_alongside);
     visit("vertices", self.vertices);
+    visit("cells", self.cells);
   }
 };
 
@@ -100,8 +128,9 @@ struct ShaftMonitor {
 };
 
 // A needle outside, with room for the vertices of any path.
-inline Insertion make_insertion(int path_capacity) {
+inline Insertion make_insertion(int path_capacity, int shaft_cells) {
   Insertion insertion;
+  insertion.cells.resize(static_cast<std::size_t>(shaft_cells));
   insertion.vertices.resize(static_cast<std::size_t>(path_capacity));
   return insertion;
 }

@@ -27,8 +27,10 @@ void forget(Insertion& insertion) {
   change_phase(insertion, Phase::free);
   std::vector<VertexState> vertices = std::move(insertion.vertices);
   vertices.assign(vertices.size(), VertexState{});
+  std::vector<ShaftCell> cells = std::move(insertion.cells);
   insertion = Insertion{};
   insertion.vertices = std::move(vertices);
+  insertion.cells = std::move(cells);
 }
 
 }  // namespace acus

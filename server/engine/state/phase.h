@@ -50,7 +50,7 @@ void change_phase(Insertion& insertion, Phase to);
 // The needle is in a path from now on, and remembers nothing of it yet. `needle_length` in m.
 void enter(Insertion& insertion, int path, double needle_length);
 
-// The needle is outside again and remembers nothing.
+// The needle is outside again and remembers nothing but where its shaft lies on surfaces.
 void forget(Insertion& insertion);
 
 }  // namespace acus

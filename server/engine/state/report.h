@@ -18,7 +18,7 @@ struct NeedleReport {
   std::uint64_t command_tick = 0;         // tick that took it in
   Phase phase = Phase::free;
   double inserted_depth = 0;              // m of needle inside the tissue
-  double unheld = 0;                      // m of needle that crosses tissue beside its path and feels nothing
+  double unheld = 0;                      // m of needle in tissue beside its path that no contact bears
   Pose base;                              // world, spin included
   Pose commanded;                         // where commands have it, likewise: the base itself unless a spring holds it
   double spin = 0;                        // rad

@@ -46,6 +46,7 @@ struct State {
   std::vector<GuideState> guides;
   std::vector<Path> paths;             // kMaxPaths, most of them empty
   NeedleBalance balance;
+  double surface_moved = 0;  // m, the largest way of a surface's node in each tick, added up
   double spring_energy = 0;  // J, of the rows with a compliance, see Rows::elastic_energy()
 
   template <class Self, class Visit>
@@ -60,6 +61,7 @@ struct State {
     visit("guides", self.guides);
     visit("paths", self.paths);
     visit("balance", self.balance);
+    visit("surface_moved", self.surface_moved);
     visit("spring_energy", self.spring_energy);
   }
 };

@@ -41,6 +41,13 @@ void check_path(const Model& model, const Path& path) {
   }
 }
 
+void check_cell(const ShaftCell& cell, double needle_length) {
+  const double normal = cell.normal.norm();
+  require(cell.distance >= 0 && cell.length >= 0 && cell.contact >= 0 && 0 <= cell.s && cell.s <= needle_length &&
+              (normal == 0 ? cell.length == 0 : std::abs(normal - 1) < kUnitTolerance),
+          "a contact of a shaft");
+}
+
 void check_insertion(const Model& model, const State& state, int needle) {
   const Insertion& insertion = state.insertions[needle];
   require(insertion.phase <= Phase::through, "the phase of a needle");
@@ -60,6 +67,7 @@ void check_insertion(const Model& model, const State& state, int needle) {
   const int vertices = static_cast<int>(insertion.vertices.size());
   require(0 <= insertion.first_alongside && insertion.first_alongside <= vertices, "the vertices along a needle");
   require(-1 <= insertion.last_alongside && insertion.last_alongside < vertices, "the vertices along a needle");
+  for (const ShaftCell& cell : insertion.cells) check_cell(cell, model.needles[needle].length);
 }
 
 void check_rotations(const Model& model, const ElementRotations& rotations) {

@@ -22,6 +22,7 @@ ModelLimit end_of(RowRole role, bool most) {
       return most ? ModelLimit::cutting : ModelLimit::contact;
     case RowRole::contact_friction:
     case RowRole::friction:
+    case RowRole::shaft_contact_friction:
     case RowRole::torsion:
     case RowRole::guide_friction:
       return ModelLimit::slip;

@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/engine/tick/drawn_tissue.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cstddef>
 
+#include "server/engine/state/capacities.h"
 #include "server/engine/state/limits.h"
 #include "server/engine/tick/insertion/path_wall.h"
+#include "server/engine/tick/insertion/shaft_contact.h"
 #include "server/engine/tick/scratch.h"
 
 namespace acus {
 
 namespace {
 
-// Of a needle: where it presses on a surface, its tip inside, and a mouth and an exit for each part of its path.
-constexpr std::size_t kMostDents = 2 + 2 * (kMaxGaps + 1);
+// Of a needle: where it presses on a surface, its tip inside, a mouth and an exit for each part of its path, and the
+// points of its shaft's contacts.
+std::size_t most_dents(const Needle& needle) {
+  return 2 + 2 * (kMaxGaps + 1) + static_cast<std::size_t>(kContactPoints * shaft_cells(needle));
+}
 
 // r/R from which a dent shows nothing.
 constexpr double kShallowest = 0.9;
@@ -30,6 +36,21 @@ void add_contact(const InsertionView& at, const Insertion& insertion, DrawnTissu
   const Vector3 centre = at.tissue.position(touched);
   const DimpleSpring dimple = at.tissue.dimple_spring(touched, at.parameters.outer_diameter);
   add_dent(centre, at.needle.tip().position - centre, dimple.radii(insertion.tip.contact), drawn);
+}
+
+void add_grooves(const InsertionView& at, const Insertion& insertion, DrawnTissue& drawn) {
+  const TissueView& tissue = at.tissue;
+  const double d = at.needle.model.diameter;
+  for (const ShaftCell& cell : insertion.cells) {
+    if (cell.contact == 0) continue;
+    for (int i = 0; i < kContactPoints; ++i) {
+      const Vector3 p = at.needle.start_position(contact_place(cell.s, cell.length, i, at.needle.model.length));
+      const SurfacePoint under = surface_under(tissue, p, cell.normal, kContactMargin);
+      const double deep = std::max(0.0, cell.normal.dot(under.position - p));
+      const GrooveSpring groove = tissue.groove_spring(tissue.surface.material(under), d, cell.length);
+      add_dent(under.position, -deep * cell.normal, groove.radii(cell.contact), drawn);
+    }
+  }
 }
 
 bool is_mouth_or_exit(const Path& path, int vertex) {
@@ -52,6 +73,7 @@ void add_path_dents(const InsertionView& at, const Path& path, const Insertion& 
 void add_dents(const InsertionView& at, const State& state, DrawnTissue& drawn) {
   const Insertion& insertion = state.insertions[static_cast<std::size_t>(at.needle_index)];
   if (touches(insertion)) add_contact(at, insertion, drawn);
+  add_grooves(at, insertion, drawn);
   if (insertion.path >= 0) add_path_dents(at, state.paths[static_cast<std::size_t>(insertion.path)], insertion, drawn);
 }
 
@@ -78,7 +100,9 @@ void put_walls(const InsertionView& at, const Path& path, const Insertion& inser
 
 DrawnTissue::DrawnTissue(const Model& model)
     : path_points(3, kMaxPaths * (model.path_vertices + 1)), shapes(model.needles.size()) {
-  dents.reserve(kMostDents * model.needles.size());
+  std::size_t most = 0;
+  for (const Needle& needle : model.scene.needles) most += most_dents(needle);
+  dents.reserve(most);
   wanted.reserve(dents.capacity());
   path_sizes.reserve(kMaxPaths);
   for (std::size_t i = 0; i < shapes.size(); ++i) {

@@ -5,6 +5,7 @@
 //   on a surface that a tip presses on       from the contact point on the mesh to the tip; radii of dimple.h
 //   at a mouth or exit that a needle is in   from the vertex to the wall; radii of a shaft
 //   around a tip inside                      from what supports it to the tip; radii of a tip
+//   under a shaft that lies on a surface     from the surface to the needle, at points of contact; radii of groove.h
 //
 // All together displace each of these places that far, to a hundredth of a millimetre, unless two are at one place.
 // Nothing of the tick depends on this, and only those who ask for it pay for it.

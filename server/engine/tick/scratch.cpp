@@ -19,7 +19,7 @@ Scratch::Scratch(const Model& model, const Progress& progress)
   for (int i = 0; i < model.needle_count(); ++i) {
     const Needle& needle = model.scene.needles[i];
     needles.emplace_back(model.needles[i], model.h, max_tissue_rows(model.scene, needle) + max_guide_rows(model.scene));
-    insertions.emplace_back(max_shaft_points(needle, spacing), model.path_vertices);
+    insertions.emplace_back(max_shaft_points(needle, spacing), model.path_vertices, shaft_cells(needle));
     start_shapes.push_back(needles[i].shape());
     bases.push_back(base_at(needle.base));
   }
@@ -44,8 +44,9 @@ TissueView tissue_view(const Model& model, const Matrix3X& x_start, const Matrix
 }
 
 InsertionView insertion_view(const Model& model, const State& state, const Scratch& scratch, int needle) {
-  return {needle, model.scene.needles[needle], needle_view(model, scratch, needle),
-          tissue_view(model, state.tissue.x, scratch.tissue.x)};
+  TissueView tissue = tissue_view(model, state.tissue.x, scratch.tissue.x);
+  tissue.surface_moved = state.surface_moved;
+  return {needle, model.scene.needles[needle], needle_view(model, scratch, needle), tissue};
 }
 
 }  // namespace acus

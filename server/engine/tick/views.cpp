@@ -75,6 +75,10 @@ DimpleSpring TissueView::dimple_spring(const MaterialPoint& p, double d) const {
           law.puncture_force};
 }
 
+GrooveSpring TissueView::groove_spring(const MaterialPoint& p, double d, double length) const {
+  return {tissue_regions[region(p)].material, local_compliance ? element_sizes[p.tetrahedron] : 0, d, length};
+}
+
 double TissueView::tip_compliance(const MaterialPoint& p, double d, double f) const {
   if (!local_compliance) return 0;
   return acus::tip_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, f);

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "server/engine/models/dimple.h"
+#include "server/engine/models/groove.h"
 #include "server/engine/models/needle.h"
 #include "server/engine/models/surface.h"
 #include "server/engine/scene/scene.h"
@@ -29,6 +30,7 @@ struct TissueView {
   const Matrix3X& x_start;                    // at the start of the tick (m)
   const Matrix3X& x;                          // x_k
   bool local_compliance = true;               // tissue.local_compliance: all
+  double surface_moved = 0;                   // m, State::surface_moved
 
   int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
   const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
@@ -49,6 +51,9 @@ struct TissueView {
   // lacks of the dimple's depth; see dimple.h.
   double contact_radius(const MaterialPoint& p, double d) const;
   DimpleSpring dimple_spring(const MaterialPoint& p, double d) const;
+  // What the mesh lacks of the groove under `length` (m) of a shaft of diameter d (m) that lies on the surface; see
+  // groove.h.
+  GrooveSpring groove_spring(const MaterialPoint& p, double d, double length) const;
   // Of the tissue ahead of a tip inside that bears f (N) at most: m/N, likewise.
   double tip_compliance(const MaterialPoint& p, double d, double f) const;
   // Of the loads whose compliance that is: of a shaft of diameter d (m), and of its tip inside.

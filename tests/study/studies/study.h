@@ -17,7 +17,7 @@ struct StudyPlan {
   std::string scene;              // of the study of errors: this one only; empty: all
   std::string stability_run;      // of the study of stability: this one only, by its name in the table; empty: all
   bool quick = false;             // a short form that still goes through every kind of run
-  int entries = 0;                // of the study of entries: how many; 0: its own number
+  int entries = 0;                // of the studies of entries and shafts: how many; 0: their own number
   int first_entry = 0;            // and which one comes first
   std::vector<GmshMesh> meshes;   // and into which meshes besides blocks
   std::string haptics_table = "stability.csv";  // of the study of haptics: its table,
@@ -35,6 +35,9 @@ void study_refinement(const StudyPlan& plan);
 
 // entries.csv: needles that go in at random places, and whether any of them is a ghost (entries.h).
 void study_entries(const StudyPlan& plan);
+
+// shafts.csv: thin needles that bend, slide and are swept over tissue, and whether it bears their shafts (shafts.h).
+void study_shafts(const StudyPlan& plan);
 
 // holds.csv: the largest jump of force after bases have stopped at random moments of the scenes' motions (force_jumps.h).
 void study_holds(const StudyPlan& plan);

@@ -36,6 +36,7 @@ constexpr StudyCommand kStudies[] = {
     {"refinement", "Locking and point forces: what depends on the mesh, and what mends it", study_refinement},
     {"windows", "Deferred fields: how far forces are from those without, and how long ticks take", study_windows},
     {"entries", "Needles that go in at random places, and whether the tissue notices them", study_entries},
+    {"shafts", "Thin needles that bend, slide and are swept over tissue, and whether it bears their shafts", study_shafts},
     {"holds", "Bases that stop at random moments of the scenes' motions, and how far forces jump then", study_holds},
     {"haptics", "Hands on haptic devices on needles: which loops are stable, with the kit and without it",
      study_haptics},
@@ -67,6 +68,14 @@ class ProgressLine {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+void add_random_needles(CLI::App& study, StudyPlan& plan) {
+  study.add_option("--count", plan.entries, "How many")->check(CLI::PositiveNumber)->default_str("2000");
+  study.add_option("--first", plan.first_entry, "The number of the first one")->check(CLI::NonNegativeNumber);
+  study.add_option_function<std::vector<std::string>>(
+      "--mesh", [&](const auto& texts) { for (const std::string& text : texts) plan.meshes.push_back(mesh_of(text)); },
+      "A mesh that needles go into besides blocks; may be given again")->type_name("FILE=METRES_PER_UNIT");
+}
+
 int run(const StudyCommand& study, StudyPlan plan) {
   ProgressLine line(study.name);
   plan.progress = [&line](int done, int of, const std::string& next) { line.tell(done, of, next); };
@@ -96,12 +105,7 @@ int main(int argc, char** argv) {
       ->add_option("--run", plan.stability_run, "Only this one: a case, or a pair as CASE + CASE")
       ->type_name("NAME")
       ->default_str("all");
-  CLI::App& entries = *app.get_subcommand("entries");
-  entries.add_option("--count", plan.entries, "How many")->check(CLI::PositiveNumber)->default_str("2000");
-  entries.add_option("--first", plan.first_entry, "The number of the first one")->check(CLI::NonNegativeNumber);
-  entries.add_option_function<std::vector<std::string>>(
-      "--mesh", [&](const auto& texts) { for (const std::string& text : texts) plan.meshes.push_back(mesh_of(text)); },
-      "A mesh that needles go into besides blocks; may be given again")->type_name("FILE=METRES_PER_UNIT");
+  for (const char* name : {"entries", "shafts"}) add_random_needles(*app.get_subcommand(name), plan);
   CLI::App& haptics = *app.get_subcommand("haptics");
   haptics.add_option("--table", plan.haptics_table, "Name of its table")->capture_default_str();
   CLI::Option* part = haptics.add_option("--part", plan.part, "Of its runs, every PARTSth from this number on")

@@ -64,8 +64,8 @@ InsertionBench::InsertionBench(const Scene& from, int path_vertices)
       model(make_needle_model(parameters, Vector3::Zero(), true)),
       paths(kPaths, Path(path_vertices)),
       paths_taken(kPaths, 0),
-      state(make_insertion(path_vertices)),
-      scratch(max_shaft_points(parameters, least_spacing(scene.needles)), path_vertices) {
+      state(make_insertion(path_vertices, shaft_cells(parameters))),
+      scratch(max_shaft_points(parameters, least_spacing(scene.needles)), path_vertices, shaft_cells(parameters)) {
   events.reserve(100);
   put_needle(on_line(0.1));
 }

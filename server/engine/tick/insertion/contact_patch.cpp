@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/engine/tick/insertion/contact_patch.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -52,14 +53,20 @@ ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& c
   }
   for (MaterialPoint& point : patch.points) point.weights /= sum;
   patch.normal = normal_now.stableNormalized();
-  patch.middle = mean_position(tissue.mesh, tissue.x_start, patch);
-  patch.rise = normal_at_rest.stableNormalized().dot(at - mean_position(tissue.mesh, rest, patch));
+  patch.middle = mean_position(tissue.mesh, tissue.x_start, patch.points);
+  patch.rise = normal_at_rest.stableNormalized().dot(at - mean_position(tissue.mesh, rest, patch.points));
   return patch;
 }
 
-Vector3 mean_position(const TetrahedralMesh& mesh, const Matrix3X& x, const ContactPatch& patch) {
+bool is_crushed(const TetrahedralMesh& mesh, const Matrix3X& x, std::span<const MaterialPoint> points) {
+  return std::ranges::any_of(points, [&](const MaterialPoint& point) {
+    return signed_volume(x, mesh.tetrahedra[static_cast<std::size_t>(point.tetrahedron)]) <= 0;
+  });
+}
+
+Vector3 mean_position(const TetrahedralMesh& mesh, const Matrix3X& x, std::span<const MaterialPoint> points) {
   Vector3 sum = Vector3::Zero();
-  for (const MaterialPoint& point : patch.points) sum += material_position(mesh, x, point);
+  for (const MaterialPoint& point : points) sum += material_position(mesh, x, point);
   return sum;
 }
 

@@ -32,7 +32,10 @@ struct ContactPatch {
 // Around a point of the tissue's surface; radius (m) > 0.
 ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& centre, double radius);
 
-// The mean of its points in the configuration x (3 x nodes, m).
-Vector3 mean_position(const TetrahedralMesh& mesh, const Matrix3X& x, const ContactPatch& patch);
+// Whether an element of one of the points is pressed flat: the limit of what the mesh can bear.
+bool is_crushed(const TetrahedralMesh& mesh, const Matrix3X& x, std::span<const MaterialPoint> points);
+
+// The mean of points whose weights are shares, in the configuration x (3 x nodes, m).
+Vector3 mean_position(const TetrahedralMesh& mesh, const Matrix3X& x, std::span<const MaterialPoint> points);
 
 }  // namespace acus

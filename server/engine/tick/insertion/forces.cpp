@@ -45,6 +45,14 @@ void read_row(const Rows& rows, int i, InsertionScratch& scratch, InsertionForce
       next.vertices[row.index].sliding = at_cap();
       forces.friction += force;
       break;
+    case RowRole::shaft_contact:
+      next.cells[row.index].contact = lambda;
+      forces.lateral += force;
+      break;
+    case RowRole::shaft_contact_friction:
+      next.cells[row.index].friction += force;
+      forces.friction += force;
+      break;
     case RowRole::torsion:
       next.vertices[row.index].torsion = lambda;
       next.vertices[row.index].turning = at_cap();
@@ -66,6 +74,7 @@ InsertionForces read_forces(const Rows& rows, int needle, InsertionScratch& scra
     next.vertices[p.vertex].lateral.setZero();
     next.vertices[p.vertex].friction = 0;
   }
+  for (ShaftCell& cell : next.cells) cell.contact = 0, cell.friction.setZero();
   InsertionForces forces;
   for (int i = 0; i < rows.count(); ++i)
     if (rows.row(i).needle == needle) read_row(rows, i, scratch, forces);

@@ -11,8 +11,8 @@ namespace acus {
 struct InsertionForces {
   Vector3 tip = Vector3::Zero();       // on the tip: cutting or contact, and lateral
   Vector3 cutting = Vector3::Zero();   // of cutting, and of contact with a surface or border
-  Vector3 friction = Vector3::Zero();  // along the path, whole shaft
-  Vector3 lateral = Vector3::Zero();   // across the path, shaft and tip
+  Vector3 friction = Vector3::Zero();  // along the path, whole shaft; along surfaces that the shaft lies on
+  Vector3 lateral = Vector3::Zero();   // across the path, shaft and tip; of those surfaces on the shaft
   double amounts = 0;                  // N, of all rows but torsion, added up
 };
 

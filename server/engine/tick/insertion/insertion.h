@@ -15,6 +15,7 @@
 // has torsional friction; a support row if it lies on a border that holds tips.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 
@@ -56,6 +57,17 @@ struct ShaftPoint {
   bool exit = false;                     // or leaves it
 };
 
+// A length of the shaft that touches a surface beside its path, or may in this tick (shaft_contact.h).
+inline constexpr int kContactPoints = 3;
+struct ShaftContact {
+  int cell = 0;
+  double s = 0;                       // m, along the needle
+  double length = 0;                  // m of shaft that it stands for
+  Vector3 normal = Vector3::UnitZ();  // unit, world, across the needle and out of the tissue
+  // Of the surface, which bear it; their weights are shares, which sum to 1.
+  std::array<MaterialPoint, kContactPoints> points;
+};
+
 // A surface or border that the tip touches, or may reach in this tick.
 struct Obstacle {
   int region = 0;          // behind the surface
@@ -85,6 +97,7 @@ struct Located {
   std::optional<Obstacle> obstacle;
   Bounded<ShaftPoint> shaft;
   TipPlace tip;
+  Bounded<ShaftContact> contacts;
 };
 
 // What a tick needs of a needle: the state that it leaves if it is good, and scratch.
@@ -95,7 +108,7 @@ struct InsertionScratch {
   bool puncturing = false;  // the contact force reached f_p
   bool cutting = false;     // the cutting force reached f_c
 
-  InsertionScratch(int shaft_capacity, int path_capacity);
+  InsertionScratch(int shaft_capacity, int path_capacity, int shaft_cells);
 
   // The path that the needle is in.
   const Path& path(std::span<const Path> paths) const {

@@ -9,6 +9,7 @@
 #include "server/engine/tick/insertion/owned_lengths.h"
 #include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/path_wall.h"
+#include "server/engine/tick/insertion/shaft_contact.h"
 #include "server/engine/tick/insertion/tip_place.h"
 
 namespace acus {
@@ -185,6 +186,7 @@ void locate_insertion(const InsertionView& at, const Insertion& before, std::spa
   scratch.located.reentered = scratch.located.far_end = scratch.located.left_out = false;
   scratch.located.obstacle.reset();
   scratch.located.shaft.clear();
+  scratch.located.contacts.clear();
   scratch.located.tip = TipPlace{};
   if (scratch.next.path < 0) locate_outside(at, paths, paths_taken, scratch);
   if (scratch.next.path >= 0) locate_inside(at, scratch.path(paths), scratch);
@@ -193,6 +195,7 @@ void locate_insertion(const InsertionView& at, const Insertion& before, std::spa
   take_over_friction(scratch.next, {shaft.begin(), shaft.end()});
   scratch.next.first_alongside = shaft.empty() ? 0 : shaft.front().vertex;
   scratch.next.last_alongside = shaft.empty() ? -1 : shaft.back().vertex;
+  find_shaft_contacts(at, scratch);
 }
 
 }  // namespace acus

@@ -4,27 +4,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/engine/tick/insertion/held_stretch.h"
 #include "server/engine/tick/insertion/transition.h"
 
 namespace acus {
 
 namespace {
 
-struct Stretch {
-  double from, to;  // m, along the needle
-};
-
-// The stretch in the needle's path; in contact, the stretch that the tip's compliance lets reach behind the mesh's
-// surface.
-Stretch held_stretch(const InsertionView& at, const InsertionScratch& scratch, const Insertion& state) {
-  const double length = at.needle.model.length;
-  if (state.path >= 0) {
-    const double end = state.phase == Phase::through ? std::min(length, state.end_s) : length;
-    return {std::min(end - state.depth, state.vertices[0].s), end};
-  }
-  if (state.phase != Phase::contact || !scratch.located.obstacle) return {length, length};
-  const double beyond = kContactMargin + scratch.located.obstacle->dimple.depth(state.tip.contact);
-  return {length - 2 * beyond, length};
+// Whether the surface bears the shaft there, at `place` of 0 at the base and 1 at the tip.
+bool bears(const Insertion& state, double place) {
+  const auto cell = static_cast<std::size_t>(place * static_cast<double>(state.cells.size()));
+  return state.cells[std::min(cell, state.cells.size() - 1)].contact > 0;
 }
 
 bool is_inside(const TissueView& tissue, const Vector3& p) {
@@ -41,11 +31,11 @@ void monitor_shaft(const InsertionView& at, const InsertionScratch& scratch, con
   const double length = at.needle.model.length;
   const int samples = monitor_samples(length);
   const int in_tick = std::min(samples, static_cast<int>(std::ceil(samples * at.needle.h / kMonitorPeriod)));
-  const Stretch held = held_stretch(at, scratch, state);
+  const HeldStretch held = held_stretch(at, scratch.located, state);
   const double step = length / samples;
   for (int i = 0; i < in_tick; ++i) {
     const double s = (monitor.next + 0.5) * step;
-    const bool is_held = held.from <= s && s <= held.to;
+    const bool is_held = held.apart(s) < kHeldBeside || bears(state, s / length);
     if (!is_held && is_inside(at.tissue, curve_point(at.needle.model, at.needle.shape, s).position)) ++monitor.found;
     if (++monitor.next < samples) continue;
     monitor.unheld = monitor.found * step;

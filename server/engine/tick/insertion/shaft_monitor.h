@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Length of shaft in tissue without any row. Only tips meet surfaces: a shaft that comes from the side, or reaches over
-// an edge beside its path, crosses tissue that does not act on it. A few samples are checked in each tick, the whole
-// needle in every kMonitorPeriod.
+// Length of shaft in tissue without any row: what has come to be deep beside its path without a contact (shaft_contact.h),
+// as by a jump of the base. A few samples are checked in each tick, the whole needle in every kMonitorPeriod.
 #pragma once
 
 #include "server/engine/tick/insertion/insertion.h"

@@ -49,18 +49,11 @@ MaterialPoint slid_point(const Transition& now, const Obstacle& obstacle) {
   const TissueView& tissue = now.at.tissue;
   const NeedleView& needle = now.at.needle;
   const Vector3 moved = needle.tip().position - needle.start_tip() -
-                        mean_position(tissue.mesh, tissue.x, *obstacle.patch) + obstacle.patch->middle;
+                        mean_position(tissue.mesh, tissue.x, obstacle.patch->points) + obstacle.patch->middle;
   const Vector3& n = obstacle.at.normal;
   const Vector3 slid = moved - n.dot(moved) * n;
   if (slid.norm() < kLeastSlip) return obstacle.material;
   return tissue.surface.material(tissue.surface.closest(tissue.x, tissue.position(obstacle.material) + slid));
-}
-
-// Whether the tip has pressed an element under it flat: the limit of what the mesh can bear, whatever f_p is.
-bool has_crushed(const TissueView& tissue, const ContactPatch& patch) {
-  return std::ranges::any_of(patch.points, [&](const MaterialPoint& point) {
-    return signed_volume(tissue.x, tissue.mesh.tetrahedra[static_cast<std::size_t>(point.tetrahedron)]) <= 0;
-  });
 }
 
 // Contact and release of a tip outside, or through. Returns whether it punctures.
@@ -73,7 +66,8 @@ bool press_on_surface(const Transition& now) {
   if (pressed && !touches(state)) now.report(EventKind::contact, region, contact);
   if (!pressed && touches(state)) now.report(EventKind::release, region, 0);
   state.touched = pressed ? slid_point(now, *obstacle) : MaterialPoint{};
-  return obstacle && (now.scratch.puncturing || (pressed && has_crushed(now.at.tissue, *obstacle->patch)));
+  return obstacle && (now.scratch.puncturing ||
+                      (pressed && is_crushed(now.at.tissue.mesh, now.at.tissue.x, obstacle->patch->points)));
 }
 
 // The first piece of the cut behind the last mouth of a path.

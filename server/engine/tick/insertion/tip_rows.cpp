@@ -15,13 +15,6 @@ namespace {
 
 // Speed at which a tip behind a border is brought back.
 constexpr double kRecoverySpeed = 0.1;  // m/s
-// Speed at which the offset of a loaded tip is closed that a change of compliance from element to element leaves.
-// Forces change slowly with it.
-constexpr double kSettlingSpeed = 5e-3;  // m/s
-
-// An offset (m) made smaller by `step` (m).
-double shrunk(double offset, double step) { return std::copysign(std::max(0.0, std::abs(offset) - step), offset); }
-
 // The point that an obstacle's contact acts on, at the start of the tick and now: a material point, or the mean of a
 // patch.
 struct ContactPoint {
@@ -36,7 +29,7 @@ struct ContactPoint {
     }
     const Vector3 surface = start;
     start = obstacle.patch->middle;
-    now = mean_position(tissue.mesh, tissue.x, *obstacle.patch);
+    now = mean_position(tissue.mesh, tissue.x, obstacle.patch->points);
     rise = tip.contact > 0 ? obstacle.patch->rise : obstacle.at.normal.dot(surface - start);
   }
 };
@@ -143,6 +136,8 @@ bool add_lateral(const InsertionView& at, const InsertionScratch& scratch, Rows&
 }
 
 }  // namespace
+
+double shrunk(double offset, double step) { return std::copysign(std::max(0.0, std::abs(offset) - step), offset); }
 
 double cutting_gap(const InsertionView& at, const Path& path, const TipState& tip, const Vector3& n,
                    double compliance) {

@@ -49,6 +49,12 @@ bool add_support(const InsertionView& at, Row row, ComplianceAt compliance_at, R
   return rows.add(row, {LawKind::unilateral, kInfinity}, 0);
 }
 
+// Speed at which the offset of a loaded contact is closed that a change of compliance from element to element leaves.
+// Forces change slowly with it.
+inline constexpr double kSettlingSpeed = 5e-3;  // m/s
+// An offset (m) made smaller by `step` (m).
+double shrunk(double offset, double step);
+
 // Distance of the tip from the path's end against the cutting direction n (m), less the spring's part.
 double cutting_gap(const InsertionView& at, const Path& path, const TipState& tip, const Vector3& n, double compliance);
 

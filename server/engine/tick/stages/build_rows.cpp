@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/insertion/shaft_contact.h"
 #include "server/engine/tick/insertion/shaft_rows.h"
 #include "server/engine/tick/insertion/tip_rows.h"
 #include "server/engine/tick/stages/stages.h"
@@ -10,9 +11,11 @@ namespace {
 // False if some did not fit.
 bool add_insertion_rows(const InsertionView& at, const State& state, const InsertionScratch& scratch, Rows& rows) {
   const auto& obstacle = scratch.located.obstacle;
-  if (scratch.next.path < 0) return !obstacle || add_surface_rows(at, scratch, rows);
-  const Path& path = scratch.path(state.paths);
   bool all = !scratch.located.left_out;
+  for (const ShaftContact& contact : scratch.located.contacts)
+    all = add_contact_rows(at, scratch, contact, rows) && all;
+  if (scratch.next.path < 0) return (!obstacle || add_surface_rows(at, scratch, rows)) && all;
+  const Path& path = scratch.path(state.paths);
   if (scratch.next.phase == Phase::through) {
     all = (!obstacle || add_surface_rows(at, scratch, rows)) && all;
   } else if (obstacle && obstacle->under) {

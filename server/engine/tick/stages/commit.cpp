@@ -74,6 +74,7 @@ void commit(const Model& model, Scratch& scratch, State& state) {
     std::swap(state.insertions[i], scratch.insertions[i].next);
   }
   for (int g = 0; g < model.guide_count(); ++g) state.guides[g] = scratch.guides[g].next;
+  state.surface_moved += model.surface.largest_move(state.tissue.x, scratch.tissue.x);
   commit_tissue(model.tissue_system, scratch.tissue, state.tissue);
 }
 

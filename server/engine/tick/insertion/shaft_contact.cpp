@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/insertion/shaft_contact.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "server/engine/math/rotation.h"
+#include "server/engine/tick/insertion/held_stretch.h"
+#include "server/engine/tick/insertion/tip_rows.h"
+#include "server/engine/tick/insertion/transition.h"
+
+namespace acus {
+
+namespace {
+
+constexpr int kSamples = 4;  // of a cell
+// At which a contact's normal turns, at most.
+constexpr double kTurningSpeed = 1;    // rad/s
+constexpr double kTurning = 1e3;       // rad/m of the cell's way, besides
+constexpr double kLeastLength = 1e-3;  // of a cell
+constexpr double kDeepest = 4e-3;      // m, at which a cell next to one that is held comes to be held
+
+// A length of shaft at the start of the tick.
+struct Cell {
+  double from, length;  // m, along the needle
+  Vector3 middle;       // m, world
+  double moves;         // m, its middle in the tick
+  double reach;         // r (m)
+};
+
+Cell cell_at(const InsertionView& at, double from, double length) {
+  const NeedleView& needle = at.needle;
+  const double s = from + length / 2;
+  const Vector3 middle = needle.start_position(s);
+  const double moves = (curve_point(needle.model, needle.shape, s).position - middle).norm();
+  return {from, length, middle, moves, kContactMargin + 2 * moves};
+}
+
+// Whether a cell cannot be nearer than its reach.
+bool surely_clear(const InsertionView& at, const Cell& cell, const ShaftCell& state) {
+  const double since = (cell.middle - state.looked_from).norm() + at.tissue.surface_moved - state.moved;
+  return state.distance - since - cell.length / 2 > cell.reach;
+}
+
+// 0 near the stretch that other rows hold, then 1.
+double free_share(const HeldStretch& held, double s) {
+  return std::clamp(2 * held.apart(s) / kHeldBeside - 1, 0.0, 1.0);
+}
+
+// 1 where the needle lies within 40 degrees of the surface, 0 where it stands within 18 of its normal.
+double flat_share(const Vector3& tangent, const Vector3& normal) {
+  const double upright = tangent.dot(normal);
+  return std::clamp(2 * (0.9 - upright * upright), 0.0, 1.0);
+}
+
+// Of p from the surface (m), negative inside. Beside an edge of the body SurfacePoint::distance is that along the
+// normal of either face: small, and negative past its plane.
+double signed_distance(const SurfacePoint& nearest, const Vector3& p) {
+  constexpr double kAcross = 0.3;  // cosine of the way to p with the normal
+  const double distance = (p - nearest.position).norm();
+  return nearest.distance < -kAcross * distance ? -distance : distance;
+}
+
+// What the samples of a cell come to.
+struct Gathered {
+  double weight = 0;
+  double s = 0;                      // m, weighted
+  double length = 0;                 // m
+  Vector3 normal = Vector3::Zero();  // weighted, across the needle
+};
+
+Gathered gather(const InsertionView& at, const Cell& cell, const HeldStretch& held) {
+  Gathered sum;
+  const double step = cell.length / kSamples;
+  for (int i = 0; i < kSamples; ++i) {
+    const double s = cell.from + (i + 0.5) * step;
+    const double share = free_share(held, s);
+    if (share == 0) continue;
+    const CurvePoint point = curve_point(at.needle.model, at.needle.start, s);
+    const SurfacePoint nearest = at.tissue.surface.closest(at.tissue.x_start, point.position);
+    const double flat = share * flat_share(point.tangent, nearest.normal);
+    const double within = std::max(0.0, cell.reach - signed_distance(nearest, point.position));
+    const double weight = flat * within * within;
+    sum.length += flat * step * std::min(1.0, within / cell.reach);
+    sum.weight += weight;
+    sum.s += weight * s;
+    sum.normal += weight * (nearest.normal - nearest.normal.dot(point.tangent) * point.tangent).stableNormalized();
+  }
+  return sum;
+}
+
+// Puts the points of `contact`. Returns how far the needle is over them in the mean (m).
+double put_points(const InsertionView& at, const Cell& cell, ShaftContact& contact) {
+  double over = 0;
+  for (int i = 0; i < kContactPoints; ++i) {
+    const Vector3 p = at.needle.start_position(contact_place(contact.s, contact.length, i, at.needle.model.length));
+    const SurfacePoint under = surface_under(at.tissue, p, contact.normal, cell.reach);
+    contact.points[i] = at.tissue.surface.material(under);
+    contact.points[i].weights /= kContactPoints;
+    over += contact.normal.dot(p - under.position) / kContactPoints;
+  }
+  return over;
+}
+
+// A unit vector `from`, turned towards another one by an angle (rad) at most.
+Vector3 turned_towards(const Vector3& from, const Vector3& to, double angle) {
+  const Vector3 across = (to - to.dot(from) * from).stableNormalized();
+  if (std::atan2(to.dot(across), to.dot(from)) <= angle) return to;
+  return std::cos(angle) * from + std::sin(angle) * across;
+}
+
+// Whether a cell beside it bears a force, or is held otherwise.
+bool is_next_to_held(const HeldStretch& held, const Cell& cell, int index, const std::vector<ShaftCell>& cells) {
+  const auto bears = [&](int i) {
+    return i >= 0 && i < static_cast<int>(cells.size()) && cells[static_cast<std::size_t>(i)].contact > 0;
+  };
+  return bears(index - 1) || bears(index + 1) ||
+         std::min(held.apart(cell.from), held.apart(cell.from + cell.length)) < kHeldBeside;
+}
+
+// Whether the cell may be near the surface; remembers how far away that is.
+bool is_near(const InsertionView& at, const Cell& cell, ShaftCell& state) {
+  const SurfacePoint nearest = at.tissue.surface.closest(at.tissue.x_start, cell.middle);
+  state.looked_from = cell.middle;
+  state.distance = std::max(0.0, signed_distance(nearest, cell.middle));
+  state.moved = at.tissue.surface_moved;
+  if (state.distance - cell.length / 2 > cell.reach) return false;
+  const Vector3 along = curve_point(at.needle.model, at.needle.start, cell.from + cell.length / 2).tangent;
+  return state.length > 0 || flat_share(along, nearest.normal) > 0;
+}
+
+GrooveSpring groove_under(const InsertionView& at, const ShaftContact& contact) {
+  return at.tissue.groove_spring(contact.points[kContactPoints / 2], at.needle.model.diameter, contact.length);
+}
+
+// Of a cell whose point is `over` (m) the surface: what is more of that than spring and last offset explain, and than
+// the cell can have moved, is taken up by the offset, which is closed slowly.
+double next_offset(const ShaftCell& state, const GrooveSpring& groove, double over, double moves, double h) {
+  const double unexplained = over + groove.depth(state.contact) - state.offset;
+  const double most = moves + kSettlingSpeed * h;
+  const double explained = state.contact > 0 ? std::clamp(unexplained, -most, most) : std::max(unexplained, -most);
+  return shrunk(state.offset + unexplained - explained, kSettlingSpeed * h);
+}
+
+// The contact of a cell, if it has one.
+std::optional<ShaftContact> look_for_contact(const InsertionView& at, const Cell& cell, const HeldStretch& held,
+                                             int index, std::vector<ShaftCell>& cells) {
+  ShaftCell& state = cells[static_cast<std::size_t>(index)];
+  if (!is_near(at, cell, state)) return std::nullopt;
+  const Gathered found = gather(at, cell, held);
+  if (found.weight == 0 || found.length < kLeastLength * cell.length) return std::nullopt;
+  ShaftContact contact;
+  contact.cell = index;
+  contact.s = found.s / found.weight;
+  contact.length = found.length;
+  const bool begins = state.length == 0;
+  const CurvePoint point = curve_point(at.needle.model, at.needle.start, contact.s);
+  const double angle = kTurningSpeed * at.needle.h + kTurning * cell.moves;
+  const Vector3 normal = begins ? found.normal : turned_towards(state.normal, found.normal.stableNormalized(), angle);
+  contact.normal = (normal - normal.dot(point.tangent) * point.tangent).stableNormalized();
+  const double over = put_points(at, cell, contact);
+  if (begins) {
+    if (-over > (is_next_to_held(held, cell, index, cells) ? kDeepest : kUnnoticed)) return std::nullopt;
+    state.offset = std::min(0.0, over) * contact.length / cell.length;
+  } else {
+    state.contact *= contact.length / state.length;
+    state.friction *= contact.length / state.length;
+    state.offset = next_offset(state, groove_under(at, contact), over, cell.moves, at.needle.h);
+  }
+  state.normal = contact.normal;
+  return contact;
+}
+
+}  // namespace
+
+double contact_place(double s, double length, int point, double needle_length) {
+  return std::clamp(s + (point - (kContactPoints - 1) / 2.0) * length / kContactPoints, 0.0, needle_length);
+}
+
+SurfacePoint surface_under(const TissueView& tissue, const Vector3& p, const Vector3& n, double reach) {
+  const SurfacePoint nearest = tissue.surface.closest(tissue.x_start, p);
+  const double above = kContactMargin + 2 * std::max(0.0, -signed_distance(nearest, p));
+  return tissue.surface.entry(tissue.x_start, p + above * n, p - reach * n).value_or(nearest);
+}
+
+void find_shaft_contacts(const InsertionView& at, InsertionScratch& scratch) {
+  if (at.tissue.surface.empty()) return;
+  std::vector<ShaftCell>& cells = scratch.next.cells;
+  const HeldStretch held = held_stretch(at, scratch.located, scratch.next);
+  const double length = at.needle.model.length / static_cast<double>(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    std::optional<ShaftContact> contact;
+    const double from = length * static_cast<double>(i);
+    if (free_share(held, from) > 0 || free_share(held, from + length) > 0) {
+      const Cell cell = cell_at(at, from, length);
+      if (!surely_clear(at, cell, cells[i])) contact = look_for_contact(at, cell, held, static_cast<int>(i), cells);
+    }
+    cells[i].s = contact ? contact->s : 0;
+    cells[i].length = contact ? contact->length : 0;
+    if (contact) scratch.located.contacts.push_back(*contact);
+  }
+}
+
+bool add_contact_rows(const InsertionView& at, const InsertionScratch& scratch, const ShaftContact& contact,
+                      Rows& rows) {
+  const TissueView& tissue = at.tissue;
+  const NeedleView& needle = at.needle;
+  const ShaftCell& state = scratch.next.cells[static_cast<std::size_t>(contact.cell)];
+  const CurvePoint point = curve_point(needle.model, needle.shape, contact.s);
+  const Vector3 apart_now = point.position - mean_position(tissue.mesh, tissue.x, contact.points);
+  const Vector3 apart_before =
+      needle.start_position(contact.s) - mean_position(tissue.mesh, tissue.x_start, contact.points);
+  const MaterialPoint& middle = contact.points[kContactPoints / 2];
+  Row row;
+  row.needle = at.needle_index;
+  row.role = RowRole::shaft_contact;
+  row.index = contact.cell;
+  row.on_needle = point;
+  row.patch = contact.points;
+  row.n = contact.normal;
+
+  const GrooveSpring groove = groove_under(at, contact);
+  const double f = state.contact, e = groove.compliance(f);
+  row.compliance = e;
+  row.gap = row.n.dot(apart_now) - state.offset + groove.depth(f) - e * f;
+  row.stored = groove.energy(f) - e * f * f / 2;
+  const int normal_row = rows.count();
+  const double most = is_crushed(tissue.mesh, tissue.x_start, contact.points) ? f : kInfinity;
+  bool all = rows.add(row, {LawKind::unilateral, most}, f);
+
+  const double friction = tissue.interaction(middle).friction_contact;
+  if (friction == 0 || !all) return all;
+  Vector3 along[2];
+  perpendicular_basis(contact.normal, along[0], along[1]);
+  row.role = RowRole::shaft_contact_friction;
+  row.compliance = row.stored = 0;
+  for (int k = 0; k < 2; ++k) {
+    row.n = along[k];
+    row.gap = row.n.dot(apart_now - apart_before);
+    const Law law{
+        .kind = k == 0 ? LawKind::disk_first : LawKind::disk_second, .limit = friction, .normal_row = normal_row};
+    all = rows.add(row, law, state.friction.dot(row.n)) && all;
+  }
+  return all;
+}
+
+}  // namespace acus
