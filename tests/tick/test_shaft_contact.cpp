@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/engine/state/limits.h"
+#include "server/engine/state/state_check.h"
 #include "tests/tick/bench.h"
 
 namespace acus::test {
@@ -108,18 +109,49 @@ TEST_CASE("a needle that is dragged over the skin has the friction of its cone, 
 
 TEST_CASE("a needle that slides lengthwise over an edge of the body is borne without jumps" *
           doctest::test_suite("gate")) {
+  for (const LocalCompliance compliance : {LocalCompliance::all, LocalCompliance::none}) {
+    CAPTURE(compliance == LocalCompliance::all);
+    Scene scene = lying_scene();
+    scene.tissue.local_compliance = compliance;
+    scene.needles[0].length = 0.1;  // reaches over the edge at x = 60 mm
+    Bench bench(scene);
+    bench.move(0, Vector3(0, 0, -2.5e-3), kSpeed);
+    bench.wait(0.2);
+    const double before = lift(bench);
+    CHECK(before > 0.2);
+    const double step = largest_step(bench, [&] { bench.move(0, Vector3(0.05, 0, 0), kSpeed); });
+    CHECK(step < 0.01 * before + 0.01);
+    CHECK(bench.needle().unheld == 0);
+  }
+}
+
+TEST_CASE("a needle shorter than a cell is borne, too") {
   Scene scene = lying_scene();
-  scene.needles[0].length = 0.1;
-  scene.needles[0].base = {Vector3(-0.03, 0.0021, 0.031),
-                           Quaternion::Identity()};  // reaches over the edge at x = 60 mm
+  scene.needles[0].length = 5e-3;
   Bench bench(scene);
-  bench.move(0, Vector3(0, 0, -2.5e-3), kSpeed);
-  bench.wait(0.2);
-  const double before = lift(bench);
-  CHECK(before > 0.2);
-  const double step = largest_step(bench, [&] { bench.move(0, Vector3(0.05, 0, 0), kSpeed); });
-  CHECK(step < 0.01 * before + 0.01);
-  CHECK(bench.needle().unheld == 0);
+  bench.move(0, Vector3(0, 0, -2e-3), kSpeed);
+  CHECK(bench.finite());
+  CHECK(lift(bench) > 0.01);
+}
+
+TEST_CASE("a state of a needle that lies on the skin is good, a forged one is refused") {
+  Bench bench(lying_scene());
+  bench.move(0, Vector3(0, 0, -2e-3), kSpeed);
+  const Model& model = bench.simulation().model();
+  const State& state = bench.simulation().state();
+  CHECK_NOTHROW(check_state(model, state));
+  const auto refused = [&](auto forge) {
+    State forged = state;
+    forge(forged.insertions[0].cells[2]);
+    CHECK_THROWS_AS(check_state(model, forged), std::runtime_error);
+  };
+  REQUIRE(state.insertions[0].cells[2].contact > 0);
+  refused([](ShaftCell& cell) { cell.length = 0; });
+  refused([](ShaftCell& cell) { cell.length = 1e-310; });
+  refused([](ShaftCell& cell) { cell.contact = -1; });
+  refused([](ShaftCell& cell) { cell.normal.setZero(); });
+  refused([](ShaftCell& cell) { cell.moved = 1e3; });
+  refused([](ShaftCell& cell) { cell.s = 1; });
 }
 
 TEST_CASE("a shaft that goes in upright has no contact beside its path") {

@@ -42,7 +42,7 @@ double find_root(double low, double high, Function f) {
     share = fits ? fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb) : 0.5;
     share = std::clamp(share, room, 1 - room);
   }
-  return 0.5 * (a + b);
+  return std::abs(fa) < std::abs(fb) ? a : b;
 }
 
 // The a in (0, infinity) at which `excess` changes its sign from plus to minus.

@@ -12,7 +12,7 @@
 //
 // With a the multiplier of the rim, (W_tt + a I) t = -delta_t - W_tn n and W_nn n + W_nt t = -delta_n are linear in
 // (n, t), with a positive definite matrix for every a >= 0. a = 0 is sticking; sliding is the a at which |t| reaches
-// C + mu n, found by bisection, as a = infinity, no friction at all, lies inside the cone.
+// C + mu n, a root that is found within brackets, as a = infinity, no friction at all, lies inside the cone.
 #pragma once
 
 #include "server/engine/math/types.h"

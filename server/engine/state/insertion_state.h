@@ -54,7 +54,7 @@ struct ShaftCell {
   double moved = 0;                       // m, and State::surface_moved
   double s = 0;                           // m, along the needle: its point of contact in the last tick
   double length = 0;                      // m of it that were near the surface in the last tick; 0: it had no rows
-  double offset = 0;                      // m, <= 0, of the surface that it touches, see shaft_contact.h
+  double offset = 0;                      // m, of the surface that it touches, see shaft_contact.h
   Vector3 normal = Vector3::Zero();       // unit, world, out of the tissue, across the needle
   double contact = 0;                     // N, of the surface, along it
   Vector3 friction = Vector3::Zero();     // N, world

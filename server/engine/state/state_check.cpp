@@ -41,10 +41,14 @@ void check_path(const Model& model, const Path& path) {
   }
 }
 
-void check_cell(const ShaftCell& cell, double needle_length) {
-  const double normal = cell.normal.norm();
-  require(cell.distance >= 0 && cell.length >= 0 && cell.contact >= 0 && 0 <= cell.s && cell.s <= needle_length &&
-              (normal == 0 ? cell.length == 0 : std::abs(normal - 1) < kUnitTolerance),
+void check_cell(const ShaftCell& cell, double needle_length, double surface_moved) {
+  constexpr double kLeastLength = 1e-6;  // m
+  require(cell.distance >= 0 && cell.moved <= surface_moved, "the look of a shaft for a surface");
+  const bool touches = cell.length > 0;
+  require(0 <= cell.s && cell.s <= needle_length && cell.contact >= 0 &&
+              (touches ? kLeastLength <= cell.length && cell.length <= needle_length &&
+                             std::abs(cell.normal.norm() - 1) < kUnitTolerance
+                       : cell.length == 0 && cell.contact == 0),
           "a contact of a shaft");
 }
 
@@ -67,7 +71,7 @@ void check_insertion(const Model& model, const State& state, int needle) {
   const int vertices = static_cast<int>(insertion.vertices.size());
   require(0 <= insertion.first_alongside && insertion.first_alongside <= vertices, "the vertices along a needle");
   require(-1 <= insertion.last_alongside && insertion.last_alongside < vertices, "the vertices along a needle");
-  for (const ShaftCell& cell : insertion.cells) check_cell(cell, model.needles[needle].length);
+  for (const ShaftCell& cell : insertion.cells) check_cell(cell, model.needles[needle].length, state.surface_moved);
 }
 
 void check_rotations(const Model& model, const ElementRotations& rotations) {

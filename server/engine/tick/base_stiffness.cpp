@@ -8,6 +8,7 @@
 #include "server/engine/math/partial_cholesky.h"
 #include "server/engine/math/rotation.h"
 #include "server/engine/models/needle_base.h"
+#include "server/engine/state/capacities.h"
 
 namespace acus {
 
@@ -53,11 +54,17 @@ Eigen::Index most_free_unknowns(const Model& model) {
   return most;
 }
 
+// Contacts that may slide: of a tip on a surface, or along a border, and of every cell of its shaft.
+Eigen::Index most_slides(const Model& model) {
+  Eigen::Index most = 0;
+  for (const Needle& needle : model.scene.needles) most += 2 + shaft_cells(needle);
+  return most;
+}
+
 }  // namespace
 
 BaseStiffnessSolver::BaseStiffnessSolver(const Model& model) {
-  // A tip slides on a surface, or along a border.
-  const Eigen::Index rows = model.max_rows, slides = 2 * model.needle_count();
+  const Eigen::Index rows = model.max_rows, slides = most_slides(model);
   unknowns_.reserve(static_cast<std::size_t>(rows));
   slides_.reserve(static_cast<std::size_t>(slides));
   factor_.resize(rows, rows);
@@ -196,9 +203,11 @@ void BaseStiffnessSolver::sum_up_yields(const Rows& rows, int needle, BaseStiffn
     if (rows.row(i).needle != needle) continue;
     const RowRole role = rows.row(i).role;
     const double limit = rows.law(i).limit;
-    if (role == RowRole::friction || role == RowRole::guide_friction) {
-      result.forward_yield += limit;
-      result.backward_yield += limit;
+    const bool slides_on_surface = role == RowRole::shaft_contact_friction && rows.law(i).kind == LawKind::disk_first;
+    if (role == RowRole::friction || role == RowRole::guide_friction || slides_on_surface) {
+      const double most = slides_on_surface ? limit * rows.lambda()[rows.law(i).normal_row] : limit;
+      result.forward_yield += most;
+      result.backward_yield += most;
     } else if ((role == RowRole::contact || role == RowRole::cutting) && rows.lambda()[i] > 0) {
       result.forward_yield += limit;
     }

@@ -25,8 +25,6 @@ struct ContactPatch {
   double rise = 0;                    // m
   Vector3 middle = Vector3::Zero();   // m, world, their mean at the start of the tick
   Vector3 normal = Vector3::UnitZ();  // unit, world, likewise
-
-  std::span<const MaterialPoint> all() const { return points; }
 };
 
 // Around a point of the tissue's surface; radius (m) > 0.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One needle in the tissue, and the data that the files of this folder share. In a tick:
 //
-//   stage 4   location.h                        finds the obstacle ahead, the vertices alongside the shaft and the
-//   tip's place stage 5   tip_rows.h, shaft_rows.h          turn them into rows
+//   stage 4   location.h                        finds the obstacle ahead, vertices alongside the shaft, tip's place,
+//             shaft_contact.h                   and where the shaft touches surfaces beside its path
+//   stage 5   tip_rows.h, shaft_rows.h          turn them into rows, as shaft_contact.h does with its own
 //             forces.h                          reads the forces of the laws
 //   stage 9   path_transitions.h, path_growth.h change phase and path
 //
@@ -13,6 +14,7 @@
 // Inside, the tip has a cutting row against the path's end, capped by f_c, and two lateral rows. Every path vertex
 // alongside the shaft has two lateral rows across the path and a friction row along it; a row about it if the needle
 // has torsional friction; a support row if it lies on a border that holds tips.
+// A shaft that lies on a surface beside its path has contact rows, too.
 #pragma once
 
 #include <array>

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/engine/math/rotation.h"
+#include "server/engine/state/capacities.h"
 #include "server/engine/tick/insertion/held_stretch.h"
 #include "server/engine/tick/insertion/tip_rows.h"
 #include "server/engine/tick/insertion/transition.h"
@@ -106,6 +107,7 @@ double put_points(const InsertionView& at, const Cell& cell, ShaftContact& conta
 // A unit vector `from`, turned towards another one by an angle (rad) at most.
 Vector3 turned_towards(const Vector3& from, const Vector3& to, double angle) {
   const Vector3 across = (to - to.dot(from) * from).stableNormalized();
+  if (to.isZero(0)) return from;
   if (std::atan2(to.dot(across), to.dot(from)) <= angle) return to;
   return std::cos(angle) * from + std::sin(angle) * across;
 }
@@ -134,10 +136,20 @@ GrooveSpring groove_under(const InsertionView& at, const ShaftContact& contact) 
   return at.tissue.groove_spring(contact.points[kContactPoints / 2], at.needle.model.diameter, contact.length);
 }
 
-// Of a cell whose point is `over` (m) the surface: what is more of that than spring and last offset explain, and than
-// the cell can have moved, is taken up by the offset, which is closed slowly.
-double next_offset(const ShaftCell& state, const GrooveSpring& groove, double over, double moves, double h) {
-  const double unexplained = over + groove.depth(state.contact) - state.offset;
+// Of a contact that stands for a part of its cell: nothing where that is the whole, without bound where it is nothing.
+// So a contact comes and goes smoothly on any mesh. m/N.
+double partial_compliance(const InsertionView& at, const ShaftContact& contact) {
+  constexpr double kPartial = 0.01;  // small next to a groove
+  const MaterialPoint& middle = contact.points[kContactPoints / 2];
+  const double stiffness = at.tissue.tissue_regions[at.tissue.region(middle)].material.young_modulus * contact.length;
+  const double cell = at.needle.model.length / shaft_cells(at.parameters);
+  return kPartial * std::max(0.0, cell / contact.length - 1) / stiffness;
+}
+
+// Of a cell whose point is `over` (m) the surface, and sunk into it (m) by its springs: what is more of that than these
+// and the last offset explain, and than the cell can have moved, is taken up by the offset, which is closed slowly.
+double next_offset(const ShaftCell& state, double sunk, double over, double moves, double h) {
+  const double unexplained = over + sunk - state.offset;
   const double most = moves + kSettlingSpeed * h;
   const double explained = state.contact > 0 ? std::clamp(unexplained, -most, most) : std::max(unexplained, -most);
   return shrunk(state.offset + unexplained - explained, kSettlingSpeed * h);
@@ -159,6 +171,7 @@ std::optional<ShaftContact> look_for_contact(const InsertionView& at, const Cell
   const double angle = kTurningSpeed * at.needle.h + kTurning * cell.moves;
   const Vector3 normal = begins ? found.normal : turned_towards(state.normal, found.normal.stableNormalized(), angle);
   contact.normal = (normal - normal.dot(point.tangent) * point.tangent).stableNormalized();
+  if (!(contact.normal.squaredNorm() > 0.5)) return std::nullopt;  // the sides of a thin sheet cancel
   const double over = put_points(at, cell, contact);
   if (begins) {
     if (-over > (is_next_to_held(held, cell, index, cells) ? kDeepest : kUnnoticed)) return std::nullopt;
@@ -166,7 +179,9 @@ std::optional<ShaftContact> look_for_contact(const InsertionView& at, const Cell
   } else {
     state.contact *= contact.length / state.length;
     state.friction *= contact.length / state.length;
-    state.offset = next_offset(state, groove_under(at, contact), over, cell.moves, at.needle.h);
+    const double sunk =
+        groove_under(at, contact).depth(state.contact) + partial_compliance(at, contact) * state.contact;
+    state.offset = next_offset(state, sunk, over, cell.moves, at.needle.h);
   }
   state.normal = contact.normal;
   return contact;
@@ -221,10 +236,10 @@ bool add_contact_rows(const InsertionView& at, const InsertionScratch& scratch, 
   row.n = contact.normal;
 
   const GrooveSpring groove = groove_under(at, contact);
-  const double f = state.contact, e = groove.compliance(f);
+  const double f = state.contact, e = groove.compliance(f) + partial_compliance(at, contact);
   row.compliance = e;
-  row.gap = row.n.dot(apart_now) - state.offset + groove.depth(f) - e * f;
-  row.stored = groove.energy(f) - e * f * f / 2;
+  row.gap = row.n.dot(apart_now) - state.offset + groove.depth(f) - groove.compliance(f) * f;
+  row.stored = groove.energy(f) - groove.compliance(f) * f * f / 2;
   const int normal_row = rows.count();
   const double most = is_crushed(tissue.mesh, tissue.x_start, contact.points) ? f : kInfinity;
   bool all = rows.add(row, {LawKind::unilateral, most}, f);

@@ -53,7 +53,7 @@ double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const Tip
 // A row of the tip on the obstacle.
 Row obstacle_row(const InsertionView& at, const Obstacle& obstacle, RowRole role, const Vector3& n) {
   Row row{.needle = at.needle_index, .role = role, .on_needle = at.needle.tip(), .in_tissue = {obstacle.material, {}, 0}};
-  if (obstacle.patch) row.patch = obstacle.patch->all();
+  if (obstacle.patch) row.patch = obstacle.patch->points;
   row.n = n;
   return row;
 }
