@@ -3,7 +3,6 @@
 
 import matplotlib.pyplot as plt
 from page import Section
-from tables import values
 
 MOST = 1.0  # mm
 
@@ -12,7 +11,7 @@ def unheld_figure(rows):
     figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
     for sweep, colour, meaning in ((0, "#0072b2", "pushed"), (1, "#d55e00", "pushed, then swept")):
         some = [r for r in rows if (r["sweep_mm"] > 0) == bool(sweep)]
-        axes.scatter(values(some, "diameter_mm"), values(some, "unheld_mm"), color=colour, s=22,
+        axes.scatter([r["diameter_mm"] for r in some], [r["unheld_mm"] for r in some], color=colour, s=22,
                      label=f"{meaning} ({len(some)})")
     axes.axhline(MOST, color="0.6", linewidth=1)
     axes.set_xlabel("needle's diameter (mm)")

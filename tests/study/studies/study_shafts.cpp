@@ -41,7 +41,7 @@ constexpr Column<Result> kColumns[] = {
     {"ms_per_tick", [](const Result& r) -> Cell { return 1e3 * r.outcome.seconds / r.outcome.ticks; }},
 };
 
-constexpr int kShafts = 2000, kQuickShafts = 12;
+constexpr int kShafts = 2000, kQuickShafts = 4;
 
 }  // namespace
 
