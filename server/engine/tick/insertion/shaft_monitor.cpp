@@ -35,7 +35,7 @@ void monitor_shaft(const InsertionView& at, const InsertionScratch& scratch, con
   const double step = length / samples;
   for (int i = 0; i < in_tick; ++i) {
     const double s = (monitor.next + 0.5) * step;
-    const bool is_held = held.apart(s) < kHeldBeside || bears(state, s / length);
+    const bool is_held = held.apart(s) == 0 || bears(state, s / length);
     if (!is_held && is_inside(at.tissue, curve_point(at.needle.model, at.needle.shape, s).position)) ++monitor.found;
     if (++monitor.next < samples) continue;
     monitor.unheld = monitor.found * step;

@@ -15,6 +15,7 @@ namespace {
 
 // Speed at which a tip behind a border is brought back.
 constexpr double kRecoverySpeed = 0.1;  // m/s
+
 // The point that an obstacle's contact acts on, at the start of the tick and now: a material point, or the mean of a
 // patch.
 struct ContactPoint {
