@@ -102,6 +102,20 @@ TEST_CASE("a tip that is found in the tissue without path or contact gets a path
   CHECK((bench.position(bench.paths[0].end) - on_line(kTop - depth)).norm() < kRounding);
 }
 
+TEST_CASE("a tip that slides off its patch to where the surface is higher stays in contact") {
+  InsertionBench bench;
+  bench.state.phase = Phase::contact;
+  bench.state.touched = bench.point(on_line(kTop));
+  bench.put_needle(on_line(kTop));
+  const Vector3 slid = on_line(kTop - 2e-3) + Vector3(6e-3, 0, 0);
+  bench.move_needle(slid);
+  bench.locate();
+  CHECK(transitions_of(bench) == 0);
+  CHECK(bench.events.empty());
+  CHECK(bench.state.phase == Phase::contact);
+  CHECK((bench.position(bench.state.touched) - Vector3(slid.x(), slid.y(), kTop)).norm() < kRounding);
+}
+
 TEST_CASE("the path of a bent needle that is found in the tissue lies along its shaft, and bears nothing") {
   InsertionBench bench;
   put_hooked_needle(bench, {-0.0191, 0.0021, kTop + 0.02});

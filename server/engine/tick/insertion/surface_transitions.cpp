@@ -61,13 +61,16 @@ bool press_on_surface(const Transition& now) {
   Insertion& state = now.state;
   const auto& obstacle = now.scratch.located.obstacle;
   const double contact = state.tip.contact;
-  const bool pressed = obstacle && contact > 0;
+  const bool loaded = obstacle && contact > 0;
+  // A fast tip may slide past its patch to where the surface is higher: no force on the patch, and yet no release.
+  const bool pressed =
+      loaded || (obstacle && touches(state) && noticed_inside(now.at.tissue, now.at.needle.tip().position));
   const int region = obstacle ? obstacle->region : 0;
   if (pressed && !touches(state)) now.report(EventKind::contact, region, contact);
   if (!pressed && touches(state)) now.report(EventKind::release, region, 0);
   state.touched = pressed ? slid_point(now, *obstacle) : MaterialPoint{};
   return obstacle && (now.scratch.puncturing ||
-                      (pressed && is_crushed(now.at.tissue.mesh, now.at.tissue.x, obstacle->patch->points)));
+                      (loaded && is_crushed(now.at.tissue.mesh, now.at.tissue.x, obstacle->patch->points)));
 }
 
 // The first piece of the cut behind the last mouth of a path.
@@ -142,7 +145,8 @@ void leave_contact_or_puncture(const Transition& now) {
   if (!path) return;  // the contact force stays at its cap
   const Obstacle& obstacle = *now.scratch.located.obstacle;
   const double puncture_force = now.at.tissue.interaction(obstacle.material).puncture_force;
-  now.report(EventKind::puncture, obstacle.region, contact / tip_friction(now.at, obstacle, puncture_force, 0).puncture_share);
+  now.report(EventKind::puncture, obstacle.region,
+             contact / tip_friction(now.at, obstacle, puncture_force, 0).puncture_share);
   open_path(now, *path, new_mouth(now, obstacle, contact));
   begin_cut(now, *path, contact);
 }
