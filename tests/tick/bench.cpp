@@ -99,6 +99,17 @@ void Bench::spin(int needle, double to, double rate) {
   }
 }
 
+void Bench::screw(int needle, double by, double speed, double rate) {
+  Command& command = commands_[static_cast<std::size_t>(needle)];
+  const Vector3 from = command.pose->position, along = by * axis(needle);
+  const double ticks = std::ceil(std::abs(by) / speed * simulation_.scene().rate);
+  for (double i = 1; i <= ticks; ++i) {
+    command.pose->position = from + i / ticks * along;
+    *command.spin += rate / simulation_.scene().rate;
+    tick();
+  }
+}
+
 void Bench::wait(double seconds) {
   const auto ticks = std::lround(seconds * simulation_.scene().rate);
   for (long i = 0; i < ticks; ++i) tick();

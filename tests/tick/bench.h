@@ -29,6 +29,7 @@ class Bench {
   void move(int body, const Vector3& by, double speed);
   void push(int needle, double by, double speed);  // along its axis
   void spin(int needle, double to, double rate);
+  void screw(int needle, double by, double speed, double rate);  // both at once: m along its axis, rad/s
   void wait(double seconds);
 
   const Simulation& simulation() const { return simulation_; }

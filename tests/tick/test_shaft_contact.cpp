@@ -87,7 +87,8 @@ TEST_CASE("what bears a lying needle depends little on the mesh" * doctest::test
   CHECK(force[1] == doctest::Approx(force[0]).epsilon(0.05));
 }
 
-TEST_CASE("a needle that is dragged over the skin has the friction of its cone, in any direction") {
+TEST_CASE("a needle that is dragged over the skin has the friction of its cone, in any direction" *
+          doctest::test_suite("gate")) {
   Scene scene = lying_scene();
   const double mu = 0.3;
   scene.tissue.regions[0].interaction.friction_contact = mu;

@@ -49,8 +49,8 @@ TEST_CASE("a spun needle feels the friction of its shaft, and its tip lags; spun
     bench.push(0, 0.005 + kDepth, 0.02);
     bench.wait(0.3);
     REQUIRE(bench.needle().inserted_depth == doctest::Approx(kDepth).epsilon(0.01).scale(0));
+    bench.spin(0, kTurn, kRate);  // the skin that friction has carried along goes back
     const double full = expected_torque(bench, share);
-    bench.spin(0, kTurn, kRate);
     CHECK(torque(bench) == doctest::Approx(-full).epsilon(3e-5).scale(0));
     CHECK(bench.twist() == doctest::Approx(-expected_lag(bench, full)).epsilon(6e-4).scale(0));
     bench.spin(0, 0, kRate);
@@ -68,6 +68,46 @@ TEST_CASE("held still after a spin, torque is kept up to the static friction" * 
   CHECK(torque(bench) < 0);
   const Interaction& law = bench.simulation().scene().tissue.regions[0].interaction;
   CHECK(torque(bench) > -expected_torque(bench, 1) * law.friction_static / law.friction_dynamic);
+}
+
+TEST_CASE("a straight push carries no torque" * doctest::test_suite("gate")) {
+  Bench bench(spin_scene(1));
+  const double speed = 0.02;
+  double most = 0;
+  bench.each_tick = [&] { most = std::max(most, std::abs(torque(bench)) / std::max(1e-6, expected_torque(bench, 1))); };
+  bench.push(0, 0.005 + kDepth, speed);
+  CHECK(most < 1e-3);
+}
+
+TEST_CASE("friction is one cone: who spins fast feels the less of it along the needle" * doctest::test_suite("gate")) {
+  const double speed = 0.02;
+  double largest_error = 0;  // of the friction along the needle
+  for (const double share : {1.0, 0.5}) {
+    Bench bench(spin_scene(share));
+    bench.push(0, 0.005 + kDepth / 2, speed);
+    const double cut = bench.needle().cutting_force.norm();
+    for (const double rate : {0.0, 10.0, 18.0, -18.0, 4.0}) {
+      CAPTURE(rate);
+      bench.screw(0, 0.004, speed, rate);
+      const double d = bench.simulation().scene().needles[0].outer_diameter, full = expected_torque(bench, 1) / (d / 2);
+      const double about = share * rate * d / 2, slip = std::hypot(speed, about);
+      const double expected = full * speed / slip, error = std::abs(bench.resistance() - cut - expected) / expected;
+      largest_error = std::max(largest_error, error);
+      CHECK(error < 2e-5);
+      CHECK(torque(bench) == doctest::Approx(-share * full * about / slip * d / 2).epsilon(2e-4).scale(1e-6));
+    }
+  }
+  MESSAGE("friction along the needle, against the cone: within " << largest_error);
+}
+
+TEST_CASE("a held needle that spins gives up the force that friction held" * doctest::test_suite("gate")) {
+  Bench bench(spin_scene(1));
+  bench.push(0, 0.005 + kDepth, 0.02);
+  const double cut = bench.needle().cutting_force.norm(), before = bench.resistance() - cut;
+  bench.wait(0.1);
+  CHECK(bench.resistance() - cut > 0.9 * before);
+  bench.spin(0, 3 * kTurn, 5);
+  CHECK(std::abs(bench.resistance() - cut) < 0.01 * before);
 }
 
 TEST_CASE("without torsional friction a needle spins freely" * doctest::test_suite("gate")) {

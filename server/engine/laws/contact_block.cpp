@@ -53,21 +53,13 @@ double find_rim(double scale, Excess excess) {
   return multiplier(find_root(0.0, kAlmostOne, [&](double s) { return excess(multiplier(s)); }));
 }
 
-// t for a given n: the rim's radius is known.
-Vector2 friction_force(double radius, const Eigen::Matrix2d& W, const Vector2& delta_bar) {
-  if (radius <= 0) return Vector2::Zero();
-  const auto force = [&](double a) { return Vector2(-(W + a * Eigen::Matrix2d::Identity()).inverse() * delta_bar); };
-  if (force(0).norm() <= radius) return force(0);
-  return force(find_rim(W.trace(), [&](double a) { return force(a).norm() - radius; })).normalized() * radius;
-}
-
 }  // namespace
 
 Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& delta_bar) {
   assert(law.limit >= 0 && law.friction >= 0 && law.cohesion >= 0 && !(W.diagonal().minCoeff() <= 0));
   const auto with_normal = [&](double n) {
     const Vector2 bar = delta_bar.tail<2>() + n * W.block<2, 1>(1, 0);
-    const Vector2 t = friction_force(law.cohesion + law.friction * n, W.bottomRightCorner<2, 2>(), bar);
+    const Vector2 t = disk_contact(law.cohesion + law.friction * n, 0, W.bottomRightCorner<2, 2>(), bar).force;
     return Vector3(n, t[0], t[1]);
   };
   const auto force = [&](double a) {
@@ -93,6 +85,24 @@ Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& de
   double high = std::min(law.limit, delta_bar.norm() / W(0, 0));
   for (int i = 0; i < kDoublings && approach(high) > 0 && high < law.limit; ++i) high = std::min(2 * high, law.limit);
   return with_normal(find_root(0.0, high, approach));
+}
+
+DiskContact disk_contact(double radius, double viscosity, const Eigen::Matrix2d& W, const Vector2& delta_bar) {
+  assert(radius >= 0 && viscosity >= 0);
+  const auto answer = [&](const Vector2& force, bool slips) {
+    return DiskContact{force, W * force + delta_bar, slips};
+  };
+  if (radius == 0) {
+    if (viscosity == 0) return answer(Vector2::Zero(), true);
+    return answer(-(W + Eigen::Matrix2d::Identity() / viscosity).inverse() * delta_bar, true);
+  }
+  // t where delta = -a t: (W (1 + c a) + a I) t = -delta_bar.
+  const auto rim = [&](double a) {
+    return Vector2(-((1 + viscosity * a) * W + a * Eigen::Matrix2d::Identity()).inverse() * delta_bar);
+  };
+  if (rim(0).norm() <= radius) return answer(rim(0), false);
+  const double a = find_rim(W.trace(), [&](double multiplier) { return rim(multiplier).norm() - radius; });
+  return answer((1 + viscosity * a) * radius * rim(a).normalized(), true);
 }
 
 }  // namespace acus

@@ -28,4 +28,15 @@ struct ContactLaw {
 // W symmetric positive definite (m/N), rows n, t1, t2; delta_bar (m). Returns lambda (N).
 Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& delta_bar);
 
+// Friction alone, with a threshold that is given: the force lambda = t - c delta on the line delta = W lambda +
+// delta_bar, where |t| <= radius, delta = 0 inside, delta = -a t with a >= 0 on the rim.
+struct DiskContact {
+  Eigen::Vector2d force = Eigen::Vector2d::Zero();  // lambda (N)
+  Eigen::Vector2d slip = Eigen::Vector2d::Zero();   // delta (m)
+  bool slips = false;                               // on the rim
+};
+
+// `viscosity`: c (N/m), >= 0. W symmetric positive definite (m/N), 2 x 2; delta_bar (m).
+DiskContact disk_contact(double radius, double viscosity, const Eigen::Matrix2d& W, const Eigen::Vector2d& delta_bar);
+
 }  // namespace acus

@@ -14,6 +14,8 @@ namespace {
 
 // Below this compliance (m/N) a row has nothing that gives: a rigid needle in fixed material.
 constexpr double kLeastCompliance = 1e-9;
+// Solutions of the laws in which cones are followed, at most.
+constexpr int kConeRounds = 8;
 
 Vector12 needle_force(const NeedleShape& shape, const Row& row) {
   return row.role == RowRole::torsion ? curve_torque(row.on_needle, row.radius * row.n)
@@ -34,6 +36,7 @@ Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
   const auto n = static_cast<std::size_t>(capacity);
   rows_.reserve(n);
   laws_.reserve(n);
+  cones_.reserve(n / 2);
   places_.resize(n);
   lambda_.resize(n);
   delta_.resize(n);
@@ -45,6 +48,7 @@ Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
 void Rows::clear() {
   rows_.clear();
   laws_.clear();
+  cones_.clear();
 }
 
 bool Rows::add(const Row& row, const Law& law, double warm_start) {
@@ -80,10 +84,75 @@ void Rows::assemble(std::span<const NeedleModel> models, std::span<NeedleScratch
   for (int i = 0; i < n; ++i) W(i, i) += rows_[i].compliance;
 }
 
-SolverResult Rows::solve(LawMethod method, int max_steps, double tolerance) {
+bool Rows::add_cone(const Row& along, const Row& about, const FrictionCone& cone, const Eigen::Vector2d& warm_start) {
+  assert(about.role == RowRole::torsion && along.needle == about.needle);
+  if (count() + 2 > capacity_) return false;
+  cones_.push_back({.row = count(), .cone = cone, .contact = {}});
+  return add(along, {LawKind::friction}, warm_start[0]) && add(about, {LawKind::friction}, warm_start[1]);
+}
+
+template <class LawsOf>
+void Rows::set_cone_laws(LawsOf laws_of) {
+  for (const Cone& cone : cones_) {
+    const auto [first, second] = laws_of(cone);
+    laws_[cone.row] = first;
+    laws_[cone.row + 1] = second;
+  }
+}
+
+// Goes on with what was done `before`.
+SolverResult Rows::solve_laws(LawMethod method, int max_steps, double tolerance, const SolverResult& before) {
   const std::size_t n = rows_.size();
-  return solver_.solve(method, W(), laws_, {delta_free_.data(), n}, max_steps, tolerance, {lambda_.data(), n},
-                       {delta_.data(), n});
+  const int used = before.sweeps + before.steps.picks + before.steps.iterations;
+  SolverResult result = solver_.solve(method, W(), laws_, {delta_free_.data(), n}, max_steps - used, tolerance,
+                                      {lambda_.data(), n}, {delta_.data(), n});
+  result.steps += before.steps;
+  result.sweeps += before.sweeps;
+  result.fell_back = result.fell_back || before.fell_back;
+  return result;
+}
+
+SolverResult Rows::solve(LawMethod method, int max_steps, double tolerance) {
+  if (cones_.empty()) return solve_laws(method, max_steps, tolerance, {});
+  const auto n = static_cast<Eigen::Index>(rows_.size());
+  Eigen::Map<VectorX> delta(delta_.data(), n);
+  delta = Eigen::Map<VectorX>(delta_free_.data(), n);
+  delta.noalias() += W() * Eigen::Map<VectorX>(lambda_.data(), n);
+  double violation = look_at_cones();
+  SolverResult result;
+  for (int round = 0; round < kConeRounds && (round == 0 || violation > tolerance) && !result.capped; ++round) {
+    set_cone_laws([](const Cone& cone) { return laws_of_rows(cone.cone, cone.contact); });
+    result = solve_laws(method, max_steps, tolerance, result);
+    violation = look_at_cones();
+  }
+  if (violation > tolerance && !result.capped) {
+    set_cone_laws([](const Cone& cone) { return laws_of_disk(cone.cone); });
+    result = solve_laws(LawMethod::gauss_seidel, max_steps, tolerance, result);
+    result.method = method;
+    violation = look_at_cones();
+  }
+  set_cone_laws([](const Cone& cone) { return laws_of_rows(cone.cone, cone.contact, 1); });
+  result.residual = std::max(result.residual, violation);
+  result.converged = result.converged && violation <= tolerance;
+  return result;
+}
+
+double Rows::look_at_cones() {
+  double most = 0;
+  const auto W = compliance();
+  for (Cone& cone : cones_) {
+    const int i = cone.row;
+    const Eigen::Matrix2d block = W.block<2, 2>(i, i);
+    const Eigen::Vector2d force(lambda_[i], lambda_[i + 1]), delta(delta_[i], delta_[i + 1]);
+    cone.contact = disk_contact(cone.cone.threshold, cone.cone.viscosity, block, delta - block * force);
+    most = std::max(most, (cone.contact.force - force).norm());
+  }
+  return most;
+}
+
+const Rows::Cone* Rows::find_cone(int row) const {
+  const auto cone = std::ranges::lower_bound(cones_, row, {}, &Cone::row);
+  return cone != cones_.end() && cone->row == row ? &*cone : nullptr;
 }
 
 std::span<const int> Rows::places_of(int needle) {

@@ -22,6 +22,7 @@
 #include <span>
 #include <vector>
 
+#include "server/engine/laws/friction_cone.h"
 #include "server/engine/laws/solver/constraint_solver.h"
 #include "server/engine/models/material_point.h"
 #include "server/engine/models/needle_scratch.h"
@@ -54,7 +55,7 @@ struct Row {
   TissuePoint in_tissue;
   Vector3 n = Vector3::Zero();             // unit, world
   double gap = 0;                          // m, delta at q_k, before this iteration's correction
-  double radius = 0;                       // r (m), torsion only
+  double radius = 0;                       // r (m), torsion only, see tick/insertion/shaft_rows.h
   double compliance = 0;                   // e (m/N), >= 0, of the spring in series
   double stored = 0;                       // J, of a nonlinear one
   std::span<const MaterialPoint> patch{};  // not empty: in place of in_tissue; all weights together sum to 1
@@ -71,10 +72,16 @@ class Rows {
   // Adds a row with a first guess of its force (N); false if there is no room.
   bool add(const Row& row, const Law& law, double warm_start);
 
+  // Adds a row along a shaft and one about it, torsion, whose friction is one cone, with first guesses of their forces.
+  // False if there is no room for both.
+  bool add_cone(const Row& along, const Row& about, const FrictionCone& cone, const Eigen::Vector2d& warm_start);
+
   // Stage 6: W = W_n + W_t and delta_free. The corridor must have room for all rows' nodes.
   void assemble(std::span<const NeedleModel> models, std::span<NeedleScratch> needles, const TissueSystem& system,
                 TissueScratch& tissue);
-  // Stage 7.
+  // Stage 7. Where there are cones, the laws of their rows and the forces are found in turn: each time the laws meet
+  // their cones at the answer of the last. Where that does not end the disks are swept over. In the end the laws have
+  // the cones' own slopes, for those who ask how the forces would change.
   SolverResult solve(LawMethod method, int max_steps, double tolerance);
   // Forces per needle in the order in which its rows were added, as solve_needle() takes them.
   std::span<const double> needle_forces(int needle);
@@ -83,6 +90,13 @@ class Rows {
   const Law& law(int i) const { return laws_[i]; }
   std::span<const double> lambda() const { return {lambda_.data(), rows_.size()}; }  // N
   std::span<const double> delta() const { return {delta_.data(), rows_.size()}; }    // m
+  // Of the first row of a cone, else nullptr; what it came to in the last solve.
+  struct Cone {
+    int row;  // along the shaft; the next one is about it
+    FrictionCone cone;
+    DiskContact contact;
+  };
+  const Cone* find_cone(int row) const;
   // W (m/N), of the last assemble().
   Eigen::Map<const MatrixX> compliance() const { return {storage_.data(), count(), count()}; }
   // Of the springs (J), at the forces of the last solve.
@@ -90,6 +104,11 @@ class Rows {
   Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }  // on the needle, N
 
  private:
+  SolverResult solve_laws(LawMethod method, int max_steps, double tolerance, const SolverResult& before);
+  // Each cone's exact answer, with the other forces as they are. Returns the most by which it differs from them (N).
+  double look_at_cones();
+  template <class LawsOf>
+  void set_cone_laws(LawsOf laws_of);  // of a Cone
   std::span<const int> places_of(int needle);
   // Packed, so that few rows of many take little room in the caches.
   Eigen::Map<MatrixX> W() { return {storage_.data(), count(), count()}; }
@@ -97,6 +116,7 @@ class Rows {
   int capacity_;
   std::vector<Row> rows_;
   std::vector<Law> laws_;
+  std::vector<Cone> cones_;
   std::vector<int> places_;  // of one needle's rows
   std::vector<double> lambda_, delta_, delta_free_, needle_lambda_;
   VectorX storage_;  // of W()

@@ -15,11 +15,10 @@ namespace acus {
 // Of a path vertex, after the last tick in which it was alongside the shaft.
 struct VertexState {
   double s = 0;  // m, its place along the needle
-  bool sliding = true;
+  bool sliding = true;                // along the needle, or about it if it has torsional friction
   double friction = 0;                // N
   double traction = 0;                // t_n, N/m: friction per length owned
-  bool turning = true;                // slips about the axis
-  double torsion = 0;                 // N
+  double torsion = 0;                 // N, at the share of the radius that torsional friction has
   Vector3 lateral = Vector3::Zero();  // N, world
 
   template <class Self, class Visit>
@@ -28,7 +27,6 @@ struct VertexState {
     visit("sliding", self.sliding);
     visit("friction", self.friction);
     visit("traction", self.traction);
-    visit("turning", self.turning);
     visit("torsion", self.torsion);
     visit("lateral", self.lateral);
   }

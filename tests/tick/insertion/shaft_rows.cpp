@@ -29,7 +29,7 @@ Rows& rows_of(InsertionBench& bench, double back = 0, double spin = 0) {
 }
 
 void remember(InsertionBench& bench, bool slips) {
-  for (VertexState& vertex : bench.scratch.next.vertices) vertex.sliding = vertex.turning = slips;
+  for (VertexState& vertex : bench.scratch.next.vertices) vertex.sliding = slips;
 }
 
 }  // namespace
@@ -116,7 +116,7 @@ TEST_CASE("without friction a vertex has no row along the path, with viscosity a
   CHECK(rows_of(bench).count() == rows);
 }
 
-TEST_CASE("torsion has its share of the threshold, on the surface of the needle") {
+TEST_CASE("torsion is on the surface of the needle, in one cone with the friction along it") {
   Scene scene = one_region();
   scene.needles[0].torsional_friction = 0.5;
   InsertionBench bench(scene);
@@ -124,10 +124,12 @@ TEST_CASE("torsion has its share of the threshold, on the surface of the needle"
   REQUIRE(rows.count() == 4);
   const Row& torsion = rows.row(3);
   CHECK(torsion.role == RowRole::torsion);
-  CHECK(torsion.radius == kDiameter / 2);
+  CHECK(torsion.radius == 0.5 * kDiameter / 2);
   CHECK((torsion.n + Vector3::UnitZ()).norm() < 1e-12);
-  CHECK(torsion.gap == doctest::Approx(0.02 * kDiameter / 2).epsilon(1e-8));
-  CHECK(rows.law(3).limit == doctest::Approx(0.5 * 0.3 * kNormal).epsilon(1e-9));
+  CHECK(torsion.gap == doctest::Approx(0.02 * 0.5 * kDiameter / 2).epsilon(1e-8));
+  const Rows::Cone* cone = rows.find_cone(2);
+  REQUIRE(cone);
+  CHECK(cone->cone.threshold == doctest::Approx(0.3 * kNormal).epsilon(1e-9));
 }
 
 TEST_CASE("rows that do not fit are told") {

@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "server/engine/laws/contact_block.h"
+
 namespace acus {
 
 void copy(const LawState& from, const LawState& to) {
@@ -37,7 +39,12 @@ void update_displacements(const LawSystem& system, const LawState& state) {
 
 Eigen::Vector2d disk_step(const LawSystem& system, int i, const LawState& state) {
   const Law& law = system.laws[i];
-  assert(law.kind == LawKind::disk_first && law.normal_row >= 0);
+  assert(law.kind == LawKind::disk_first);
+  if (law.normal_row < 0) {
+    const Eigen::Matrix2d block = system.W.block<2, 2>(i, i);
+    const Eigen::Vector2d lambda(state.lambda[i], state.lambda[i + 1]), delta(state.delta[i], state.delta[i + 1]);
+    return disk_contact(law.cohesion, law.viscosity, block, delta - block * lambda).force;
+  }
   const double radius = law.cohesion + law.limit * std::max(state.lambda[law.normal_row], 0.0);
   return disk_force(radius, system.scale[i], {state.lambda[i], state.lambda[i + 1]},
                     {state.delta[i], state.delta[i + 1]});

@@ -48,7 +48,7 @@ void law_scales(const Eigen::Ref<const MatrixX>& W, std::span<const Law> laws, s
 // delta <- W lambda + delta_free.
 void update_displacements(const LawSystem& system, const LawState& state);
 
-// The force of a disk's two rows after one step from (lambda, delta).
+// The force of a disk's two rows after one step from (lambda, delta); exact where it has no normal row.
 Eigen::Vector2d disk_step(const LawSystem& system, int i, const LawState& state);
 
 // The violation (N) of the law of row i, of a disk at its first row; zero at its second.

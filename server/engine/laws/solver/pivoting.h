@@ -38,7 +38,7 @@ class Pivoting {
   Pivoting(int capacity, VectorX& room);
 
   // Starts on the pieces on which the forces given stand, and leaves the forces that violate the laws least, these or
-  // better ones, with their displacements. Disks that do not stand behind their normal row keep their forces. Returns
+  // better ones, with their displacements. Disks that do not stand behind a normal row keep their forces. Returns
   // the number of picks, each of which it takes from `budget`.
   int solve(const LawSystem& system, const LawState& state, StepBudget& budget);
 

@@ -40,11 +40,13 @@ void read_row(const Rows& rows, int i, InsertionScratch& scratch, InsertionForce
       next.vertices[row.index].lateral += force;
       forces.lateral += force;
       break;
-    case RowRole::friction:
+    case RowRole::friction: {
+      const Rows::Cone* cone = rows.find_cone(i);
       next.vertices[row.index].friction = lambda;
-      next.vertices[row.index].sliding = at_cap();
+      next.vertices[row.index].sliding = cone ? cone->contact.slips : at_cap();
       forces.friction += force;
       break;
+    }
     case RowRole::shaft_contact:
       next.cells[row.index].contact = lambda;
       forces.lateral += force;
@@ -55,7 +57,6 @@ void read_row(const Rows& rows, int i, InsertionScratch& scratch, InsertionForce
       break;
     case RowRole::torsion:
       next.vertices[row.index].torsion = lambda;
-      next.vertices[row.index].turning = at_cap();
       break;
     case RowRole::guide:
     case RowRole::guide_friction:

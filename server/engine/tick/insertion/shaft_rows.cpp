@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/engine/laws/friction_cone.h"
 #include "server/engine/math/rotation.h"
 #include "server/engine/tick/insertion/tip_rows.h"
 
@@ -35,26 +36,24 @@ bool add_friction(const InsertionView& at, const Path& path, const VertexState& 
   const MaterialPoint& material = row.in_tissue.a;
   const Interaction& law = tissue.interaction(material);
   const double normal = point.owned * std::numbers::pi * needle.model.diameter * *law.pressure;
-  const auto threshold = [&](bool slips) { return normal * (slips ? law.friction_dynamic : law.friction_static); };
-  const double viscosity = point.owned * law.friction_viscous / needle.h;
-  bool all = true;
-  if (threshold(false) > 0 || viscosity > 0) {
-    const Vector3 before = needle.start_position(point.s) - tissue.start_position(material);
-    const double axial = tissue.axial_compliance(material, needle.model.diameter);
-    row.role = RowRole::friction;
-    row.compliance = axial / std::max(point.owned, kLeastOwned * path.spacing);
-    row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before) -
-              row.compliance * strained_force(state, point.owned, axial);
-    all = rows.add(row, {LawKind::friction, threshold(state.sliding), viscosity}, state.friction);
-  }
+  const FrictionCone cone{.threshold = normal * (state.sliding ? law.friction_dynamic : law.friction_static),
+                          .viscosity = point.owned * law.friction_viscous / needle.h};
+  if (normal * law.friction_static == 0 && cone.viscosity == 0) return true;
+  const Vector3 before = needle.start_position(point.s) - tissue.start_position(material);
+  const double axial = tissue.axial_compliance(material, needle.model.diameter);
+  row.role = RowRole::friction;
+  row.compliance = axial / std::max(point.owned, kLeastOwned * path.spacing);
+  row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before) -
+            row.compliance * strained_force(state, point.owned, axial);
   const double share = at.parameters.torsional_friction;
-  if (share * threshold(false) == 0) return all;
-  row.role = RowRole::torsion;
-  row.compliance = 0;
-  row.radius = needle.model.diameter / 2;
-  row.gap = row.radius * row.n.dot(needle.turned(row.on_needle) -
-                                   material_rotation(tissue.mesh, tissue.x_start, tissue.x, material.tetrahedron));
-  return rows.add(row, {LawKind::friction, share * threshold(state.turning)}, state.torsion) && all;
+  if (share == 0) return rows.add(row, {LawKind::friction, cone.threshold, cone.viscosity}, state.friction);
+  Row about = row;
+  about.role = RowRole::torsion;
+  about.compliance = 0;
+  about.radius = share * needle.model.diameter / 2;
+  about.gap = about.radius * row.n.dot(needle.turned(row.on_needle) -
+                                       material_rotation(tissue.mesh, tissue.x_start, tissue.x, material.tetrahedron));
+  return rows.add_cone(row, about, cone, {state.friction, state.torsion});
 }
 
 }  // namespace
