@@ -160,6 +160,15 @@ TEST_CASE("with torsional and viscous friction, and a bevel that is turned") {
   CHECK(compare_along(scene, kInAndOut, 29).inside > 20);
 }
 
+TEST_CASE("with friction in one cone, spun while it goes in and while it rests") {
+  Scene scene = direct_scene();
+  scene.needles[0].torsional_friction = 1;
+  const std::vector<Motion> motions{{.velocity = {0.02, 0, 0}, .seconds = 1},
+                                    {.velocity = {0.02, 0, 0}, .spinning = 18, .seconds = 0.5},
+                                    {.spinning = 18, .seconds = 0.5}};
+  CHECK(compare_along(scene, motions, 29).inside > 20);
+}
+
 TEST_CASE("a tip that slides along the surface follows with its friction the force that it presses with") {
   Scene scene = direct_scene();
   scene.tissue.regions[0].interaction.puncture_force = kInfinity;

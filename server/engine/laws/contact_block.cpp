@@ -88,21 +88,20 @@ Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& de
 }
 
 DiskContact disk_contact(double radius, double viscosity, const Eigen::Matrix2d& W, const Vector2& delta_bar) {
-  assert(radius >= 0 && viscosity >= 0);
-  const auto answer = [&](const Vector2& force, bool slips) {
-    return DiskContact{force, W * force + delta_bar, slips};
-  };
+  assert(!(radius < 0) && !(viscosity < 0));
   if (radius == 0) {
-    if (viscosity == 0) return answer(Vector2::Zero(), true);
-    return answer(-(W + Eigen::Matrix2d::Identity() / viscosity).inverse() * delta_bar, true);
+    if (viscosity == 0) return {Vector2::Zero(), delta_bar, true};
+    const Vector2 force = -(W + Eigen::Matrix2d::Identity() / viscosity).inverse() * delta_bar;
+    return {force, -force / viscosity, true};
   }
   // t where delta = -a t: (W (1 + c a) + a I) t = -delta_bar.
   const auto rim = [&](double a) {
     return Vector2(-((1 + viscosity * a) * W + a * Eigen::Matrix2d::Identity()).inverse() * delta_bar);
   };
-  if (rim(0).norm() <= radius) return answer(rim(0), false);
+  if (rim(0).norm() <= radius) return {rim(0), Vector2::Zero(), false};
   const double a = find_rim(W.trace(), [&](double multiplier) { return rim(multiplier).norm() - radius; });
-  return answer((1 + viscosity * a) * radius * rim(a).normalized(), true);
+  const Vector2 t = radius * rim(a).normalized();
+  return {(1 + viscosity * a) * t, -a * t, true};
 }
 
 }  // namespace acus

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/engine/laws/friction_cone.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace acus {
 
 namespace {

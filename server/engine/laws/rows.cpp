@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 #include "server/engine/math/partial_cholesky.h"
 #include "server/engine/models/needle_rows.h"
@@ -100,7 +101,7 @@ void Rows::set_cone_laws(LawsOf laws_of) {
   }
 }
 
-// Goes on with what was done `before`.
+// The next solution of a call that has done so much `before`.
 SolverResult Rows::solve_laws(LawMethod method, int max_steps, double tolerance, const SolverResult& before) {
   const std::size_t n = rows_.size();
   const int used = before.sweeps + before.steps.picks + before.steps.iterations;
@@ -114,10 +115,8 @@ SolverResult Rows::solve_laws(LawMethod method, int max_steps, double tolerance,
 
 SolverResult Rows::solve(LawMethod method, int max_steps, double tolerance) {
   if (cones_.empty()) return solve_laws(method, max_steps, tolerance, {});
-  const auto n = static_cast<Eigen::Index>(rows_.size());
-  Eigen::Map<VectorX> delta(delta_.data(), n);
-  delta = Eigen::Map<VectorX>(delta_free_.data(), n);
-  delta.noalias() += W() * Eigen::Map<VectorX>(lambda_.data(), n);
+  const std::size_t n = rows_.size();
+  update_displacements({W(), laws_, {delta_free_.data(), n}, {}}, {{lambda_.data(), n}, {delta_.data(), n}});
   double violation = look_at_cones();
   SolverResult result;
   for (int round = 0; round < kConeRounds && (round == 0 || violation > tolerance) && !result.capped; ++round) {
@@ -127,12 +126,15 @@ SolverResult Rows::solve(LawMethod method, int max_steps, double tolerance) {
   }
   if (violation > tolerance && !result.capped) {
     set_cone_laws([](const Cone& cone) { return laws_of_disk(cone.cone); });
+    const SolverResult rounds = result;
     result = solve_laws(LawMethod::gauss_seidel, max_steps, tolerance, result);
-    result.method = method;
+    result.sweeps = rounds.sweeps;  // those over disks belong to either method, as the first ones of direct do
+    result.fell_back = rounds.fell_back;
     violation = look_at_cones();
   }
+  result.method = result.fell_back ? LawMethod::gauss_seidel : method;
   set_cone_laws([](const Cone& cone) { return laws_of_rows(cone.cone, cone.contact, 1); });
-  result.residual = std::max(result.residual, violation);
+  if (!(violation <= result.residual)) result.residual = violation;
   result.converged = result.converged && violation <= tolerance;
   return result;
 }
@@ -145,7 +147,9 @@ double Rows::look_at_cones() {
     const Eigen::Matrix2d block = W.block<2, 2>(i, i);
     const Eigen::Vector2d force(lambda_[i], lambda_[i + 1]), delta(delta_[i], delta_[i + 1]);
     cone.contact = disk_contact(cone.cone.threshold, cone.cone.viscosity, block, delta - block * force);
-    most = std::max(most, (cone.contact.force - force).norm());
+    const double violation = (cone.contact.force - force).norm();
+    if (!(violation <= most)) most = violation;
+    if (std::isnan(most)) break;
   }
   return most;
 }

@@ -48,6 +48,20 @@ void meet(double a, double b, double end, ModelLimit limit, BaseStiffness& resul
   if (s <= 0 && -s < result.backward) result.backward = -s, result.backward_limit = limit;
 }
 
+// Where the slip of a cone ends, or where one that sticks begins to slip, either way along the line of its forces.
+void meet_cone(const Rows::Cone& cone, const Eigen::Vector2d& force, const Eigen::Vector2d& force_change,
+               const Eigen::Vector2d& slip_change, BaseStiffness& result) {
+  const Eigen::Vector2d& slip = cone.contact.slip;
+  const double size = slip.norm(), a = force_change.squaredNorm();
+  if (size > 0) {
+    meet(size, slip_change.dot(slip) / size, 0, ModelLimit::slip, result);
+  } else if (a > 0) {
+    const double b = force.dot(force_change);
+    const double c = std::min(0.0, force.squaredNorm() - cone.cone.threshold * cone.cone.threshold);
+    for (const double way : {-1.0, 1.0}) meet((b - way * std::sqrt(b * b - a * c)) / a, 1, 0, ModelLimit::slip, result);
+  }
+}
+
 Eigen::Index most_free_unknowns(const Model& model) {
   int most = 0;
   for (const NeedleModel& needle : model.needles) most = std::max(most, needle.rigid ? 0 : 6 * needle.beams);
@@ -91,6 +105,23 @@ void BaseStiffnessSolver::collect(const Rows& rows) {
       unknown = static_cast<int>(unknowns_.size());
       unknowns_.push_back({.row = i, .other = i, .give = give});
     };
+    if (const Rows::Cone* cone = rows.find_cone(i)) {
+      const auto [T, c] = cone->cone;
+      const double size = cone->contact.slip.norm();
+      if (size == 0) {
+        unknowns_.push_back({.row = i, .other = i});
+        unknowns_.push_back({.row = i + 1, .other = i + 1});
+      } else {
+        const Eigen::Vector2d way = cone->contact.slip / size;
+        if (T + c > 0)
+          unknowns_.push_back(
+              {.row = i, .other = i + 1, .share = -way.y(), .other_share = way.x(), .give = size / (T + c * size)});
+        if (c > 0)
+          unknowns_.push_back({.row = i, .other = i + 1, .share = way.x(), .other_share = way.y(), .give = 1 / c});
+      }
+      ++i;
+      continue;
+    }
     if (law.kind == LawKind::bilateral) add(law.compliance);
     if (law.kind == LawKind::unilateral || law.kind == LawKind::friction) {
       if (is_between(law, force)) {
@@ -205,7 +236,10 @@ void BaseStiffnessSolver::sum_up_yields(const Rows& rows, int needle, BaseStiffn
     const double limit = rows.law(i).limit;
     const bool slides_on_surface = role == RowRole::shaft_contact_friction && rows.law(i).kind == LawKind::disk_first;
     if (role == RowRole::friction || role == RowRole::guide_friction || slides_on_surface) {
-      const double most = slides_on_surface ? limit * rows.lambda()[rows.law(i).normal_row] : limit;
+      const Rows::Cone* cone = rows.find_cone(i);
+      const double most = slides_on_surface ? limit * rows.lambda()[rows.law(i).normal_row]
+                          : cone            ? cone->cone.threshold
+                                            : limit;
       result.forward_yield += most;
       result.backward_yield += most;
     } else if ((role == RowRole::contact || role == RowRole::cutting) && rows.lambda()[i] > 0) {
@@ -231,6 +265,11 @@ void BaseStiffnessSolver::look_for_limits(const Rows& rows, const Vector3& axis,
     const Law& law = rows.law(i);
     const double lambda = rows.lambda()[i], delta = rows.delta()[i];
     const RowRole role = rows.row(i).role;
+    if (const Rows::Cone* cone = rows.find_cone(i)) {
+      meet_cone(*cone, {lambda, rows.lambda()[i + 1]}, {force[i], force[i + 1]}, {moved[i], moved[i + 1]}, result);
+      ++i;
+      continue;
+    }
     if (law.kind != LawKind::unilateral && law.kind != LawKind::friction) continue;
     if (!is_between(law, lambda)) {
       meet(delta, moved[i], 0, end_of(role, lambda > 0), result);
