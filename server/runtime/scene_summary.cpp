@@ -70,15 +70,24 @@ std::string materials(const Simulation& simulation) {
   return table.text();
 }
 
+std::string viscous_friction(const Interaction& law) {
+  const std::string b = five_digits(law.friction_viscous);
+  if (law.friction_viscous == 0 || std::isinf(law.friction_thinning_speed)) return b;
+  return b + ", thins at " + five_digits(law.friction_thinning_speed) + " m/s (n " +
+         five_digits(law.friction_exponent) + ")";
+}
+
 std::string laws(const Scene& scene) {
   TextTable table;
-  table.add({"laws", "f_p (N)", "beta", "f_c (N)", "p (Pa)", "mu_s", "mu_d", "b (N s/m^2)", "k (Pa)", "mu of the tip"});
+  table.add({"laws", "f_p (N)", "beta", "f_c (N)", "p (Pa)", "mu_s", "mu_d", "b (N s/m^2)", "back", "k (Pa)",
+             "mu of the tip"});
   for (const Region& region : scene.tissue.regions) {
     const Interaction& law = region.interaction;
     table.add({"  " + region.name, five_digits(law.puncture_force), five_digits(law.deep_indentation),
                five_digits(law.cutting_force),
                five_digits(shaft_pressure(region)) + (law.pressure ? "" : " (estimated)"),
-               five_digits(law.friction_static), five_digits(law.friction_dynamic), five_digits(law.friction_viscous),
+               five_digits(law.friction_static), five_digits(law.friction_dynamic), viscous_friction(law),
+               five_digits(law.friction_back),
                law.foundation_stiffness ? five_digits(*law.foundation_stiffness) : "estimated",
                five_digits(law.friction_contact)});
   }

@@ -36,7 +36,7 @@ tissue:
   regions:
     - name: deep
       material: {young_modulus: 12e3, poisson_ratio: 0.2}
-      interaction: {friction_viscous: 3}
+      interaction: {friction_viscous: 3, friction_thinning_speed: 2e-3, friction_exponent: 0.3, friction_back: 0.5}
     - name: skin
       box: {min: [-.inf, -.inf, 0]}
       interaction: {puncture_force: .inf, cutting_force: 0.75, pressure: 0, foundation_stiffness: .inf}
@@ -105,8 +105,9 @@ TEST_CASE("the check says what a scene contains") {
   CHECK(line_of(text, "  solutions") ==
         "solutions 20 in one tick, at most, of up to 1000 steps of the laws; a tick that stops there is flagged");
   CHECK(line_of(text, "  deep   24") == "deep 24 500 12000 0.2 1000 0, 0.01");
-  CHECK(line_of(text, "  deep  1 ") == "deep 1 2.1 0.5 10000 (estimated) 0.8 0.6 3 estimated 1");
-  CHECK(line_of(text, "  skin  .inf") == "skin .inf 2.1 0.75 0 0.8 0.6 0 .inf 1");
+  CHECK(line_of(text, "  deep  1 ") ==
+        "deep 1 2.1 0.5 10000 (estimated) 0.8 0.6 3, thins at 0.002 m/s (n 0.3) 0.5 estimated 1");
+  CHECK(line_of(text, "  skin  .inf") == "skin .inf 2.1 0.75 0 0.8 0.6 0 1 .inf 1");
 }
 
 TEST_CASE("the check says which borders hold the tip") {

@@ -160,6 +160,20 @@ TEST_CASE("with torsional and viscous friction, and a bevel that is turned") {
   CHECK(compare_along(scene, kInAndOut, 29).inside > 20);
 }
 
+TEST_CASE("with friction that thins and is less on the way back" * doctest::test_suite("gate")) {
+  for (const double share : {0.0, 1.0}) {
+    CAPTURE(share);
+    Scene scene = direct_scene();
+    Interaction& law = scene.tissue.regions[0].interaction;
+    law.friction_viscous = 2000;
+    law.friction_thinning_speed = 2e-3;
+    law.friction_exponent = 0.3;
+    law.friction_back = 0.5;
+    scene.needles[0].torsional_friction = share;
+    CHECK(compare_along(scene, kInAndOut, 29).inside > 20);
+  }
+}
+
 TEST_CASE("with friction in one cone, spun while it goes in and while it rests") {
   Scene scene = direct_scene();
   scene.needles[0].torsional_friction = 1;

@@ -59,7 +59,8 @@ Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& de
   assert(law.limit >= 0 && law.friction >= 0 && law.cohesion >= 0 && !(W.diagonal().minCoeff() <= 0));
   const auto with_normal = [&](double n) {
     const Vector2 bar = delta_bar.tail<2>() + n * W.block<2, 1>(1, 0);
-    const Vector2 t = disk_contact(law.cohesion + law.friction * n, 0, W.bottomRightCorner<2, 2>(), bar).force;
+    const Vector2 t =
+        disk_contact({.threshold = law.cohesion + law.friction * n}, W.bottomRightCorner<2, 2>(), bar).force;
     return Vector3(n, t[0], t[1]);
   };
   const auto force = [&](double a) {
@@ -87,21 +88,23 @@ Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& de
   return with_normal(find_root(0.0, high, approach));
 }
 
-DiskContact disk_contact(double radius, double viscosity, const Eigen::Matrix2d& W, const Vector2& delta_bar) {
-  assert(!(radius < 0) && !(viscosity < 0));
-  if (radius == 0) {
-    if (viscosity == 0) return {Vector2::Zero(), delta_bar, true};
-    const Vector2 force = -(W + Eigen::Matrix2d::Identity() / viscosity).inverse() * delta_bar;
-    return {force, -force / viscosity, true};
-  }
-  // t where delta = -a t: (W (1 + c a) + a I) t = -delta_bar.
-  const auto rim = [&](double a) {
-    return Vector2(-((1 + viscosity * a) * W + a * Eigen::Matrix2d::Identity()).inverse() * delta_bar);
-  };
-  if (rim(0).norm() <= radius) return {rim(0), Vector2::Zero(), false};
-  const double a = find_rim(W.trace(), [&](double multiplier) { return rim(multiplier).norm() - radius; });
-  const Vector2 t = radius * rim(a).normalized();
-  return {(1 + viscosity * a) * t, -a * t, true};
+DiskContact disk_contact(const SlipLaw& law, const Eigen::Matrix2d& W, const Vector2& delta_bar, double stretch) {
+  assert(!(law.threshold < 0) && !(law.viscosity < 0) && stretch > 0);
+  if (law.threshold == 0 && law.viscosity == 0) return {Vector2::Zero(), delta_bar, true};
+  // By the half axes the ellipse is a circle.
+  const Vector2 axes(stretch, 1);
+  const Eigen::Matrix2d round = axes.asDiagonal() * W * axes.asDiagonal();
+  const Vector2 bar = axes.cwiseProduct(delta_bar);
+  const auto force = [&](double g) { return Vector2(-(round + g * Eigen::Matrix2d::Identity()).inverse() * bar); };
+  const auto limit = [&](double g, const Vector2& t) { return law.force(g * t.cwiseQuotient(axes).norm()); };
+  const Vector2 stuck = force(0);
+  if (stuck.norm() <= law.threshold) return {axes.cwiseProduct(stuck), Vector2::Zero(), false};
+  const double g = find_rim(round.trace(), [&](double each) {
+    const Vector2 t = force(each);
+    return t.norm() - limit(each, t);
+  });
+  const Vector2 direction = force(g), t = limit(g, direction) * direction.normalized();
+  return {axes.cwiseProduct(t), -g * t.cwiseQuotient(axes), true};
 }
 
 }  // namespace acus

@@ -15,6 +15,7 @@
 // C + mu n, a root that is found within brackets, as a = infinity, no friction at all, lies inside the cone.
 #pragma once
 
+#include "server/engine/laws/slip_law.h"
 #include "server/engine/math/types.h"
 
 namespace acus {
@@ -28,15 +29,19 @@ struct ContactLaw {
 // W symmetric positive definite (m/N), rows n, t1, t2; delta_bar (m). Returns lambda (N).
 Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& delta_bar);
 
-// Friction alone, with a threshold that is given: the force lambda = t - c delta on the line delta = W lambda +
-// delta_bar, where |t| <= radius, delta = 0 inside, delta = -a t with a >= 0 on the rim.
+// Friction alone, by a law that does not depend on a normal force: lambda = (t1, t2) against delta = (d1, d2). Within
+// an ellipse of the half axes r T and T the point sticks; on it
+//
+//   (d1, d2) = -g (t1/r², t2), g >= 0,      |(t1/r, t2)| = T + c |delta| (1 + |delta|/s_t)^(n - 1).
 struct DiskContact {
   Eigen::Vector2d force = Eigen::Vector2d::Zero();  // lambda (N)
   Eigen::Vector2d slip = Eigen::Vector2d::Zero();   // delta (m)
   bool slips = false;                               // on the rim
 };
 
-// `viscosity`: c (N/m), >= 0. W symmetric positive definite (m/N), 2 x 2; delta_bar (m).
-DiskContact disk_contact(double radius, double viscosity, const Eigen::Matrix2d& W, const Eigen::Vector2d& delta_bar);
+// On the line delta = W lambda + delta_bar; W symmetric positive definite (m/N), 2 x 2, delta_bar (m). `stretch`: r
+// (-), > 0.
+DiskContact disk_contact(const SlipLaw& law, const Eigen::Matrix2d& W, const Eigen::Vector2d& delta_bar,
+                         double stretch = 1);
 
 }  // namespace acus

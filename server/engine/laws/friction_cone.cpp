@@ -8,30 +8,44 @@ namespace acus {
 
 namespace {
 
+constexpr double kSlope = 0.3;  // k (-)
+
 // What a force that is the share x of the circle's radius leaves of it, across.
 double rest_of_circle(double x) { return std::sqrt(std::max(0.0, (1 - x) * (1 + x))); }
 
-Law friction(double threshold, double viscosity) { return {LawKind::friction, threshold, viscosity}; }
+// Of rows in which the ellipse is a circle, its half axis along being r.
+ConeLaws friction(double r, double along, double along_viscosity, double about, double about_viscosity) {
+  return {Law{LawKind::friction, r * along, r * r * along_viscosity}, Law{LawKind::friction, about, about_viscosity}};
+}
 
 }  // namespace
 
-ConeLaws laws_of_rows(const FrictionCone& cone, const DiskContact& contact, double slope) {
-  const double T = cone.threshold, c = cone.viscosity, size = contact.slip.norm();
+DiskContact cone_contact(const FrictionCone& cone, const Eigen::Matrix2d& W, const Eigen::Vector2d& delta_bar) {
+  const DiskContact in = disk_contact(cone.law, W, delta_bar);
+  const double stretch = cone.stretch(in.force[0]);
+  return stretch == 1 ? in : disk_contact(cone.law, W, delta_bar, stretch);
+}
+
+ConeLaws laws_of_rows(const FrictionCone& cone, const DiskContact& contact) {
+  const SlipLaw& law = cone.law;
+  const double r = cone.stretch(contact.force[0]), T = law.threshold;
+  const Eigen::Array2d axes(r, 1);
+  const Eigen::Array2d slip = axes * contact.slip.array().abs(), force = contact.force.array() / axes;
+  const double size = slip.matrix().norm();
   if (contact.slips && size > 0) {
-    const Eigen::Array2d way = contact.slip.array().abs() / size;
-    const Eigen::Array2d across = slope * way.square().reverse();
-    return {friction(T * way[0] * (1 - across[0]), T / size * across[0] + c),
-            friction(T * way[1] * (1 - across[1]), T / size * across[1] + c)};
+    const double full = contact.slip.norm(), slope = law.slope(full);
+    const double at_rest = law.force(full) - slope * full, viscosity = slope * full / size;  // the tangent
+    const Eigen::Array2d way = slip / size, across = kSlope * way.square().reverse();
+    const Eigen::Array2d thresholds = at_rest * way * (1 - across), viscosities = at_rest / size * across + viscosity;
+    return friction(r, thresholds[0], viscosities[0], thresholds[1], viscosities[1]);
   }
-  if (T == 0) return {friction(0, c), friction(0, c)};
-  return {friction(T * rest_of_circle(contact.force[1] / T), c), friction(T * rest_of_circle(contact.force[0] / T), c)};
+  const double c = law.viscosity;
+  if (T == 0) return friction(r, 0, c / r, 0, c);
+  return friction(r, T * rest_of_circle(force[1] / T), c / r, T * rest_of_circle(force[0] / T), c);
 }
 
 ConeLaws laws_of_disk(const FrictionCone& cone) {
-  const Law first{.kind = LawKind::disk_first, .viscosity = cone.viscosity, .cohesion = cone.threshold};
-  Law second = first;
-  second.kind = LawKind::disk_second;
-  return {first, second};
+  return {Law{.kind = LawKind::disk_first, .cone = &cone}, Law{.kind = LawKind::disk_second, .cone = &cone}};
 }
 
 }  // namespace acus

@@ -23,7 +23,7 @@
 // disk: the two rows of contact friction, lambda (2-vector) within the disk of radius C + mu * (force of the normal
 // row); stick where it is inside, opposed to delta where it is on the rim (Mohr and Coulomb's cone with the cohesion C,
 // with the normal force known). C is zero on a free surface; a tip that slides along an interface cuts, C = f_c. A disk
-// without normal row has the radius C, and may have a viscosity: the friction of a shaft (friction_cone.h).
+// without normal row is the friction of a shaft (friction_cone.h).
 //
 // Friction has a static threshold, above the dynamic one (paper, section 2.5). With both in one graph it would not be
 // monotone and the answer not unique; so a point that stuck at the end of the last tick has T = static, a point that
@@ -48,13 +48,16 @@ enum class LawKind : std::uint8_t {
   disk_second
 };
 
+struct FrictionCone;
+
 struct Law {
   LawKind kind = LawKind::bilateral;
   double limit = 0;       // f or T (N), >= 0, may be infinite; disks: mu (-)
-  double viscosity = 0;   // c (N/m), friction and disks without normal row: force per displacement in this tick
+  double viscosity = 0;   // c (N/m), friction only: force per displacement in this tick
   int normal_row = -1;    // disks; -1: none
   double cohesion = 0;    // C (N), >= 0, disks only
   double compliance = 0;  // s (m/N), >= 0, bilateral only
+  const FrictionCone* cone = nullptr;  // of disks without normal row; lives as long as the law
 };
 
 // lambda of a one-row law on the line delta = compliance * lambda + delta_bar.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "server/engine/math/partial_cholesky.h"
 #include "server/engine/models/needle_rows.h"
@@ -37,12 +38,14 @@ Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
   const auto n = static_cast<std::size_t>(capacity);
   rows_.reserve(n);
   laws_.reserve(n);
-  cones_.reserve(n / 2);
+  cones_.reserve(n);
   places_.resize(n);
   lambda_.resize(n);
   delta_.resize(n);
   delta_free_.resize(n);
   needle_lambda_.resize(n);
+  best_lambda_.resize(n);
+  best_delta_.resize(n);
   storage_.setZero(static_cast<Eigen::Index>(capacity) * capacity);
 }
 
@@ -85,57 +88,77 @@ void Rows::assemble(std::span<const NeedleModel> models, std::span<NeedleScratch
   for (int i = 0; i < n; ++i) W(i, i) += rows_[i].compliance;
 }
 
-bool Rows::add_cone(const Row& along, const Row& about, const FrictionCone& cone, const Eigen::Vector2d& warm_start) {
+bool Rows::add_cone(const Row& along, const FrictionCone& friction, double warm_start) {
+  if (full()) return false;
+  cones_.push_back({.row = count(), .turns = false, .friction = friction, .answer = {}});
+  return add(along, {LawKind::friction}, warm_start);
+}
+
+bool Rows::add_cone(const Row& along, const Row& about, const FrictionCone& friction,
+                    const Eigen::Vector2d& warm_start) {
   assert(about.role == RowRole::torsion && along.needle == about.needle);
   if (count() + 2 > capacity_) return false;
-  cones_.push_back({.row = count(), .cone = cone, .contact = {}});
+  cones_.push_back({.row = count(), .turns = true, .friction = friction, .answer = {}});
   return add(along, {LawKind::friction}, warm_start[0]) && add(about, {LawKind::friction}, warm_start[1]);
 }
 
 template <class LawsOf>
 void Rows::set_cone_laws(LawsOf laws_of) {
   for (const Cone& cone : cones_) {
-    const auto [first, second] = laws_of(cone);
-    laws_[cone.row] = first;
-    laws_[cone.row + 1] = second;
+    const ConeLaws laws = laws_of(cone);
+    for (int k = 0; k < cone.rows(); ++k) laws_[cone.row + k] = laws[k];
   }
 }
 
-// The next solution of a call that has done so much `before`.
-SolverResult Rows::solve_laws(LawMethod method, int max_steps, double tolerance, const SolverResult& before) {
+void Rows::solve_laws(LawMethod method, StepBudget& budget, double tolerance, SolverResult& result) {
   const std::size_t n = rows_.size();
-  const int used = before.sweeps + before.steps.picks + before.steps.iterations;
-  SolverResult result = solver_.solve(method, W(), laws_, {delta_free_.data(), n}, max_steps - used, tolerance,
-                                      {lambda_.data(), n}, {delta_.data(), n});
+  const SolverResult before = result;
+  result = solver_.solve_again(method, W(), laws_, {delta_free_.data(), n}, budget, tolerance, {lambda_.data(), n},
+                               {delta_.data(), n});
   result.steps += before.steps;
   result.sweeps += before.sweeps;
   result.fell_back = result.fell_back || before.fell_back;
-  return result;
 }
 
 SolverResult Rows::solve(LawMethod method, int max_steps, double tolerance) {
-  if (cones_.empty()) return solve_laws(method, max_steps, tolerance, {});
   const std::size_t n = rows_.size();
-  update_displacements({W(), laws_, {delta_free_.data(), n}, {}}, {{lambda_.data(), n}, {delta_.data(), n}});
-  double violation = look_at_cones();
+  const LawState state{{lambda_.data(), n}, {delta_.data(), n}},
+      best{{best_lambda_.data(), n}, {best_delta_.data(), n}};
+  if (cones_.empty())
+    return solver_.solve(method, W(), laws_, {delta_free_.data(), n}, max_steps, tolerance, state.lambda, state.delta);
+  solver_.eliminate(W(), laws_);
+  update_displacements({W(), laws_, {delta_free_.data(), n}, {}}, state);
+  look_at_cones();
+  StepBudget budget(max_steps);
   SolverResult result;
-  for (int round = 0; round < kConeRounds && (round == 0 || violation > tolerance) && !result.capped; ++round) {
-    set_cone_laws([](const Cone& cone) { return laws_of_rows(cone.cone, cone.contact); });
-    result = solve_laws(method, max_steps, tolerance, result);
-    violation = look_at_cones();
-  }
-  if (violation > tolerance && !result.capped) {
-    set_cone_laws([](const Cone& cone) { return laws_of_disk(cone.cone); });
+  double off_cones = 0, violation = 0, least = std::numeric_limits<double>::infinity();
+  const auto solve_rounds = [&](LawMethod by, auto laws_of) {
+    for (int round = 0; round < kConeRounds && !budget.spent(); ++round) {
+      set_cone_laws(laws_of);
+      solve_laws(by, budget, tolerance, result);
+      off_cones = look_at_cones();
+      violation = off_cones <= result.residual ? result.residual : off_cones;
+      if (!(violation >= least)) least = violation, copy(state, best);
+      if (!(off_cones > tolerance)) break;
+    }
+  };
+  solve_rounds(method, [](const Cone& cone) { return laws_of_rows(cone.friction, cone.answer); });
+  if (off_cones > tolerance) {
     const SolverResult rounds = result;
-    result = solve_laws(LawMethod::gauss_seidel, max_steps, tolerance, result);
+    solve_rounds(LawMethod::gauss_seidel, [](const Cone& cone) {
+      return cone.turns ? laws_of_disk(cone.friction) : laws_of_rows(cone.friction, cone.answer);
+    });
     result.sweeps = rounds.sweeps;  // those over disks belong to either method, as the first ones of direct do
     result.fell_back = rounds.fell_back;
-    violation = look_at_cones();
+  }
+  if (violation > least) {
+    copy(best, state);
+    violation = least;
+    look_at_cones();
   }
   result.method = result.fell_back ? LawMethod::gauss_seidel : method;
-  set_cone_laws([](const Cone& cone) { return laws_of_rows(cone.cone, cone.contact, 1); });
-  if (!(violation <= result.residual)) result.residual = violation;
-  result.converged = result.converged && violation <= tolerance;
+  result.residual = violation;
+  result.converged = violation <= tolerance;
   return result;
 }
 
@@ -144,10 +167,15 @@ double Rows::look_at_cones() {
   const auto W = compliance();
   for (Cone& cone : cones_) {
     const int i = cone.row;
-    const Eigen::Matrix2d block = W.block<2, 2>(i, i);
-    const Eigen::Vector2d force(lambda_[i], lambda_[i + 1]), delta(delta_[i], delta_[i + 1]);
-    cone.contact = disk_contact(cone.cone.threshold, cone.cone.viscosity, block, delta - block * force);
-    const double violation = (cone.contact.force - force).norm();
+    Eigen::Matrix2d block = W(i, i) * Eigen::Matrix2d::Identity();
+    Eigen::Vector2d force(lambda_[i], 0), delta(delta_[i], 0);
+    if (cone.turns) {
+      block = W.block<2, 2>(i, i);
+      force[1] = lambda_[i + 1];
+      delta[1] = delta_[i + 1];
+    }
+    cone.answer = cone_contact(cone.friction, block, delta - block * force);
+    const double violation = (cone.answer.force - force).norm();
     if (!(violation <= most)) most = violation;
     if (std::isnan(most)) break;
   }

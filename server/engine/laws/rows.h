@@ -72,16 +72,17 @@ class Rows {
   // Adds a row with a first guess of its force (N); false if there is no room.
   bool add(const Row& row, const Law& law, double warm_start);
 
-  // Adds a row along a shaft and one about it, torsion, whose friction is one cone, with first guesses of their forces.
-  // False if there is no room for both.
-  bool add_cone(const Row& along, const Row& about, const FrictionCone& cone, const Eigen::Vector2d& warm_start);
+  // Adds a row along a shaft, and with `about` one about it, torsion, whose friction is a cone, with first guesses of
+  // their forces. False if there is no room for both.
+  bool add_cone(const Row& along, const FrictionCone& friction, double warm_start);
+  bool add_cone(const Row& along, const Row& about, const FrictionCone& friction, const Eigen::Vector2d& warm_start);
 
   // Stage 6: W = W_n + W_t and delta_free. The corridor must have room for all rows' nodes.
   void assemble(std::span<const NeedleModel> models, std::span<NeedleScratch> needles, const TissueSystem& system,
                 TissueScratch& tissue);
-  // Stage 7. Where there are cones, the laws of their rows and the forces are found in turn: each time the laws meet
-  // their cones at the answer of the last. Where that does not end the disks are swept over. In the end the laws have
-  // the cones' own slopes, for those who ask how the forces would change.
+  // Stage 7. Where there are cones, the laws of their rows and the forces are found in rounds: each time the laws meet
+  // their cones at the answer of the last. Where that does not end the disks are swept over. The answer that violates
+  // laws and cones least is kept.
   SolverResult solve(LawMethod method, int max_steps, double tolerance);
   // Forces per needle in the order in which its rows were added, as solve_needle() takes them.
   std::span<const double> needle_forces(int needle);
@@ -90,12 +91,15 @@ class Rows {
   const Law& law(int i) const { return laws_[i]; }
   std::span<const double> lambda() const { return {lambda_.data(), rows_.size()}; }  // N
   std::span<const double> delta() const { return {delta_.data(), rows_.size()}; }    // m
-  // Of the first row of a cone, else nullptr; what it came to in the last solve.
   struct Cone {
-    int row;  // along the shaft; the next one is about it
-    FrictionCone cone;
-    DiskContact contact;
+    int row;     // along the shaft
+    bool turns;  // the next row is about it
+    FrictionCone friction;
+    DiskContact answer;  // of the cone alone, with the other forces as they are
+
+    int rows() const { return turns ? 2 : 1; }
   };
+  // Of the first row of a cone, with what it came to in the last solve; else nullptr.
   const Cone* find_cone(int row) const;
   // W (m/N), of the last assemble().
   Eigen::Map<const MatrixX> compliance() const { return {storage_.data(), count(), count()}; }
@@ -104,8 +108,9 @@ class Rows {
   Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }  // on the needle, N
 
  private:
-  SolverResult solve_laws(LawMethod method, int max_steps, double tolerance, const SolverResult& before);
-  // Each cone's exact answer, with the other forces as they are. Returns the most by which it differs from them (N).
+  // One more solution of the laws as they are, added to `result`.
+  void solve_laws(LawMethod method, StepBudget& budget, double tolerance, SolverResult& result);
+  // Finds each cone's own answer. Returns the most by which the forces at hand differ from them (N).
   double look_at_cones();
   template <class LawsOf>
   void set_cone_laws(LawsOf laws_of);  // of a Cone
@@ -119,6 +124,7 @@ class Rows {
   std::vector<Cone> cones_;
   std::vector<int> places_;  // of one needle's rows
   std::vector<double> lambda_, delta_, delta_free_, needle_lambda_;
+  std::vector<double> best_lambda_, best_delta_;  // of the rounds
   VectorX storage_;  // of W()
   ConstraintSolver solver_;
 };

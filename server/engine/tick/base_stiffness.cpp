@@ -51,14 +51,17 @@ void meet(double a, double b, double end, ModelLimit limit, BaseStiffness& resul
 // Where the slip of a cone ends, or where one that sticks begins to slip, either way along the line of its forces.
 void meet_cone(const Rows::Cone& cone, const Eigen::Vector2d& force, const Eigen::Vector2d& force_change,
                const Eigen::Vector2d& slip_change, BaseStiffness& result) {
-  const Eigen::Vector2d& slip = cone.contact.slip;
-  const double size = slip.norm(), a = force_change.squaredNorm();
+  const Eigen::Vector2d& slip = cone.answer.slip;
+  const double size = slip.norm(), T = cone.friction.law.threshold;
   if (size > 0) {
     meet(size, slip_change.dot(slip) / size, 0, ModelLimit::slip, result);
-  } else if (a > 0) {
-    const double b = force.dot(force_change);
-    const double c = std::min(0.0, force.squaredNorm() - cone.cone.threshold * cone.cone.threshold);
-    for (const double way : {-1.0, 1.0}) meet((b - way * std::sqrt(b * b - a * c)) / a, 1, 0, ModelLimit::slip, result);
+    return;
+  }
+  for (const double way : {-1.0, 1.0}) {  // the half of the circle or ellipse that lies there
+    const Eigen::Vector2d axes(cone.friction.stretch(way * force_change[0]), 1);
+    const Eigen::Vector2d from = force.cwiseQuotient(axes), change = force_change.cwiseQuotient(axes);
+    const double a = change.squaredNorm(), b = from.dot(change), c = std::min(0.0, from.squaredNorm() - T * T);
+    if (a > 0) meet((b - way * std::sqrt(b * b - a * c)) / a, 1, 0, ModelLimit::slip, result);
   }
 }
 
@@ -106,20 +109,8 @@ void BaseStiffnessSolver::collect(const Rows& rows) {
       unknowns_.push_back({.row = i, .other = i, .give = give});
     };
     if (const Rows::Cone* cone = rows.find_cone(i)) {
-      const auto [T, c] = cone->cone;
-      const double size = cone->contact.slip.norm();
-      if (size == 0) {
-        unknowns_.push_back({.row = i, .other = i});
-        unknowns_.push_back({.row = i + 1, .other = i + 1});
-      } else {
-        const Eigen::Vector2d way = cone->contact.slip / size;
-        if (T + c > 0)
-          unknowns_.push_back(
-              {.row = i, .other = i + 1, .share = -way.y(), .other_share = way.x(), .give = size / (T + c * size)});
-        if (c > 0)
-          unknowns_.push_back({.row = i, .other = i + 1, .share = way.x(), .other_share = way.y(), .give = 1 / c});
-      }
-      ++i;
+      collect_cone(*cone);
+      i += cone->rows() - 1;
       continue;
     }
     if (law.kind == LawKind::bilateral) add(law.compliance);
@@ -133,6 +124,25 @@ void BaseStiffnessSolver::collect(const Rows& rows) {
     const bool disk = i + 1 < rows.count() && rows.law(i + 1).kind == LawKind::disk_first;
     if (disk && rows.law(i + 1).normal_row == i) collect_disk(rows, i + 1, unknown);
   }
+}
+
+void BaseStiffnessSolver::collect_cone(const Rows::Cone& cone) {
+  const int first = cone.row, last = first + cone.rows() - 1;
+  const SlipLaw& law = cone.friction.law;
+  const Eigen::Vector2d axes(cone.friction.stretch(cone.answer.force[0]), 1);
+  const Eigen::Vector2d slip = axes.cwiseProduct(cone.answer.slip);  // in which the ellipse is a circle
+  const double size = slip.norm(), full = cone.answer.slip.norm();
+  if (size == 0) {
+    for (int i = first; i <= last; ++i) unknowns_.push_back({.row = i, .other = i});
+    return;
+  }
+  const Eigen::Vector2d way = slip / size;
+  const double force = law.force(full), slope = law.slope(full);
+  const auto add = [&](const Eigen::Vector2d& shares, double give) {
+    unknowns_.push_back({first, last, axes[0] * shares[0], shares[1], give});
+  };
+  if (cone.turns && force > 0) add({-way.y(), way.x()}, size / force);
+  if (slope > 0) add(way, size / (full * slope));
 }
 
 // `normal`: the unknown of the normal force, or -1 if that is given.
@@ -238,10 +248,10 @@ void BaseStiffnessSolver::sum_up_yields(const Rows& rows, int needle, BaseStiffn
     if (role == RowRole::friction || role == RowRole::guide_friction || slides_on_surface) {
       const Rows::Cone* cone = rows.find_cone(i);
       const double most = slides_on_surface ? limit * rows.lambda()[rows.law(i).normal_row]
-                          : cone            ? cone->cone.threshold
+                          : cone            ? cone->friction.law.threshold
                                             : limit;
       result.forward_yield += most;
-      result.backward_yield += most;
+      result.backward_yield += cone ? cone->friction.back * most : most;
     } else if ((role == RowRole::contact || role == RowRole::cutting) && rows.lambda()[i] > 0) {
       result.forward_yield += limit;
     }
@@ -266,8 +276,9 @@ void BaseStiffnessSolver::look_for_limits(const Rows& rows, const Vector3& axis,
     const double lambda = rows.lambda()[i], delta = rows.delta()[i];
     const RowRole role = rows.row(i).role;
     if (const Rows::Cone* cone = rows.find_cone(i)) {
-      meet_cone(*cone, {lambda, rows.lambda()[i + 1]}, {force[i], force[i + 1]}, {moved[i], moved[i + 1]}, result);
-      ++i;
+      const auto pair = [&](auto&& of) { return Eigen::Vector2d(of[i], cone->turns ? of[i + 1] : 0); };
+      meet_cone(*cone, pair(rows.lambda()), pair(force), pair(moved), result);
+      i += cone->rows() - 1;
       continue;
     }
     if (law.kind != LawKind::unilateral && law.kind != LawKind::friction) continue;

@@ -9,8 +9,9 @@
 //
 //   bilateral                             in T, S = the law's compliance
 //   unilateral with 0 < lambda < limit    in T, S = 0
-//   friction, disk that stick             in T, S = 0
+//   friction, disk, cone that stick       in T, S = 0
 //   friction that slips, viscosity c      in T, S = 1/c
+//   cone that slips                       in T, across the slip S = |slip|/force, along it S = 1/slope of its law
 //   disk that slips                       across the slip in T, S = |slip|/force; along it the force is mu lambda_n
 //   all others                            not in T
 //
@@ -87,6 +88,7 @@ class BaseStiffnessSolver {
   };
 
   void collect(const Rows& rows);
+  void collect_cone(const Rows::Cone& cone);
   void collect_disk(const Rows& rows, int row, int normal);
   void factorize(const Eigen::Ref<const MatrixX>& W);
   void solve(Eigen::Ref<VectorX> x, Eigen::Index slides) const;

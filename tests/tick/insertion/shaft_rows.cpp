@@ -129,7 +129,35 @@ TEST_CASE("torsion is on the surface of the needle, in one cone with the frictio
   CHECK(torsion.gap == doctest::Approx(0.02 * 0.5 * kDiameter / 2).epsilon(1e-8));
   const Rows::Cone* cone = rows.find_cone(2);
   REQUIRE(cone);
-  CHECK(cone->cone.threshold == doctest::Approx(0.3 * kNormal).epsilon(1e-9));
+  CHECK(cone->friction.law.threshold == doctest::Approx(0.3 * kNormal).epsilon(1e-9));
+}
+
+TEST_CASE("friction that thins, or differs on the way back, is a cone of one row") {
+  Scene scene = one_region();
+  Interaction& law = scene.tissue.regions[0].interaction;
+  law.friction_viscous = 12;
+  SUBCASE("plain") {
+    InsertionBench bench(scene);
+    CHECK_FALSE(rows_of(bench).find_cone(2));
+  }
+  SUBCASE("thins") {
+    law.friction_thinning_speed = 2e-3;
+    law.friction_exponent = 0.4;
+    InsertionBench bench(scene);
+    const Rows::Cone* cone = rows_of(bench).find_cone(2);
+    REQUIRE(cone);
+    CHECK_FALSE(cone->turns);
+    CHECK(cone->friction.law.viscosity == doctest::Approx(12 * kOwned / kH).epsilon(1e-9));
+    CHECK(cone->friction.law.thinning == doctest::Approx(2e-3 * kH).epsilon(1e-12));
+    CHECK(cone->friction.law.exponent == 0.4);
+  }
+  SUBCASE("back") {
+    law.friction_back = 0.3;
+    InsertionBench bench(scene);
+    const Rows::Cone* cone = rows_of(bench).find_cone(2);
+    REQUIRE(cone);
+    CHECK(cone->friction.back == 0.3);
+  }
 }
 
 TEST_CASE("rows that do not fit are told") {

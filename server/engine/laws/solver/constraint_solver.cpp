@@ -40,30 +40,46 @@ void ConstraintSolver::solve_rounds(std::span<const Attempt> attempts, double to
 SolverResult ConstraintSolver::solve(LawMethod method, Eigen::Ref<const MatrixX> W, std::span<const Law> laws,
                                      std::span<const double> delta_free, int max_steps, double tolerance,
                                      std::span<double> lambda, std::span<double> delta) {
-  assert(delta_free.size() == laws.size() && lambda.size() == laws.size() && delta.size() == laws.size());
-  assert(laws.size() <= scale_.size() && max_steps >= 0 && tolerance > 0);
-  const auto n = static_cast<Eigen::Index>(laws.size());
-  assert(W.rows() >= n && W.cols() >= n);
-  const LawSystem full{W.topLeftCorner(n, n), laws, delta_free, {scale_.data(), laws.size()}};
-  const LawState state{lambda, delta};
-  law_scales(full.W, laws, scale_);
+  assert(max_steps >= 0);
+  StepBudget budget(max_steps);
+  eliminate(W, laws);
+  return solve_again(method, W, laws, delta_free, budget, tolerance, lambda, delta);
+}
 
-  const bool reducible = reduced_.reduce(full);
+LawSystem ConstraintSolver::system(const Eigen::Ref<const MatrixX>& W, std::span<const Law> laws,
+                                   std::span<const double> delta_free) {
+  const auto n = static_cast<Eigen::Index>(laws.size());
+  assert(laws.size() <= scale_.size() && W.rows() >= n && W.cols() >= n);
+  law_scales(W, laws, scale_);
+  return {W.topLeftCorner(n, n), laws, delta_free, {scale_.data(), laws.size()}};
+}
+
+void ConstraintSolver::eliminate(Eigen::Ref<const MatrixX> W, std::span<const Law> laws) {
+  reducible_ = reduced_.reduce(system(W, laws, {}));
+}
+
+SolverResult ConstraintSolver::solve_again(LawMethod method, Eigen::Ref<const MatrixX> W, std::span<const Law> laws,
+                                           std::span<const double> delta_free, StepBudget& budget, double tolerance,
+                                           std::span<double> lambda, std::span<double> delta) {
+  assert(delta_free.size() == laws.size() && lambda.size() == laws.size() && delta.size() == laws.size());
+  assert(tolerance > 0);
+  const LawSystem full = system(W, laws, delta_free);
+  const LawState state{lambda, delta};
+  reduced_.replace_laws(full);
   reduced_.gather(lambda);
   std::fill(lambda.begin(), lambda.end(), 0.0);
   std::copy(delta_free.begin(), delta_free.end(), delta.begin());
   SolverResult result;
   result.residual = law_residual(full, state);
-  StepBudget budget(max_steps);
   const bool direct = method == LawMethod::direct;
-  if (reducible && direct) {
+  if (reducible_ && direct) {
     solve_rounds(kDirect, std::numeric_limits<double>::infinity(), {.share = kDirectEnd}, full, state, budget, result);
     reduced_.gather(lambda);  // the best answer, not the last
   }
   const bool ends =
       direct && (budget.spent() || result.residual <= std::max(tolerance, kDirectEnd * force_scale(lambda)));
   // Half the tolerance, for what the elimination leaves over.
-  if (reducible && !ends) solve_rounds(kGaussSeidel, tolerance / 2, {.force = tolerance}, full, state, budget, result);
+  if (reducible_ && !ends) solve_rounds(kGaussSeidel, tolerance / 2, {.force = tolerance}, full, state, budget, result);
   result.fell_back = method == LawMethod::direct && result.sweeps > 0;
   result.method = result.fell_back ? LawMethod::gauss_seidel : method;
   result.converged = result.residual <= tolerance;

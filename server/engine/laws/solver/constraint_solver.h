@@ -9,8 +9,8 @@
 // One budget of steps bounds a call: sweeps, picks and interior-point iterations. The residual is taken on the full W,
 // after the bilateral rows have followed. Where it is too large the elimination is repeated about the answer,
 // kMaxRounds times at most, which removes what regularisation and rounding left. The answer that violates the laws
-// least is returned. Nothing depends on earlier calls, but for the forces that the caller hands in. Nothing allocates
-// after construction.
+// least is returned. Nothing depends on earlier calls, but for the forces that the caller hands in and what
+// solve_again() says. Nothing allocates after construction.
 #pragma once
 
 #include <algorithm>
@@ -36,12 +36,22 @@ class ConstraintSolver {
                      std::span<const double> delta_free, int max_steps, double tolerance, std::span<double> lambda,
                      std::span<double> delta);
 
+  // The same in two parts, for those who solve other laws on the same W: the elimination, and a solution that takes its
+  // steps from a budget. W and the bilateral laws stay as they are from the one to the last of the others.
+  void eliminate(Eigen::Ref<const MatrixX> W, std::span<const Law> laws);
+  SolverResult solve_again(LawMethod method, Eigen::Ref<const MatrixX> W, std::span<const Law> laws,
+                           std::span<const double> delta_free, StepBudget& budget, double tolerance,
+                           std::span<double> lambda, std::span<double> delta);
+
  private:
   // A violation: the larger of `force` (N) and `share` of force_scale().
   struct Target {
     double force = 0, share = 0;
     double at(std::span<const double> lambda) const { return std::max(force, share * force_scale(lambda)); }
   };
+
+  // delta_free may be empty where only W is looked at.
+  LawSystem system(const Eigen::Ref<const MatrixX>& W, std::span<const Law> laws, std::span<const double> delta_free);
 
   // Makes the attempts, to `tolerance` (N), about the state, and again as long as that halves the residual, until it is
   // within the target. The state ends as the best answer seen, the one that it came with included.
@@ -50,6 +60,7 @@ class ConstraintSolver {
 
   Attempts attempts_;
   ReducedLaws reduced_;
+  bool reducible_ = false;
   std::vector<double> scale_;
   std::vector<double> trial_lambda_, trial_delta_;
 };

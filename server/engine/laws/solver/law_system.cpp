@@ -5,7 +5,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "server/engine/laws/contact_block.h"
+#include "server/engine/laws/friction_cone.h"
 
 namespace acus {
 
@@ -43,7 +43,7 @@ Eigen::Vector2d disk_step(const LawSystem& system, int i, const LawState& state)
   if (law.normal_row < 0) {
     const Eigen::Matrix2d block = system.W.block<2, 2>(i, i);
     const Eigen::Vector2d lambda(state.lambda[i], state.lambda[i + 1]), delta(state.delta[i], state.delta[i + 1]);
-    return disk_contact(law.cohesion, law.viscosity, block, delta - block * lambda).force;
+    return cone_contact(*law.cone, block, delta - block * lambda).force;
   }
   const double radius = law.cohesion + law.limit * std::max(state.lambda[law.normal_row], 0.0);
   return disk_force(radius, system.scale[i], {state.lambda[i], state.lambda[i + 1]},

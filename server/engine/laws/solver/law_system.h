@@ -3,8 +3,8 @@
 // forces violate them.
 //
 // The violation of a row is the force by which it would still move, |lambda - law_force(...)| (N) on its own line
-// through (lambda, delta) with the slope `scale`, W_ii. It measures the laws themselves, not the progress of an
-// iteration.
+// through (lambda, delta) with the slope `scale`, W_ii; a disk's is its change by disk_step(). It measures the laws
+// themselves, not the progress of an iteration.
 #pragma once
 
 #include <span>

@@ -31,6 +31,8 @@ class ReducedLaws {
 
   // Splits the rows and factorises; false if W_BB cannot be made positive definite.
   bool reduce(const LawSystem& full);
+  // Takes other laws of the same rows; W and the bilateral laws are those of reduce().
+  void replace_laws(const LawSystem& full) { split(full); }
 
   // Moves the reduced system to an iterate of the full one.
   void linearize(const LawState& iterate);

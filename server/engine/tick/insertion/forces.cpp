@@ -43,7 +43,7 @@ void read_row(const Rows& rows, int i, InsertionScratch& scratch, InsertionForce
     case RowRole::friction: {
       const Rows::Cone* cone = rows.find_cone(i);
       next.vertices[row.index].friction = lambda;
-      next.vertices[row.index].sliding = cone ? cone->contact.slips : at_cap();
+      next.vertices[row.index].sliding = cone ? cone->answer.slips : at_cap();
       forces.friction += force;
       break;
     }

@@ -36,9 +36,13 @@ bool add_friction(const InsertionView& at, const Path& path, const VertexState& 
   const MaterialPoint& material = row.in_tissue.a;
   const Interaction& law = tissue.interaction(material);
   const double normal = point.owned * std::numbers::pi * needle.model.diameter * *law.pressure;
-  const FrictionCone cone{.threshold = normal * (state.sliding ? law.friction_dynamic : law.friction_static),
-                          .viscosity = point.owned * law.friction_viscous / needle.h};
-  if (normal * law.friction_static == 0 && cone.viscosity == 0) return true;
+  const FrictionCone friction{
+      .law = {.threshold = normal * (state.sliding ? law.friction_dynamic : law.friction_static),
+              .viscosity = point.owned * law.friction_viscous / needle.h,
+              .thinning = law.friction_thinning_speed * needle.h,
+              .exponent = law.friction_exponent},
+      .back = law.friction_back};
+  if (normal * law.friction_static == 0 && friction.law.viscosity == 0) return true;
   const Vector3 before = needle.start_position(point.s) - tissue.start_position(material);
   const double axial = tissue.axial_compliance(material, needle.model.diameter);
   row.role = RowRole::friction;
@@ -46,14 +50,16 @@ bool add_friction(const InsertionView& at, const Path& path, const VertexState& 
   row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before) -
             row.compliance * strained_force(state, point.owned, axial);
   const double share = at.parameters.torsional_friction;
-  if (share == 0) return rows.add(row, {LawKind::friction, cone.threshold, cone.viscosity}, state.friction);
+  if (share == 0 && friction.back == 1 && friction.law.is_linear())
+    return rows.add(row, {LawKind::friction, friction.law.threshold, friction.law.viscosity}, state.friction);
+  if (share == 0) return rows.add_cone(row, friction, state.friction);
   Row about = row;
   about.role = RowRole::torsion;
   about.compliance = 0;
   about.radius = share * needle.model.diameter / 2;
   about.gap = about.radius * row.n.dot(needle.turned(row.on_needle) -
                                        material_rotation(tissue.mesh, tissue.x_start, tissue.x, material.tetrahedron));
-  return rows.add_cone(row, about, cone, {state.friction, state.torsion});
+  return rows.add_cone(row, about, friction, {state.friction, state.torsion});
 }
 
 }  // namespace
