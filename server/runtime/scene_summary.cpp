@@ -50,6 +50,13 @@ std::string opening(const Simulation& simulation, bool warned) {
   return table.text();
 }
 
+std::string relaxation(const Material& material) {
+  std::string text;
+  for (const Relaxation& branch : material.relaxation)
+    text += (text.empty() ? "" : ", ") + five_digits(branch.ratio) + " in " + five_digits(branch.time) + " s";
+  return text.empty() ? "none" : text;
+}
+
 std::string materials(const Simulation& simulation) {
   const std::vector<Region>& regions = simulation.scene().tissue.regions;
   std::vector<int> tetrahedra(regions.size());
@@ -60,20 +67,21 @@ std::string materials(const Simulation& simulation) {
     volume[region] += rest_volume(simulation.mesh(), t);
   }
   TextTable table;
-  table.add({"regions", "tetrahedra", "volume (cm^3)", "E (Pa)", "nu", "density (kg/m^3)", "damping (1/s, s)"});
+  table.add(
+      {"regions", "tetrahedra", "volume (cm^3)", "E (Pa)", "nu", "density (kg/m^3)", "damping (1/s, s)", "relaxation"});
   for (std::size_t i = 0; i < regions.size(); ++i) {
     const Material& m = regions[i].material;
     table.add({"  " + regions[i].name, std::to_string(tetrahedra[i]), five_digits(1e6 * volume[i]),
                five_digits(m.young_modulus), five_digits(m.poisson_ratio), five_digits(m.density),
-               five_digits(m.rayleigh_mass) + ", " + five_digits(m.rayleigh_stiffness)});
+               five_digits(m.rayleigh_mass) + ", " + five_digits(m.rayleigh_stiffness), relaxation(m)});
   }
   return table.text();
 }
 
 std::string viscous_friction(const Interaction& law) {
   const std::string b = five_digits(law.friction_viscous);
-  if (law.friction_viscous == 0 || std::isinf(law.friction_thinning_speed)) return b;
-  return b + ", thins at " + five_digits(law.friction_thinning_speed) + " m/s (n " +
+  if (law.friction_viscous == 0 || !law.friction_thinning_speed) return b;
+  return b + ", thins at " + five_digits(*law.friction_thinning_speed) + " m/s (n " +
          five_digits(law.friction_exponent) + ")";
 }
 
@@ -291,6 +299,9 @@ void add_tissue(Omissions& list, const Scene& scene) {
            "tissue.rung: warped");
   list.add(tissue.rung == TissueRung::warped, "the exact tangent: rung warped solves with that of the rest shape",
            "tissue.rung: refined or exact");
+  list.add_for<Region>(
+      tissue.regions, [](const Region& r) { return r.material.relaxation.empty(); }, "relaxation of the tissue in",
+      "material.relaxation");
   list.add_for<Region>(tissue.regions, has_no_friction, "friction on the shaft in",
                        "interaction.pressure, friction_static");
   list.add_for<Region>(tissue.regions, yields_only_with_mesh,

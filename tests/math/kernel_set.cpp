@@ -113,8 +113,19 @@ TEST_CASE("forces, rotations and volumes of elements give the same bits with wid
       for (int i = 0; i < 4; ++i) start[b].q[i][lane] /= std::sqrt(size);
     }
   const std::vector<double> x = numbers(random, 4 * kNodes), pressures = numbers(random, kPatches);
+  constexpr int kBranches = 2;
+  std::vector<Octet> stiffening(kBatches), given(kBranches * kBatches), taken(kBranches * kBatches);
+  std::vector<StrainBatch> crept(kBranches * kBatches);
+  for (std::vector<Octet>* octets : {&stiffening, &given, &taken})
+    for (Octet& octet : *octets)
+      for (double& number : octet.at) number = random.uniform(0.1, 0.9);
+  for (StrainBatch& batch : crept)
+    for (Octet& octet : batch.at)
+      for (double& number : octet.at) number = random.uniform(-0.1, 0.1);
+  const MemoryArrays memory{kBranches, stiffening.data(), given.data(), crept.data()};
   for (const bool has_patches : {false, true}) {
-    const ElementArrays elements{kBatches, shapes.data(), damping.data(), has_patches ? patches.data() : nullptr};
+    const ElementArrays elements{kBatches, shapes.data(), damping.data(), has_patches ? patches.data() : nullptr,
+                                 has_patches ? &memory : nullptr};
     const auto computed = [&] {
       const ElementKernel& kernel = element_kernel();
       std::vector<RotationBatch> rotations(kBatches);
@@ -125,7 +136,11 @@ TEST_CASE("forces, rotations and volumes of elements give the same bits with wid
       if (has_patches) kernel.pressure_forces(elements, pressures.data(), rotations.data(), forces.data());
       kernel.add_rotations(elements, rotations.data(), false, sums.data());
       kernel.add_rotations(elements, rotations.data(), true, sums.data());
+      std::vector<StrainBatch> after(crept.size());
+      if (has_patches) kernel.relax(elements, x.data(), rotations.data(), taken.data(), after.data(), forces.data());
       std::vector<double> all = forces;
+      for (const StrainBatch& batch : after)
+        for (const Octet& strain : batch.at) all.insert(all.end(), strain.at, strain.at + kLanes);
       all.insert(all.end(), volumes.begin(), volumes.end());
       all.insert(all.end(), sums.begin(), sums.end());
       for (const RotationBatch& batch : rotations)

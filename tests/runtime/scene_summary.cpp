@@ -104,7 +104,7 @@ TEST_CASE("the check says what a scene contains") {
         "mesh 27 nodes (9 fixed), 48 tetrahedra, 48 surface triangles, [0.1, 0.1, 0.1] m along the world's axes");
   CHECK(line_of(text, "  solutions") ==
         "solutions 20 in one tick, at most, of up to 1000 steps of the laws; a tick that stops there is flagged");
-  CHECK(line_of(text, "  deep   24") == "deep 24 500 12000 0.2 1000 0, 0.01");
+  CHECK(line_of(text, "  deep   24") == "deep 24 500 12000 0.2 1000 0, 0.01 none");
   CHECK(line_of(text, "  deep  1 ") ==
         "deep 1 2.1 0.5 10000 (estimated) 0.8 0.6 3, thins at 0.002 m/s (n 0.3) 0.5 estimated 1");
   CHECK(line_of(text, "  skin  .inf") == "skin .inf 2.1 0.75 0 0.8 0.6 0 1 .inf 1");
@@ -165,6 +165,13 @@ TEST_CASE("the check says what a scene leaves out, and where to put it in") {
   CHECK(line_of(layers, "  bending") == "bending of curved set rung: flexible");
   CHECK(line_of(layers, "  torsional") == "torsional friction on curved set torsional_friction");
   CHECK(line_of(layers, "  friction in") == "friction in collar set friction");
+
+  CHECK(line_of(layers, "  relaxation") == "relaxation of the tissue in deep, skin set material.relaxation");
+
+  const std::string relaxing =
+      summary_of("tissue: {regions: [{material: {relaxation: [{ratio: 0.6, time: 0.3}, {ratio: 0.4, time: 5}]}}]}");
+  CHECK(line_of(relaxing, "  tissue  384").ends_with("0, 0.01 0.6 in 0.3 s, 0.4 in 5 s"));
+  CHECK(line_of(relaxing, "  relaxation") == "");
 
   const std::string plain = summary_of("needles: [{name: a}, {name: b}]");
   CHECK(line_of(plain, "  gravity") == "gravity set gravity");

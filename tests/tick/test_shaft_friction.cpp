@@ -35,7 +35,7 @@ Scene phantom() {
 
 double friction_at(const Interaction& law, double d, double speed) {
   return std::numbers::pi * d * law.friction_dynamic * *law.pressure +
-         law.friction_viscous * speed * std::pow(1 + speed / law.friction_thinning_speed, law.friction_exponent - 1);
+         law.friction_viscous * speed * std::pow(1 + speed / *law.friction_thinning_speed, law.friction_exponent - 1);
 }
 
 // Of the shaft, per metre of it in the tissue, with its sign: positive against the way in.

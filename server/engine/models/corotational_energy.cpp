@@ -32,17 +32,21 @@ Eigen::Matrix<double, 3, 9> axial_map(const Matrix3& r) {
 
 }  // namespace
 
-double corotational_energy(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]) {
+Matrix3 corotational_strain(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]) {
   const Decomposition d(t, x, q);
-  double squares = 0, trace = 0;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const double strain = d.s[i][j] - (i == j ? 1 : 0);
-      squares += strain * strain;
-    }
-    trace += d.s[i][i] - 1;
-  }
-  return t.volume * (t.mu * squares + 0.5 * t.lambda * trace * trace);
+  Matrix3 strain;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) strain(i, j) = d.s[i][j] - (i == j ? 1 : 0);
+  return strain;
+}
+
+double strain_energy(const TetrahedronShape<double>& t, const Matrix3& strain) {
+  const double trace = strain.trace();
+  return t.volume * (t.mu * strain.squaredNorm() + 0.5 * t.lambda * trace * trace);
+}
+
+double corotational_energy(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]) {
+  return strain_energy(t, corotational_strain(t, x, q));
 }
 
 VolumeStrain volume_strain(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]) {

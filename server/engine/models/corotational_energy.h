@@ -10,6 +10,10 @@ namespace acus {
 // The energy Psi (J) at node positions x, with the rotation found from the warm start q.
 double corotational_energy(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]);
 
+// E itself, 3 x 3, with the rotation found from the warm start q, and the energy of a strain (J).
+Matrix3 corotational_strain(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]);
+double strain_energy(const TetrahedronShape<double>& t, const Matrix3& strain);
+
 // theta = tr(E) with the rotation found from the warm start q, and V dtheta/dx = V R grad N (m²), one column per node.
 struct VolumeStrain {
   double value;

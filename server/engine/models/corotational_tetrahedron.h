@@ -150,6 +150,48 @@ inline Real corotational_forces(const TetrahedronShape<Stored>& t, const Real (&
   return s[0][0] + s[1][1] + s[2][2] - 3.0;
 }
 
+// Where a strain stands among the six that are kept of a symmetric one.
+inline constexpr int kStrainPlace[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+inline constexpr int kStrainEntry[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+
+// force[node][axis] of the strain g E - kept (tissue_memory.h), `kept` as six numbers; q is updated. Returns theta.
+template <class Real, class Stored>
+inline Real remembering_forces(const TetrahedronShape<Stored>& t, const Real (&x)[4][3], const Real& g,
+                               const Real (&kept)[6], Real (&q)[4], Real (&force)[4][3]) {
+  Real f[3][3], r[3][3], s[3][3], e[3][3];
+  deformation_gradient(t, x, f);
+  polar_rotation(f, q, r, s);
+  const Real theta = s[0][0] + s[1][1] + s[2][2] - 3.0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) e[i][j] = g * (s[i][j] - (i == j ? 1.0 : 0.0)) - kept[kStrainPlace[i][j]];
+  nodal_forces(t, r, e, 0, force);
+  return theta;
+}
+
+// E, and the rotation's matrix r, for a rotation q that stays.
+template <class Real, class Stored>
+inline void strain_of(const TetrahedronShape<Stored>& t, const Real (&x)[4][3], const Real (&q)[4], Real (&r)[3][3],
+                      Real (&strain)[6]) {
+  Real f[3][3], a[3][3];
+  deformation_gradient(t, x, f);
+  quaternion_matrix(q, r);
+  transposed_product(r, f, a);
+  for (int k = 0; k < 6; ++k) {
+    const int i = kStrainEntry[k][0], j = kStrainEntry[k][1];
+    strain[k] = 0.5 * (a[i][j] + a[j][i]) - (i == j ? 1.0 : 0.0);
+  }
+}
+
+// force[node][axis] of a strain of six numbers, for a rotation r.
+template <class Real, class Stored>
+inline void strain_forces(const TetrahedronShape<Stored>& t, const Real (&r)[3][3], const Real (&strain)[6],
+                          Real (&force)[4][3]) {
+  Real e[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) e[i][j] = strain[kStrainPlace[i][j]];
+  nodal_forces(t, r, e, 0, force);
+}
+
 // force = V p dtheta/dx = V p R grad N: what a pressure p (Pa, tension positive) adds, for a rotation q that stays.
 template <class Real, class Stored>
 inline void pressure_forces(const TetrahedronShape<Stored>& t, const Real& p, const Real (&q)[4], Real (&force)[4][3]) {

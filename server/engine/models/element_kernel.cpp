@@ -55,6 +55,24 @@ inline Lanes edge_determinant(const NodalLanes& x) {
          e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
 }
 
+inline void load(const StrainBatch& batch, Lanes (&strain)[6]) {
+  for (int k = 0; k < 6; ++k) strain[k] = batch.at[k];
+}
+
+inline Lanes remembering_forces(const TetrahedronShape<Octet>& shape, const NodalLanes& x, const MemoryArrays& memory,
+                                std::size_t batch, Lanes (&q)[4], NodalLanes& force) {
+  const std::size_t branches = memory.branches;
+  Lanes kept[6];
+  for (Lanes& strain : kept) strain = 0.0;
+  for (std::size_t i = batch * branches; i < (batch + 1) * branches; ++i) {
+    Lanes z[6];
+    load(memory.crept[i], z);
+    const Lanes given = memory.given[i];
+    for (int k = 0; k < 6; ++k) kept[k] = kept[k] + given * z[k];
+  }
+  return acus::remembering_forces(shape, x, Lanes(memory.stiffening[batch]), kept, q, force);
+}
+
 bool elastic_forces(const ElementArrays& elements, const double* x, const RotationBatch* start,
                     RotationBatch* rotations, double* forces, double* volume_changes) {
   LaneMask upright = Lanes(0.0) <= Lanes(0.0);
@@ -65,13 +83,42 @@ bool elastic_forces(const ElementArrays& elements, const double* x, const Rotati
     upright = upright & (edge_determinant(local) > 0.0);
     Lanes q[4];
     load(start[b], q);
-    const Lanes strain = corotational_forces(batch.shape, local, q, force);
+    const Lanes strain = elements.memory == nullptr
+                             ? corotational_forces(batch.shape, local, q, force)
+                             : remembering_forces(batch.shape, local, *elements.memory, b, q, force);
     for (int i = 0; i < 4; ++i) q[i].store(rotations[b].q[i].at);
     if (elements.patches != nullptr)
       add_volume_change(elements.patches[b], batch.shape.volume * strain, volume_changes);
     add_to_nodes(batch, force, forces);
   }
   return all(upright);
+}
+
+void relax(const ElementArrays& elements, const double* x, const RotationBatch* rotations, const Octet* taken,
+           StrainBatch* crept, double* forces) {
+  const MemoryArrays& memory = *elements.memory;
+  const std::size_t branches = memory.branches;
+  for (std::size_t b = 0; b < elements.count; ++b) {
+    const ElementBatch& batch = elements.shapes[b];
+    NodalLanes local, force;
+    gather(batch, x, local);
+    Lanes q[4], r[3][3], strain[6], change[6];
+    load(rotations[b], q);
+    strain_of(batch.shape, local, q, r, strain);
+    for (Lanes& entry : change) entry = 0.0;
+    for (std::size_t i = b * branches; i < (b + 1) * branches; ++i) {
+      Lanes z[6];
+      load(memory.crept[i], z);
+      const Lanes given = memory.given[i], share = taken[i];
+      for (int k = 0; k < 6; ++k) {
+        const Lanes step = share * (strain[k] - z[k]);
+        change[k] = change[k] - given * step;
+        (z[k] + step).store(crept[i].at[k].at);
+      }
+    }
+    strain_forces(batch.shape, r, change, force);
+    add_to_nodes(batch, force, forces);
+  }
 }
 
 void damping_forces(const ElementArrays& elements, const double* v, const RotationBatch* rotations, double* forces,
@@ -136,8 +183,8 @@ bool all_turned_less(const ElementArrays& elements, const RotationBatch* rotatio
 
 }  // namespace
 
-extern const ElementKernel kernel_of_elements{elastic_forces, damping_forces, pressure_forces, add_rotations,
-                                              all_turned_less};
+extern const ElementKernel kernel_of_elements{elastic_forces,  relax,         damping_forces,
+                                              pressure_forces, add_rotations, all_turned_less};
 
 }  // namespace ACUS_KERNEL
 }  // namespace acus

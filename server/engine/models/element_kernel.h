@@ -26,12 +26,26 @@ struct PatchBatch {
   int patches[4][kLanes];
 };
 
+// A symmetric strain of each: xx, yy, zz, xy, xz, yz.
+struct StrainBatch {
+  Octet at[6];
+};
+
+// What elements remember (tissue_memory.h): per batch and branch.
+struct MemoryArrays {
+  int branches;
+  const Octet* stiffening;   // per batch: G
+  const Octet* given;        // g (1 - alpha)
+  const StrainBatch* crept;  // z
+};
+
 // All elements of a mesh.
 struct ElementArrays {
   std::size_t count;  // batches
   const ElementBatch* shapes;
-  const Octet* damping;       // beta (s)
-  const PatchBatch* patches;  // null: there are none
+  const Octet* damping = nullptr;        // beta (s)
+  const PatchBatch* patches = nullptr;   // null: there are none
+  const MemoryArrays* memory = nullptr;  // null: nothing is remembered
 };
 
 struct ElementKernel {
@@ -39,6 +53,10 @@ struct ElementKernel {
   // rotation is found from that in `start`. Returns whether all are upright: none flat or inside out.
   bool (*elastic_forces)(const ElementArrays& elements, const double* x, const RotationBatch* start,
                          RotationBatch* rotations, double* forces, double* volume_changes);
+  // Those who remember: crept <- z + alpha (E - z) with the strain E at x, alpha as `taken`, and forces += what that
+  // changes of the elastic forces (N). Rotations stay.
+  void (*relax)(const ElementArrays& elements, const double* x, const RotationBatch* rotations, const Octet* taken,
+                StrainBatch* crept, double* forces);
   // forces += R beta K0 Rᵀ v (N), volume_changes[patch] += V_e/4 times the rate of theta_e (m³/s).
   void (*damping_forces)(const ElementArrays& elements, const double* v, const RotationBatch* rotations, double* forces,
                          double* volume_changes);

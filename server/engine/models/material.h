@@ -3,8 +3,16 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 namespace acus {
+
+// A branch of a Prony series: so many times Young's modulus beside it, lost in this time.
+struct Relaxation {
+  double ratio = 0.5;  // g (-), >= 0
+  double time = 1;     // tau (s), > 0
+};
+inline constexpr std::size_t kMaxRelaxations = 4;
 
 // Hooke's law with Rayleigh damping B = rayleigh_mass M + rayleigh_stiffness K.
 struct Material {
@@ -13,6 +21,7 @@ struct Material {
   double density = 1000;             // kg/m^3, > 0
   double rayleigh_mass = 0;          // 1/s, >= 0
   double rayleigh_stiffness = 0.01;  // s, >= 0
+  std::vector<Relaxation> relaxation{};  // of tissue alone, see tissue_memory.h
 };
 
 // A needle's body: a tube of circular section, straight or with an end that is bent to an arc.

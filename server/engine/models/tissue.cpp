@@ -57,6 +57,14 @@ void average_pressure(TissueModel& model, std::span<const int> region_of, std::s
   model.pressure = make_nodal_pressure(*model.mesh, region_of, volumes, modulus, damping);
 }
 
+void put_relaxation(TissueModel& model, std::span<const int> region_of, std::span<const Material> materials) {
+  const auto branches = static_cast<std::size_t>(model.branches);
+  model.relaxation.assign(model.elements.size() * branches, {.ratio = 0, .time = 1});
+  for (std::size_t t = 0; t < model.elements.size(); ++t)
+    std::ranges::copy(materials[region_of[t]].relaxation,
+                      model.relaxation.begin() + static_cast<std::ptrdiff_t>(t * branches));
+}
+
 void fill_lane(ElementBatch& batch, int lane, const TetrahedronShape<double>& s, const std::array<int, 4>& nodes) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) batch.shape.gradient[i][j][lane] = s.gradient[i][j];
@@ -98,6 +106,9 @@ TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> 
       model.mass_damping[node] += material.rayleigh_mass * quarter;
     }
   }
+  for (const Material& material : materials)
+    model.branches = std::max(model.branches, static_cast<int>(material.relaxation.size()));
+  if (model.branches > 0) put_relaxation(model, region_of, materials);
   if (element == TissueElement::nodal_pressure) average_pressure(model, region_of, materials.size());
   model.batches = make_batches(model);
   for (std::size_t b = 0; b < model.batches.size(); ++b) {
@@ -119,6 +130,7 @@ TissueState make_tissue_state(const TissueModel& model) {
   state.x = model.mesh->nodes;
   state.v.setZero(3, model.nodes());
   state.rotations = ElementRotations(model);
+  if (model.branches > 0) state.crept.emplace(model.batches.size() * static_cast<std::size_t>(model.branches));
   return state;
 }
 
@@ -134,23 +146,24 @@ ElementScratch::ElementScratch(const TissueModel& model)
 
 namespace {
 
-ElementArrays arrays_of(const TissueModel& model) {
+ElementArrays arrays_of(const TissueModel& model, const MemoryArrays* memory = nullptr) {
   const bool patches = model.pressure.patches() > 0;
   return {model.batches.size(), model.batches.data(), model.batch_damping.data(),
-          patches ? model.pressure.batches.data() : nullptr};
+          patches ? model.pressure.batches.data() : nullptr, memory};
 }
 
 // Nodal forces of all elements from nodal vectors: `add` has those of the elements alone, then their patches answer to
 // the changes of volume.
 template <class Add>
 void sum_over_elements(const TissueModel& model, const Matrix3X& nodal, const ElementRotations& rotations,
-                       ElementScratch& scratch, bool damping, Matrix3X& forces, Add add) {
+                       ElementScratch& scratch, bool damping, Matrix3X& forces, Add add,
+                       const MemoryArrays* memory = nullptr) {
   const NodalPressure& pressure = model.pressure;
   VectorX& patches = scratch.patches;
   scratch.x.topRows<3>() = nodal;
   scratch.forces.setZero();
   patches.setZero();
-  add(arrays_of(model));
+  add(arrays_of(model, memory));
   if (pressure.patches() > 0) {
     patches.array() *= pressure.modulus.array() / pressure.volume.array();
     if (damping) patches.array() *= pressure.damping.array();
@@ -162,13 +175,15 @@ void sum_over_elements(const TissueModel& model, const Matrix3X& nodal, const El
 }  // namespace
 
 bool elastic_forces(const TissueModel& model, const Matrix3X& x, const ElementRotations& start,
-                    ElementRotations& rotations, ElementScratch& scratch, Matrix3X& forces) {
+                    ElementRotations& rotations, ElementScratch& scratch, Matrix3X& forces,
+                    const MemoryArrays* memory) {
   assert(start.batches.size() == model.batches.size() && rotations.batches.size() == model.batches.size());
   bool upright = true;
-  sum_over_elements(model, x, rotations, scratch, false, forces, [&](const ElementArrays& elements) {
+  const auto add = [&](const ElementArrays& elements) {
     upright = element_kernel().elastic_forces(elements, scratch.x.data(), start.batches.data(),
                                               rotations.batches.data(), scratch.forces.data(), scratch.patches.data());
-  });
+  };
+  sum_over_elements(model, x, rotations, scratch, false, forces, add, memory);
   return !upright;
 }
 
@@ -236,7 +251,7 @@ bool have_one_sign(const TissueModel& model, const ElementRotations& rotations) 
 
 void add_node_rotations(const TissueModel& model, int first, int last, const ElementRotations& rotations, bool one_sign,
                         Matrix4X& q) {
-  const ElementArrays part{static_cast<std::size_t>(last - first), model.batches.data() + first, nullptr, nullptr};
+  const ElementArrays part{static_cast<std::size_t>(last - first), model.batches.data() + first};
   element_kernel().add_rotations(part, rotations.batches.data() + first, one_sign, q.data());
 }
 

@@ -27,6 +27,8 @@ struct TissueModel {
   NodalPressure pressure;
   std::vector<double> rayleigh_stiffness;            // beta per tetrahedron (s)
   std::vector<Octet> batch_damping;                  // the same per batch
+  int branches = 0;                                  // of what tissue remembers, most of a region
+  std::vector<Relaxation> relaxation;                // per tetrahedron and branch; g = 0 where it has fewer
   VectorX mass;                                      // per node (kg)
   VectorX mass_damping;                              // per node: alpha m (kg/s)
   std::vector<int> free_index;                       // per node, -1 if fixed
@@ -90,6 +92,7 @@ struct TissueState {
   Vector3 inertia = Vector3::Zero();  // M a and mass-proportional drag of the free nodes
   bool moved = false;                 // there has been a tick
   std::optional<FieldState> field;    // of a tissue that has one
+  std::optional<std::vector<StrainBatch>> crept;  // of a tissue that remembers: z at the tick before
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -102,6 +105,7 @@ struct TissueState {
     visit("inertia", self.inertia);
     visit("moved", self.moved);
     visit("field", self.field);
+    visit("crept", self.crept);
   }
 };
 
@@ -116,10 +120,12 @@ struct ElementScratch {
   explicit ElementScratch(const TissueModel& model);
 };
 
-// forces = dPsi/dx of the whole mesh (3 x nodes, N), overwritten, and the elements' rotations found from those of `start`,
-// which may be the same. Returns whether an element was flat or inside out.
+// forces = dPsi/dx of the whole mesh (3 x nodes, N), overwritten, and the elements' rotations found from those of
+// `start`, which may be the same; `memory`: what the elements remember, or null. Returns whether an element was flat or
+// inside out.
 bool elastic_forces(const TissueModel& model, const Matrix3X& x, const ElementRotations& start,
-                    ElementRotations& rotations, ElementScratch& scratch, Matrix3X& forces);
+                    ElementRotations& rotations, ElementScratch& scratch, Matrix3X& forces,
+                    const MemoryArrays* memory = nullptr);
 // The same, for once.
 bool elastic_forces(const TissueModel& model, const Matrix3X& x, ElementRotations& rotations, Matrix3X& forces);
 

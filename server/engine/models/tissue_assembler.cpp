@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 #include "server/engine/models/corotational_energy.h"
 
@@ -90,7 +91,8 @@ struct PatchState {
 
 }  // namespace
 
-TissueAssembler::TissueAssembler(const TissueModel& model) : model_(model), pattern_(make_pattern(model)) {
+TissueAssembler::TissueAssembler(const TissueModel& model, std::vector<double> stiffening)
+    : model_(model), stiffening_(std::move(stiffening)), pattern_(make_pattern(model)) {
   for (const auto& nodes : model.mesh->tetrahedra) {
     auto& positions = positions_.emplace_back();
     for_lower_triangle([&](int index, int a, int b) {
@@ -114,7 +116,8 @@ void TissueAssembler::assemble(const Matrix3X& x, const ElementRotations& rotati
     gather_nodes(where, model_.mesh->tetrahedra[t], local);
     if (tangent != Tangent::rest) rotations.element(t, q);
     const double pressure = model_.pressure.patches() == 0 ? 0 : mean_pressure(model_.pressure, t, patches.pressures);
-    const double factor = factors.stiffness + factors.stiffness_damping * model_.rayleigh_stiffness[t];
+    const double stiffness = stiffening_.empty() ? factors.stiffness : factors.stiffness * stiffening_[t];
+    const double factor = stiffness + factors.stiffness_damping * model_.rayleigh_stiffness[t];
     const Eigen::Matrix<double, 12, 12> k =
         corotational_tangent(model_.elements[t], local, q, tangent == Tangent::exact, pressure);
     for_lower_triangle([&](int index, int a, int b) {

@@ -30,7 +30,8 @@ constexpr MatrixFactors tick_factors(double h) {
 // Such matrices, all of one pattern, found once.
 class TissueAssembler {
  public:
-  explicit TissueAssembler(const TissueModel& model);
+  // `stiffening`: per tetrahedron, what its stiffness is multiplied by (tissue_memory.h); empty: 1.
+  explicit TissueAssembler(const TissueModel& model, std::vector<double> stiffening = {});
 
   // Overwrites `matrix`, which must be empty or come from this assembler.
   void assemble(const Matrix3X& x, const ElementRotations& rotations, Tangent tangent, const MatrixFactors& factors,
@@ -40,6 +41,7 @@ class TissueAssembler {
   void add_patches(const PatchGradients& gradients, const MatrixFactors& factors, SparseMatrix& matrix) const;
 
   const TissueModel& model_;
+  std::vector<double> stiffening_;              // of tissue that remembers
   SparseMatrix pattern_;                        // lower triangle, zeros
   std::vector<std::array<int, 78>> positions_;  // per element: where the lower triangle of its 12 x 12 goes, -1: nowhere
   std::vector<int> diagonal_;                   // per unknown

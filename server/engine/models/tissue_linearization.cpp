@@ -2,6 +2,7 @@
 #include "server/engine/models/tissue_linearization.h"
 
 #include <cassert>
+#include <optional>
 
 #include "server/engine/models/field_tick.h"
 #include "server/engine/models/tissue_step.h"
@@ -12,14 +13,18 @@ namespace {
 
 constexpr double kAheadShare = 1.0 / 6;  // of a tick's work, for columns that may be asked for soon
 
-// Elastic forces at x_k; on the first call of a tick also what the last tick's step came to, and its supports carried.
+// Elastic forces at x_k; on the first call of a tick also what the last tick's step came to, and its supports carried,
+// by the forces with which it ended, before tissue that remembers takes the strains there into memory.
 void evaluate(const TissueSystem& system, const TissueState& state, TissueScratch& scratch) {
   if (system.matrix == TissueMatrix::constant) {
     system.stiffness->forces(scratch.x, scratch.velocity, scratch.elastic);
   } else {
-    const ElementRotations& start = scratch.iteration == 0 ? state.rotations : scratch.element_rotations;
-    const bool inverted =
-        elastic_forces(system.model, scratch.x, start, scratch.element_rotations, scratch.elements, scratch.elastic);
+    const bool first = scratch.iteration == 0;
+    const ElementRotations& start = first ? state.rotations : scratch.element_rotations;
+    std::optional<MemoryArrays> memory;
+    if (system.memory) memory = system.memory->arrays(first ? *state.crept : scratch.crept);
+    const bool inverted = elastic_forces(system.model, scratch.x, start, scratch.element_rotations, scratch.elements,
+                                         scratch.elastic, memory ? &*memory : nullptr);
     scratch.inverted = scratch.inverted || inverted;
     if (scratch.iteration == 0 && state.step.share > 0) {
       scratch.step = state.v * (system.h / state.step.share);
@@ -35,6 +40,9 @@ void evaluate(const TissueSystem& system, const TissueState& state, TissueScratc
   if (scratch.iteration > 0) return;
   scratch.balance = {state.support, state.moved ? system.weight : Vector3(Vector3::Zero()), state.inertia};
   for (const int i : system.model.fixed_nodes) scratch.balance.support += scratch.elastic.col(i);
+  if (system.memory)
+    relax(system.model, *system.memory, scratch.x, scratch.element_rotations, *state.crept, scratch.crept,
+          scratch.elements, scratch.elastic);
 }
 
 bool refactorize(const TissueSystem& system, TissueScratch& scratch) {

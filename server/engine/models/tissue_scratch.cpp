@@ -41,6 +41,7 @@ TissueScratch::TissueScratch(const TissueSystem& system, int max_rows, int max_n
   rotations.setZero(4, system.model.nodes());
   rotations.row(0).setOnes();
   rotation_sums.setZero(4, system.rotation_grid.points);
+  if (system.memory) crept.resize(system.memory->given.size());
   y.setZero(system.model.unknowns());
   on_fixed.resize(static_cast<std::size_t>(max_rows));
   if (system.matrix == TissueMatrix::refactorized && !system.empty()) {

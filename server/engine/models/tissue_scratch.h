@@ -73,6 +73,7 @@ struct TissueScratch {
   Matrix3X elastic;                    // dPsi/dx at x_k
   ElementRotations element_rotations;  // there
   ElementRotations start_rotations;    // of the tick, from its second iteration on
+  std::vector<StrainBatch> crept;      // of tissue that remembers: z at the start of the tick
   Matrix4X rotations;                  // turned: of the nodes, made smooth; a deferred field has those of its window
   Matrix4X rotation_sums;              // for smoothing
   VectorX y;                           // in the factor's order

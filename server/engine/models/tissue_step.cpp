@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "server/engine/math/step_share.h"
 #include "server/engine/models/field_tick.h"
@@ -19,6 +20,9 @@ double merit_slope(double share, double descent, double resistance, const Matrix
   return -descent + share * resistance + (end_forces - start_forces).cwiseProduct(step).sum();
 }
 
+// Of K0 in the matrix.
+double least_stiffening(const TissueSystem& system) { return system.memory ? system.memory->least_stiffening : 1; }
+
 // dxᵀ (M/h² + B/h) dx of a step (J), the elements turned as given; `first`: of a tick's first step.
 double resistance(const TissueSystem& system, const Matrix3X& step, double descent, const ElementRotations& rotations,
                   bool first, TissueScratch& scratch) {
@@ -28,7 +32,7 @@ double resistance(const TissueSystem& system, const Matrix3X& step, double desce
     inertia += (system.model.mass[i] / h + system.model.mass_damping[i]) / h * step.col(i).squaredNorm();
   if (!system.damped) return inertia;
   if (system.matrix == TissueMatrix::turned && first)
-    return descent - (descent - inertia) / (1 + system.largest_damping / h);
+    return descent - (descent - inertia) / (1 + system.largest_damping / (h * least_stiffening(system)));
   damping_forces(system.model, step, rotations, scratch.elements, scratch.damping_force);
   return inertia + scratch.damping_force.cwiseProduct(step).sum() / h;
 }
@@ -71,11 +75,13 @@ double trusted_tissue_share(const TissueSystem& system, TissueScratch& scratch) 
   const double resisting = resistance(system, scratch.step, scratch.descent,
                                       first ? scratch.element_rotations : scratch.start_rotations, first, scratch);
   if (scratch.guarded > 0) --scratch.guarded;
+  std::optional<MemoryArrays> memory;
+  if (system.memory) memory = system.memory->arrays(scratch.crept);
   double share = 1;
   for (int i = 0; i < kMaxTissueTrials; ++i) {
     scratch.trial_x = scratch.x + share * scratch.step;
     elastic_forces(system.model, scratch.trial_x, i == 0 ? scratch.element_rotations : scratch.trial_rotations,
-                   scratch.trial_rotations, scratch.elements, scratch.trial_forces);
+                   scratch.trial_rotations, scratch.elements, scratch.trial_forces, memory ? &*memory : nullptr);
     const double end =
         merit_slope(share, scratch.descent, resisting, scratch.step, scratch.elastic, scratch.trial_forces);
     if (end <= scratch.descent) break;
@@ -124,6 +130,7 @@ void commit_tissue(const TissueSystem& system, TissueScratch& scratch, TissueSta
     }
   }
   std::swap(state.rotations.batches, scratch.element_rotations.batches);
+  if (system.memory) std::swap(*state.crept, scratch.crept);
 }
 
 }  // namespace acus

@@ -2,6 +2,7 @@
 #include "server/engine/models/tissue_system.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <stdexcept>
 
@@ -145,7 +146,13 @@ void finish_deferred_field(const TissueSystem& system, DeferredField& field) {
 }  // namespace
 
 TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMatrix kind, int window, bool threaded)
-    : model(tissue), h(time_step), matrix(kind), damped(has_stiffness_damping(tissue)), assembler(tissue) {
+    : model(tissue),
+      h(time_step),
+      matrix(kind),
+      damped(has_stiffness_damping(tissue)),
+      memory(tissue.branches > 0 ? std::optional<TissueMemory>(std::in_place, tissue, time_step) : std::nullopt),
+      assembler(tissue, memory ? memory->stiffening : std::vector<double>{}) {
+  assert(!memory || (matrix == TissueMatrix::turned && window == 0));
   large_step = kLargeStep * mean_element_size(*model.mesh);
   for (const double beta : model.rayleigh_stiffness) largest_damping = std::max(largest_damping, beta);
   for (const int i : model.free_nodes) weight += model.mass[i] * model.gravity;
@@ -163,10 +170,14 @@ TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMa
   }
 }
 
-double elastic_energy(const TissueSystem& system, const Matrix3X& x, const ElementRotations& rotations) {
-  if (!system.stiffness) return elastic_energy(system.model, x, rotations);
+double elastic_energy(const TissueSystem& system, const TissueState& state) {
+  if (!system.stiffness) {
+    const double elements = elastic_energy(system.model, state.x, state.rotations);
+    if (!system.memory) return elements;
+    return elements + memory_energy(system.model, *system.memory, state.x, state.rotations, *state.crept);
+  }
   Matrix3X displacement, forces;
-  system.stiffness->forces(x, displacement, forces);
+  system.stiffness->forces(state.x, displacement, forces);
   return forces.cwiseProduct(displacement).sum() / 2;
 }
 

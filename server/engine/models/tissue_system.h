@@ -25,6 +25,7 @@
 #include "server/engine/models/rotation_grid.h"
 #include "server/engine/models/tissue.h"
 #include "server/engine/models/tissue_assembler.h"
+#include "server/engine/models/tissue_memory.h"
 
 namespace acus {
 
@@ -41,7 +42,8 @@ struct TissueSystem {
   //
   // `window` > 0: the tissue has a deferred field of so many ticks (deferred_field.h), which takes matrix `turned`,
   // linear elements, supports and damping of the stiffness. Its factor is that of c2 K0. `threaded`: the work of
-  // windows has a thread of its own (field_worker.h).
+  // windows has a thread of its own (field_worker.h). Tissue that remembers (tissue_memory.h) takes matrix `turned` and
+  // no field.
   TissueSystem(const TissueModel& model, double h, TissueMatrix matrix, int window = 0, bool threaded = false);
   TissueSystem(const TissueSystem&) = delete;
   TissueSystem& operator=(const TissueSystem&) = delete;
@@ -55,6 +57,7 @@ struct TissueSystem {
   double largest_damping = 0;               // s, largest beta
   double large_step = 0;                    // m, of a node, to be looked at
   Vector3 weight = Vector3::Zero();         // of the free nodes (N)
+  std::optional<TissueMemory> memory;       // of tissue that remembers
   TissueAssembler assembler;
   SparseCholesky factor;                    // of the rest shape's matrix
   std::vector<int> position;                // per free node, of its first unknown in the factor
@@ -65,7 +68,7 @@ struct TissueSystem {
   std::vector<Matrix3> damping_sums;        // for each of them, sum over free rows of beta K0
 };
 
-// Energy of the rung's own elastic forces at x (3 x nodes, m), in J, with the elements' rotations found last.
-double elastic_energy(const TissueSystem& system, const Matrix3X& x, const ElementRotations& rotations);
+// Energy of the rung's own elastic forces (J), with the elements' rotations found last.
+double elastic_energy(const TissueSystem& system, const TissueState& state);
 
 }  // namespace acus

@@ -43,9 +43,9 @@ struct Interaction {
   double friction_static = 0.8;    // mu_s (-), >= friction_dynamic
   double friction_dynamic = 0.6;   // mu_d (-), >= 0
   double friction_viscous = 0;     // b (N s/m^2), >= 0: force per metre of shaft and m/s of slow sliding
-  double friction_thinning_speed = kInfinity;  // v_t (m/s), > 0: from which viscous friction grows less, as v^n
-  double friction_exponent = 0;                // n (-), in [0, 1]; 0: the viscous part has an end, b v_t
-  double friction_back = 1;                    // r (-), > 0: friction of a shaft drawn back over that of one pushed in
+  std::optional<double> friction_thinning_speed{};  // v_t (m/s), > 0: from which that grows less; absent: never
+  double friction_exponent = 0;  // n (-), in [0, 1]: far above v_t it grows as v^n; 0: it has an end, b v_t
+  double friction_back = 1;      // r (-), > 0: friction of a shaft drawn back over that of one pushed in
   // k (Pa), > 0, .inf allowed: lateral force per metre of shaft and metre off its path, of the tissue beside it that
   // the mesh does not resolve; absent: 1/foundation_compliance()
   std::optional<double> foundation_stiffness;

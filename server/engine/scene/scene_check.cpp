@@ -151,6 +151,8 @@ class Checker {
   }
 
   void check_rules(const Needle& needle, const std::string& path) const {
+    if (!needle.material.relaxation.empty())
+      fail(child_path(path, "material.relaxation"), "expected none, as needles do not relax, found some; remove it");
     if (needle.inner_diameter > kLargestBore * needle.outer_diameter) {
       const std::string field = child_path(path, "inner_diameter");
       fail(field, "expected a number <= " + format_number(kLargestBore) + " outer_diameter (" +
@@ -202,6 +204,9 @@ class Checker {
     check_distinct(tissue.regions, child_path(path, "regions"), names, "region");
     check_interfaces(tissue.interfaces, names, child_path(path, "interfaces"));
     if (tissue.window > 0) check_window(tissue, child_path(path, "window"));
+    for (std::size_t i = 0; i < tissue.regions.size(); ++i)
+      if (!tissue.regions[i].material.relaxation.empty())
+        check_relaxation(tissue, child_path(child_path(child_path(path, "regions"), i), "material.relaxation"));
     if (tissue.window_thread && tissue.window == 0)
       fail(child_path(path, "window_thread"),
            "expected false without a window, found true; set window to 16 ms in ticks");
@@ -221,6 +226,12 @@ class Checker {
         refuse("poisson_ratio above " + format_number(kMostPoissonOfWindow) + " in region \"" + region.name + "\"");
     }
     if (damping == 0) refuse("no rayleigh_stiffness in any region");
+  }
+
+  void check_relaxation(const Tissue& tissue, const std::string& field) const {
+    if (tissue.window > 0) fail(field, "expected none with a tissue.window, found some; set tissue.window to 0");
+    if (tissue.rung != TissueRung::warped && tissue.rung != TissueRung::refined && !tissue.left_out())
+      fail(field, "expected none in this tissue.rung, found some; rungs warped and refined have it");
   }
 
   void check_rules(const Scene& scene, const std::string& path) const {

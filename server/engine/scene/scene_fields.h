@@ -37,6 +37,16 @@ struct NamesOf<TissueRung> {
 };
 
 template <>
+struct FieldsOf<Relaxation> {
+  static constexpr const char* title = "relaxation";
+  static constexpr std::tuple list{
+      Field{"ratio", &Relaxation::ratio, "-", between(0, 1e3),
+            "g, stiffness of the branch over young_modulus, before it relaxes"},
+      Field{"time", &Relaxation::time, "s", between(1e-4, 1e6), "tau, in which it loses all but 1/e of its stress"},
+  };
+};
+
+template <>
 struct FieldsOf<Material> {
   static constexpr const char* title = "material";
   static constexpr std::tuple list{
@@ -47,6 +57,9 @@ struct FieldsOf<Material> {
             "damping in proportion to the mass matrix"},
       Field{"rayleigh_stiffness", &Material::rayleigh_stiffness, "s", between(0, 1000),
             "damping in proportion to the stiffness matrix"},
+      Field{"relaxation", &Material::relaxation, "", between(0, kMaxRelaxations),
+            "Prony series of tissue, whose young_modulus is that at rest: strained at once it is 1 + the sum of all "
+            "ratios times as stiff; rungs warped and refined, without a window"},
   };
 };
 
@@ -69,8 +82,8 @@ struct FieldsOf<Interaction> {
             "mu_d, friction coefficient of a shaft that slides"},
       Field{"friction_viscous", &Interaction::friction_viscous, "N s/m^2", between(0, 1e9),
             "b, friction per metre of shaft and m/s of slow sliding; at a speed v it is b v (1 + v/v_t)^(n - 1)"},
-      Field{"friction_thinning_speed", &Interaction::friction_thinning_speed, "m/s", or_infinite(between(1e-9, 1e3)),
-            "v_t, from which viscous friction grows less than in proportion to the speed; .inf: never"},
+      Field{"friction_thinning_speed", &Interaction::friction_thinning_speed, "m/s", between(1e-9, 1e3),
+            "v_t, from which viscous friction grows less than in proportion to the speed; absent: never"},
       Field{"friction_exponent", &Interaction::friction_exponent, "-", between(0, 1),
             "n, of the speed, far above friction_thinning_speed; 0: viscous friction has an end, b v_t"},
       Field{"friction_back", &Interaction::friction_back, "-", between(0.01, 100),

@@ -59,10 +59,12 @@ struct Walk {
     visit(value.tetrahedron);
     visit(value.weights);
   }
-  void visit(auto& value) requires std::is_same_v<std::remove_cvref_t<decltype(value)>, RotationBatch> {
-    static_assert(sizeof(RotationBatch) == 4 * kLanes * sizeof(double));
+  template <class T>
+  static constexpr bool kIsOctets = std::is_same_v<T, RotationBatch> || std::is_same_v<T, StrainBatch>;
+  void visit(auto& value) requires kIsOctets<std::remove_cvref_t<decltype(value)>> {
+    static_assert(sizeof value % sizeof(Octet) == 0);
     using Number = std::conditional_t<std::is_const_v<std::remove_reference_t<decltype(value)>>, const double, double>;
-    archive.doubles(reinterpret_cast<Number*>(&value), 4 * kLanes);
+    archive.doubles(reinterpret_cast<Number*>(&value), sizeof value / sizeof(double));
   }
   template <class T>
     requires requires(T& t) { t.derived().rowwise(); }

@@ -115,8 +115,7 @@ double Simulation::potential_energy() const {
 Energy Simulation::energy() const {
   Energy energy;
   energy.kinetic = kinetic_energy(model_.tissue, state_.tissue);
-  energy.elastic =
-      elastic_energy(model_.tissue_system, state_.tissue.x, state_.tissue.rotations) + state_.spring_energy;
+  energy.elastic = elastic_energy(model_.tissue_system, state_.tissue) + state_.spring_energy;
   energy.potential = potential_energy() - potential_at_start_;
   NeedleShape shape;
   for (int i = 0; i < model_.needle_count(); ++i) {

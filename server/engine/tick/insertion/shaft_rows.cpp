@@ -39,7 +39,7 @@ bool add_friction(const InsertionView& at, const Path& path, const VertexState& 
   const FrictionCone friction{
       .law = {.threshold = normal * (state.sliding ? law.friction_dynamic : law.friction_static),
               .viscosity = point.owned * law.friction_viscous / needle.h,
-              .thinning = law.friction_thinning_speed * needle.h,
+              .thinning = law.friction_thinning_speed.value_or(kInfinity) * needle.h,
               .exponent = law.friction_exponent},
       .back = law.friction_back};
   if (normal * law.friction_static == 0 && friction.law.viscosity == 0) return true;
