@@ -170,7 +170,7 @@ TEST_CASE("the check says what a scene leaves out, and where to put it in") {
 
   const std::string relaxing =
       summary_of("tissue: {regions: [{material: {relaxation: [{ratio: 0.6, time: 0.3}, {ratio: 0.4, time: 5}]}}]}");
-  CHECK(line_of(relaxing, "  tissue  384").ends_with("0, 0.01 0.6 in 0.3 s, 0.4 in 5 s"));
+  CHECK(line_of(relaxing, "  tissue  4374").ends_with("0, 0.01 0.6 in 0.3 s, 0.4 in 5 s"));
   CHECK(line_of(relaxing, "  relaxation") == "");
 
   const std::string plain = summary_of("needles: [{name: a}, {name: b}]");

@@ -304,6 +304,24 @@ TEST_CASE("fields at odds with each other") {
         "default)");
 }
 
+TEST_CASE("tissue that relaxes where it cannot") {
+  const std::string regions = "regions: [{material: {relaxation: [{ratio: 0.5, time: 2}]}}]";
+  CHECK(error_of("tissue: {" + regions + "}") == "no error");
+  CHECK(error_of("tissue: {rung: refined, element: nodal_pressure, " + regions + "}") == "no error");
+  CHECK(error_of("tissue: {rung: none, " + regions + "}") == "no error");
+  for (const std::string rung : {"linear", "exact"})
+    CHECK(error_of("tissue: {rung: " + rung + ", " + regions + "}")
+              .ends_with("tissue.regions[0].material.relaxation: expected none in this tissue.rung, found some; rungs "
+                         "warped and refined have it"));
+  CHECK(error_of("tissue: {window: 16, " + regions + "}")
+            .ends_with("relaxation: expected none with a tissue.window, found some; set tissue.window to 0"));
+  CHECK(
+      error_of("needles: [{material: {relaxation: [{}]}}]")
+          .ends_with("needles[0].material.relaxation: expected none, as needles do not relax, found some; remove it"));
+  CHECK(error_of("tissue: {regions: [{material: {relaxation: [{}, {}, {}, {}, {}]}}]}")
+            .ends_with("relaxation: expected a list of at most 4 entries, found a list of 5"));
+}
+
 TEST_CASE("shapes and directions that are none") {
   CHECK(error_of("tissue: {fixed: [{}]}") ==
         "scene.yaml:2:18: tissue.fixed[0]: expected a volume with box, sphere, half_space or cylinder, found none of "

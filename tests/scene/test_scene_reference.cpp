@@ -85,7 +85,10 @@ class SchemaOnReader {
     const auto scene = [](const std::string& value) {
       return "{acus_scene: 1" + (value == "{}" ? "" : ", " + value.substr(1, value.size() - 2)) + "}";
     };
-    walk_properties({"", YAML::Load(scene_schema()), scene}, visit);
+    const auto of_tissue = [&](const SchemaField& field) {  // needles share its fields, but do not relax
+      if (!field.path.starts_with("needles[0].material.relaxation")) visit(field);
+    };
+    walk_properties({"", YAML::Load(scene_schema()), scene}, of_tissue);
   }
 
   std::string error_of(const std::string& text) const {
@@ -229,7 +232,7 @@ TEST_CASE("the complete examples of scenes/README.md are scenes") {
     CHECK_NOTHROW(find_fixed_nodes(scene, mesh));
     ++count;
   }
-  CHECK(count == 13);
+  CHECK(count == 14);
 }
 
 TEST_CASE("every field stands in an example of scenes/README.md") {

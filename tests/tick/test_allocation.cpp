@@ -127,13 +127,21 @@ TEST_CASE("no tick allocates, locks or calls the kernel: a rigid needle" * docte
 TEST_CASE("no tick allocates, locks or calls the kernel: two needles" * doctest::test_suite("gate")) {
   check_scene(kWatchedScenes[5]);
 }
+TEST_CASE("no tick allocates, locks or calls the kernel: bases on springs" * doctest::test_suite("gate")) {
+  check_scene(kWatchedScenes[6]);
+  check_scene(kWatchedScenes[7]);
+}
 TEST_CASE("no tick allocates, locks or calls the kernel: nodal pressures in two regions" *
           doctest::test_suite("gate")) {
-  check_scene(kWatchedScenes[6]);
+  check_scene(kWatchedScenes[8]);
 }
-TEST_CASE("no tick allocates, locks or calls the kernel: springs in series with all laws" *
+TEST_CASE("no tick allocates, locks or calls the kernel: points of the mesh without springs in series" *
           doctest::test_suite("full")) {
-  check_scene(kWatchedScenes[7]);
+  check_scene(kWatchedScenes[9]);
+}
+TEST_CASE("no tick allocates, locks or calls the kernel: tissue that relaxes, friction that thins" *
+          doctest::test_suite("gate")) {
+  check_scene(kWatchedScenes[10]);
 }
 
 }  // namespace

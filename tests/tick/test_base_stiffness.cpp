@@ -174,6 +174,40 @@ TEST_CASE("with friction that thins and is less on the way back" * doctest::test
   }
 }
 
+TEST_CASE("friction that holds lets go where the model says, pushed in and drawn back, whose friction is less" *
+          doctest::test_suite("gate")) {
+  Scene scene = direct_scene();
+  scene.needles[0].rung = NeedleRung::rigid;
+  Interaction& law = scene.tissue.regions[0].interaction;
+  law.friction_back = 0.3;
+  law.friction_static = law.friction_dynamic;
+  law.cutting_force = 0;
+  Simulation simulation(scene), branch(scene);
+  const double h = 1 / scene.rate;
+  Pose pose = scene.needles[0].base;
+  const Vector3 ahead = pose.orientation * Vector3::UnitX();
+  for (int tick = 0; tick < 1 / h; ++tick)
+    step_to(simulation, pose = {pose.position + 0.02 * h * ahead, pose.orientation}, 0);
+  for (int tick = 0; tick < 0.2 / h; ++tick) step_to(simulation, pose, 0);
+  // Back by part of what it stands, so that it is stuck with the force of a push.
+  for (int tick = 0; tick < 20; ++tick) step_to(simulation, pose = {pose.position - 2e-7 * ahead, pose.orientation}, 0);
+  const State before = simulation.state();
+  step_to(simulation, pose, 0);
+  const BaseStiffness model = simulation.base_stiffnesses()[0];
+  REQUIRE(model.backward_limit == ModelLimit::slip);
+  const auto back = [&](double by) {
+    branch.restore(before);
+    step_to(branch, {pose.position - by * ahead, pose.orientation}, 0);
+    int sliding = 0;
+    for (const VertexState& vertex : branch.state().insertions[0].vertices)
+      sliding += vertex.friction > 0 && vertex.sliding;
+    return sliding;
+  };
+  MESSAGE("lets go ", 1e6 * model.backward, " um back");
+  CHECK(back(0.97 * model.backward) == 0);
+  CHECK(back(1.03 * model.backward) > 0);
+}
+
 TEST_CASE("with friction in one cone, spun while it goes in and while it rests") {
   Scene scene = direct_scene();
   scene.needles[0].torsional_friction = 1;

@@ -22,7 +22,8 @@ struct ScannedScene {
   bool second_needle = false;  // 15 mm beside the first
   TissueElement element = TissueElement::linear;
   LocalCompliance give = LocalCompliance::all;
-  bool held = false;  // all bases, by springs
+  bool held = false;     // all bases, by springs
+  bool relaxes = false;  // where the rung can: all tissue, and friction that thins and is another on the way back
 };
 
 inline constexpr std::array kWatchedScenes{
@@ -36,6 +37,7 @@ inline constexpr std::array kWatchedScenes{
     ScannedScene{.name = "insertion_pullback", .depth = 0.02, .rigid = true, .held = true},
     ScannedScene{.name = "inclusion_soft_needle", .depth = 0.012, .element = TissueElement::nodal_pressure},
     ScannedScene{.name = "inclusion_soft_needle", .depth = 0.06, .give = LocalCompliance::none},
+    ScannedScene{.name = "through", .depth = 0.06, .relaxes = true},
 };
 
 // Ways to solve a scene. Rung `exact` factorises in every tick, where CHOLMOD asks for memory.
@@ -65,6 +67,17 @@ inline void add_second_needle(Scene& scene) {
   scene.needles.push_back(second);
 }
 
+inline void let_relax(Scene& scene) {
+  if (scene.tissue.rung != TissueRung::warped && scene.tissue.rung != TissueRung::refined) return;
+  scene.tissue.window = 0;
+  for (Region& region : scene.tissue.regions) {
+    region.material.relaxation = {{.ratio = 0.6, .time = 0.05}, {.ratio = 0.4, .time = 1}};
+    region.interaction.friction_thinning_speed = 5e-3;
+    region.interaction.friction_exponent = 0.3;
+    region.interaction.friction_back = 0.5;
+  }
+}
+
 inline Scene load_watched(const ScannedScene& watched, const WatchedWay& way) {
   Scene scene = read_scene(source_path("scenes/") + watched.name + ".yaml");
   scene.tissue.rung = way.rung;
@@ -75,6 +88,7 @@ inline Scene load_watched(const ScannedScene& watched, const WatchedWay& way) {
   if (watched.rigid) scene.needles[0].rung = NeedleRung::rigid;
   if (watched.held) scene.needles[0].hold = BaseHold{};
   if (watched.second_needle) add_second_needle(scene);
+  if (watched.relaxes) let_relax(scene);
   return scene;
 }
 

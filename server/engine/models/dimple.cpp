@@ -54,17 +54,20 @@ DimpleSpring::DimpleSpring(const Material& material, double deep_indentation, do
 
 double DimpleSpring::radius(double f) const { return punch_radius(least_, slope4_, f); }
 
-double DimpleSpring::depth(double f) const { return punch_ * f * (1 / radius(f) - 1 / mesh_); }
+double DimpleSpring::depth(double force) const {
+  const double f = at_rest(force);
+  return punch_ * f * (1 / radius(f) - 1 / mesh_);
+}
 
-double DimpleSpring::compliance(double f) const {
-  const double r = radius(f);
+double DimpleSpring::compliance(double force) const {
+  const double f = at_rest(force), r = radius(f);
   const double deep = slope4_ * f * f / fourth_power(r);  // (r_d/r)⁴
-  return std::max(0.0, punch_ * ((1 - deep / 2) / r - 1 / mesh_));
+  return std::max(0.0, punch_ * ((1 - deep / 2) / r - 1 / mesh_)) / stiffening_;
 }
 
 // f D - the integral of D over f, which has a closed form.
-double DimpleSpring::energy(double f) const {
-  const double r = radius(f), s = least_;
+double DimpleSpring::energy(double force) const {
+  const double f = at_rest(force), r = radius(f), s = least_;
   const double rest = 2.0 / 3 * (r * r + r * s + s * s) / ((r + s) * (r * r + s * s));
   return punch_ * f * f * (1 / r - rest - 1 / (2 * mesh_));
 }

@@ -5,8 +5,8 @@
 //   D = (1 - nu²)/(2 E) f/r,   r = (r_0⁴ + r_d⁴)^(1/4),   r_0 = 0.86 a,   r_d = (1 - nu²)/2 sqrt(beta f/E),
 //
 // with a the needle's radius, E, nu and beta of the region (interaction.deep_indentation). A shallow dimple is a linear
-// spring, f = 2 E r_0 D/(1 - nu²) [Boussinesq 1885; Johnson, Contact Mechanics, 1985, sec. 3.2]; one that is deeper than
-// the needle is thick no longer depends on the needle,
+// spring, f = 2 E r_0 D/(1 - nu²) [Boussinesq 1885; Johnson, Contact Mechanics, 1985, sec. 3.2]; one that is deeper
+// than the needle is thick no longer depends on the needle,
 //
 //   f = beta E D²              [Shojaeifard, Bacca 2025, doi 10.1039/D5SM00502G; beta grows as the tissue stiffens with
 //                               strain]
@@ -17,8 +17,8 @@
 // up to 5.5 radii deep (tests/references/indentation.py): the edge is round, and tissue is drawn down beside it.
 //
 // beta. 0.2 is within 10 % of that body over all of this depth. The default, 2.1, is the dimple whose radius is that of
-// the force spread until linear tissue yields by as much. The loading of bovine liver by a needle of 1.27 mm [Okamura et
-// al. 2004] is of this form from 2 mm to the puncture 10 mm deep, with beta E = 13 to 14 kPa.
+// the force spread until linear tissue yields by as much. The loading of bovine liver by a needle of 1.27 mm [Okamura
+// et al. 2004] is of this form from 2 mm to the puncture 10 mm deep, with beta E = 13 to 14 kPa.
 //
 // The mesh's part. Elements that bear the whole strain fold, and a mesh does not resolve a tip. So the mesh is loaded
 // over a disc that is kSpread times as wide as the dimple at the puncture force f_p, of beta = 2.1 at least, and what
@@ -28,6 +28,8 @@
 //
 // where 0.69 edge is the radius that a point of a mesh answers with (local_compliance.h). With kSpread = 2 the spring's
 // stiffness is positive up to f_p on any mesh: d(f/r)/df >= 1/(2 r).
+//
+// In tissue that relaxes (relaxation.h) the spring does, too: f is then what bears the force f_r at rest.
 #pragma once
 
 #include "server/engine/models/dent.h"
@@ -43,11 +45,15 @@ class DimpleSpring {
   // Under a needle of diameter d (m) on elements of the size `edge` (m), for forces up to f_p (N), finite.
   DimpleSpring(const Material& material, double deep_indentation, double edge, double d, double f_p);
 
+  // In tissue that relaxes: f = G f_r - kept.
+  void relax(double stiffening, double kept) { stiffening_ = stiffening, kept_ = kept; }
+  double at_rest(double f) const { return (f + kept_) / stiffening_; }
+
   // At the force f (N), 0 <= f.
   double depth(double f) const;       // m
   double compliance(double f) const;  // m/N, of small changes, >= 0
-  double energy(double f) const;      // J, stored
-  LoadRadii radii(double f) const { return {radius(f), mesh_}; }
+  double energy(double f) const;      // J, stored at rest
+  LoadRadii radii(double f) const { return {radius(at_rest(f)), mesh_}; }
 
  private:
   double radius(double f) const;
@@ -56,6 +62,7 @@ class DimpleSpring {
   double slope4_ = 0;  // (r_d/sqrt f)⁴, m⁴/N²
   double least_ = 1;   // r_0 (m)
   double mesh_ = 1;    // R (m)
+  double stiffening_ = 1, kept_ = 0;  // G (-); N
 };
 
 // Of the dimple, r/0.925 (m), at which an even load on a disc sinks by D in the mean; of beta = 2.1 at least. d (m); f_p

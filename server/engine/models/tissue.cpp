@@ -57,14 +57,6 @@ void average_pressure(TissueModel& model, std::span<const int> region_of, std::s
   model.pressure = make_nodal_pressure(*model.mesh, region_of, volumes, modulus, damping);
 }
 
-void put_relaxation(TissueModel& model, std::span<const int> region_of, std::span<const Material> materials) {
-  const auto branches = static_cast<std::size_t>(model.branches);
-  model.relaxation.assign(model.elements.size() * branches, {.ratio = 0, .time = 1});
-  for (std::size_t t = 0; t < model.elements.size(); ++t)
-    std::ranges::copy(materials[region_of[t]].relaxation,
-                      model.relaxation.begin() + static_cast<std::ptrdiff_t>(t * branches));
-}
-
 void fill_lane(ElementBatch& batch, int lane, const TetrahedronShape<double>& s, const std::array<int, 4>& nodes) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) batch.shape.gradient[i][j][lane] = s.gradient[i][j];
@@ -108,7 +100,10 @@ TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> 
   }
   for (const Material& material : materials)
     model.branches = std::max(model.branches, static_cast<int>(material.relaxation.size()));
-  if (model.branches > 0) put_relaxation(model, region_of, materials);
+  if (model.branches > 0) {
+    model.materials.assign(materials.begin(), materials.end());
+    model.material_of.assign(region_of.begin(), region_of.end());
+  }
   if (element == TissueElement::nodal_pressure) average_pressure(model, region_of, materials.size());
   model.batches = make_batches(model);
   for (std::size_t b = 0; b < model.batches.size(); ++b) {

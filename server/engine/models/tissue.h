@@ -28,7 +28,8 @@ struct TissueModel {
   std::vector<double> rayleigh_stiffness;            // beta per tetrahedron (s)
   std::vector<Octet> batch_damping;                  // the same per batch
   int branches = 0;                                  // of what tissue remembers, most of a region
-  std::vector<Relaxation> relaxation;                // per tetrahedron and branch; g = 0 where it has fewer
+  std::vector<Material> materials;                   // of tissue that remembers, per region,
+  std::vector<int> material_of;                      // per tetrahedron
   VectorX mass;                                      // per node (kg)
   VectorX mass_damping;                              // per node: alpha m (kg/s)
   std::vector<int> free_index;                       // per node, -1 if fixed

@@ -12,23 +12,21 @@ namespace acus {
 TissueMemory::TissueMemory(const TissueModel& model, double h) : branches(model.branches), least_stiffening(0) {
   const std::size_t tetrahedra = model.elements.size(), batches = model.batches.size();
   const auto n = static_cast<std::size_t>(branches);
-  const auto taken_by = [&](const Relaxation& branch) { return -std::expm1(-h / branch.time); };
-  const auto given_by = [&](const Relaxation& branch) { return branch.ratio * std::exp(-h / branch.time); };
-  for (std::size_t t = 0; t < tetrahedra; ++t) {
-    double& sum = stiffening.emplace_back(1);
-    for (std::size_t i = 0; i < n; ++i) sum += given_by(model.relaxation[t * n + i]);
-  }
+  std::vector<RelaxationStep> steps;
+  for (const Material& material : model.materials) steps.emplace_back(material, h);
+  const auto step = [&](std::size_t t) { return steps[static_cast<std::size_t>(model.material_of[t])]; };
+  for (std::size_t t = 0; t < tetrahedra; ++t) stiffening.push_back(step(t).stiffening);
   least_stiffening = stiffening.empty() ? 1 : *std::ranges::min_element(stiffening);
   batch_stiffening.resize(batches);
   given.resize(batches * n);
   taken.resize(batches * n);
   for (std::size_t b = 0; b < batches; ++b)
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const std::size_t t = std::min(b * kLanes + lane, tetrahedra - 1);
-      batch_stiffening[b].at[lane] = stiffening[t];
+      const RelaxationStep& law = step(std::min(b * kLanes + lane, tetrahedra - 1));
+      batch_stiffening[b].at[lane] = law.stiffening;
       for (std::size_t i = 0; i < n; ++i) {
-        given[b * n + i].at[lane] = given_by(model.relaxation[t * n + i]);
-        taken[b * n + i].at[lane] = taken_by(model.relaxation[t * n + i]);
+        given[b * n + i].at[lane] = law.given[static_cast<Eigen::Index>(i)];
+        taken[b * n + i].at[lane] = law.taken[static_cast<Eigen::Index>(i)];
       }
     }
 }

@@ -31,6 +31,7 @@ void check_tissue(const Model& model, const Model& from) {
   require(ours.nodes.cols() == theirs.nodes.cols() && ours.nodes == theirs.nodes && ours.tetrahedra == theirs.tetrahedra,
           "another mesh");
   require(model.regions == from.regions, "other regions");
+  require(model.tissue.branches == from.tissue.branches, "another number of branches of relaxation");
 }
 
 // Nodes go on as fast as they are; what a deferred field has besides is how it gets there.

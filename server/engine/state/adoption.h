@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A state of one scene goes on in another that differs in numbers alone: materials, interactions, the direction of a bevel,
-// the rate. So worlds of what may be true branch from one that runs.
+// A state of one scene goes on in another that differs in numbers alone: materials, interactions, the direction of a
+// bevel, the rate. So worlds of what may be true branch from one that runs.
 //
-// Places, velocities, paths and forces of the laws stay; the first ticks carry what the other numbers make of them. Where
-// the rate differs, ticks are counted so that simulation time goes on, to half a tick, and the rhythm of commands begins
-// anew.
+// Places, velocities, paths and forces of the laws stay; the first ticks carry what the other numbers make of them.
+// Where the rate differs, ticks are counted so that simulation time goes on, to half a tick, and the rhythm of commands
+// begins anew. Tissue that relaxes has as many branches in both.
 #pragma once
 
 #include <stdexcept>

@@ -2,12 +2,15 @@
 // The state of a needle's insertion between ticks.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "server/engine/math/types.h"
 #include "server/engine/models/material_point.h"
+#include "server/engine/models/relaxation.h"
 #include "server/engine/state/enums.h"
 
 namespace acus {
@@ -42,6 +45,39 @@ struct TipState {
     visit("contact", self.contact);
     visit("cutting", self.cutting);
     visit("lateral", self.lateral);
+  }
+};
+
+// What the tissue finer than the mesh remembers beside a vertex or the tip (tick/insertion/spring_memory.h).
+struct PointMemory {
+  Eigen::Matrix<double, 3, Branches::RowsAtCompileTime> across =
+      Eigen::Matrix<double, 3, Branches::RowsAtCompileTime>::Zero();  // m, world, per branch
+  Branches along = Branches::Zero();                                  // m
+  double stretch = 0;                                                 // m, along, at the start of the tick
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("across", self.across);
+    visit("along", self.along);
+    visit("stretch", self.stretch);
+  }
+};
+struct SpringMemory {
+  std::vector<PointMemory> vertices;   // as many as a path can have
+  PointMemory tip;                     // inside; across alone
+  Branches dimple = Branches::Zero();  // N, of a tip on a surface
+
+  void clear() {
+    std::ranges::fill(vertices, PointMemory{});
+    tip = {};
+    dimple.setZero();
+  }
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("vertices", self.vertices);
+    visit("tip", self.tip);
+    visit("dimple", self.dimple);
   }
 };
 
@@ -83,6 +119,7 @@ struct Insertion {
   int last_alongside = -1;               // none where last < first
   std::vector<VertexState> vertices;     // as many as a path can have
   std::vector<ShaftCell> cells;          // of the whole needle, from its base
+  std::optional<SpringMemory> memory;    // in tissue that relaxes
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -97,6 +134,7 @@ struct Insertion {
     visit("last_alongside", self.last_alongside);
     visit("vertices", self.vertices);
     visit("cells", self.cells);
+    visit("memory", self.memory);
   }
 };
 
@@ -125,9 +163,10 @@ struct ShaftMonitor {
   }
 };
 
-// A needle outside, with room for the vertices of any path.
-inline Insertion make_insertion(int path_capacity, int shaft_cells) {
+// A needle outside, with room for the vertices of any path. `remembers`: the tissue relaxes.
+inline Insertion make_insertion(int path_capacity, int shaft_cells, bool remembers = false) {
   Insertion insertion;
+  if (remembers) insertion.memory.emplace().vertices.resize(static_cast<std::size_t>(path_capacity));
   insertion.cells.resize(static_cast<std::size_t>(shaft_cells));
   insertion.vertices.resize(static_cast<std::size_t>(path_capacity));
   return insertion;

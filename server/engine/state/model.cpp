@@ -35,6 +35,14 @@ std::vector<Material> materials_of(const Scene& scene) {
   return all;
 }
 
+std::vector<RelaxationStep> relaxation_of(const Scene& scene, double h) {
+  std::vector<RelaxationStep> all;
+  const auto relaxes = [](const Region& region) { return !region.material.relaxation.empty(); };
+  if (std::ranges::none_of(scene.tissue.regions, relaxes)) return all;
+  for (const Region& region : scene.tissue.regions) all.emplace_back(region.material, h);
+  return all;
+}
+
 std::vector<double> element_sizes_of(const TetrahedralMesh& mesh) {
   std::vector<double> sizes;
   for (int t = 0; t < mesh.tetrahedron_count(); ++t) sizes.push_back(element_size(mesh, t));
@@ -128,6 +136,7 @@ Model::Model(const Scene& s, const Progress& progress, std::optional<Tetrahedral
       mesh(placed(s, own_mesh ? *std::move(own_mesh) : announced(progress, "mesh", [&] { return read_mesh(s); }))),
       regions(announced(progress, "regions", [&] { return assign_regions(s, mesh); })),
       interactions(interactions_of(s)),
+      relaxation(relaxation_of(s, h)),
       element_sizes(element_sizes_of(mesh)),
       fingerprint(acus::fingerprint(s, mesh, regions)),
       force_rounding(force_rounding_of(s, mesh, regions, element_sizes)),

@@ -37,6 +37,7 @@ struct Model {
   TetrahedralMesh mesh;                    // at its place in the world
   std::vector<int> regions;                // per tetrahedron
   std::vector<Interaction> interactions;   // per region, pressure filled in
+  std::vector<RelaxationStep> relaxation;  // per region, none where no tissue relaxes
   std::vector<double> element_sizes;       // per tetrahedron: the edge of a regular one of the same volume (m)
   std::uint64_t fingerprint;               // which scene it is (scene/fingerprint.h)
   double force_rounding;                   // N, what rounding may leave of a sum of the elements' forces

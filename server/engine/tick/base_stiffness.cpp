@@ -57,11 +57,21 @@ void meet_cone(const Rows::Cone& cone, const Eigen::Vector2d& force, const Eigen
     meet(size, slip_change.dot(slip) / size, 0, ModelLimit::slip, result);
     return;
   }
-  for (const double way : {-1.0, 1.0}) {  // the half of the circle or ellipse that lies there
-    const Eigen::Vector2d axes(cone.friction.stretch(way * force_change[0]), 1);
+  // Where the line leaves the circle or ellipse whose half the force is in, or the one of the other half.
+  const auto exit = [&](double stretch, bool own, double way) {
+    const Eigen::Vector2d axes(stretch, 1);
     const Eigen::Vector2d from = force.cwiseQuotient(axes), change = force_change.cwiseQuotient(axes);
-    const double a = change.squaredNorm(), b = from.dot(change), c = std::min(0.0, from.squaredNorm() - T * T);
-    if (a > 0) meet((b - way * std::sqrt(b * b - a * c)) / a, 1, 0, ModelLimit::slip, result);
+    const double a = change.squaredNorm(), b = from.dot(change), rest = from.squaredNorm() - T * T;
+    const double c = own ? std::min(0.0, rest) : rest;
+    return a > 0 && b * b >= a * c ? (way * std::sqrt(b * b - a * c) - b) / a : kInfinity;
+  };
+  const double own = cone.friction.stretch(force[0]);
+  for (const double way : {-1.0, 1.0}) {
+    double s = exit(own, true, way);
+    if (!std::isfinite(s)) continue;
+    const double there = cone.friction.stretch(force[0] + s * force_change[0]);
+    if (there != own) s = exit(there, false, way);
+    if (std::isfinite(s)) meet(s, -1, 0, ModelLimit::slip, result);
   }
 }
 

@@ -34,7 +34,11 @@ void add_dent(const Vector3& centre, const Vector3& move, const LoadRadii& radii
 void add_contact(const InsertionView& at, const Insertion& insertion, DrawnTissue& drawn) {
   const MaterialPoint& touched = insertion.touched;
   const Vector3 centre = at.tissue.position(touched);
-  const DimpleSpring dimple = at.tissue.dimple_spring(touched, at.parameters.outer_diameter);
+  DimpleSpring dimple = at.tissue.dimple_spring(touched, at.parameters.outer_diameter);
+  if (at.tissue.relaxes()) {
+    const RelaxationStep& law = at.tissue.relaxation_of(touched);
+    dimple.relax(law.stiffening, law.given.dot(insertion.memory->dimple));
+  }
   add_dent(centre, at.needle.tip().position - centre, dimple.radii(insertion.tip.contact), drawn);
 }
 

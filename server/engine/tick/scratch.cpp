@@ -19,7 +19,8 @@ Scratch::Scratch(const Model& model, const Progress& progress)
   for (int i = 0; i < model.needle_count(); ++i) {
     const Needle& needle = model.scene.needles[i];
     needles.emplace_back(model.needles[i], model.h, max_tissue_rows(model.scene, needle) + max_guide_rows(model.scene));
-    insertions.emplace_back(max_shaft_points(needle, spacing), model.path_vertices, shaft_cells(needle));
+    insertions.emplace_back(max_shaft_points(needle, spacing), model.path_vertices, shaft_cells(needle),
+                            !model.relaxation.empty());
     start_shapes.push_back(needles[i].shape());
     bases.push_back(base_at(needle.base));
   }
@@ -40,7 +41,9 @@ TissueView tissue_view(const Model& model, const Matrix3X& x_start, const Matrix
           model.regions,
           x_start,
           x,
-          model.scene.tissue.local_compliance == LocalCompliance::all};
+          model.scene.tissue.local_compliance == LocalCompliance::all,
+          0,
+          model.relaxation};
 }
 
 InsertionView insertion_view(const Model& model, const State& state, const Scratch& scratch, int needle) {

@@ -8,6 +8,7 @@
 #include "server/engine/models/dimple.h"
 #include "server/engine/models/groove.h"
 #include "server/engine/models/needle.h"
+#include "server/engine/models/relaxation.h"
 #include "server/engine/models/surface.h"
 #include "server/engine/scene/scene.h"
 #include "server/engine/state/borders.h"
@@ -31,9 +32,12 @@ struct TissueView {
   const Matrix3X& x;                          // x_k
   bool local_compliance = true;               // tissue.local_compliance: all
   double surface_moved = 0;                   // m, State::surface_moved
+  std::span<const RelaxationStep> relaxation{};  // per region, none where no tissue relaxes
 
   int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
   const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
+  bool relaxes() const { return !relaxation.empty(); }
+  const RelaxationStep& relaxation_of(const MaterialPoint& p) const { return relaxation[region(p)]; }
   // What a tip at a point meets at the border into another region.
   const Border& border(const MaterialPoint& from, int into) const { return borders.at(region(from), into); }
   // A face that the point lies on and behind which a region begins that holds tips.

@@ -10,8 +10,8 @@ Vector3 InsertionView::cutting_direction() const {
   return needle.shape.frames.back() * parameters.cutting_direction.normalized();
 }
 
-InsertionScratch::InsertionScratch(int shaft_capacity, int path_capacity, int shaft_cells)
-    : next(make_insertion(path_capacity, shaft_cells)), turned(path_capacity) {
+InsertionScratch::InsertionScratch(int shaft_capacity, int path_capacity, int shaft_cells, bool remembers)
+    : next(make_insertion(path_capacity, shaft_cells, remembers)), turned(path_capacity) {
   located.contacts = Bounded<ShaftContact>(static_cast<std::size_t>(shaft_cells));
   located.shaft = Bounded<ShaftPoint>(static_cast<std::size_t>(shaft_capacity));
 }

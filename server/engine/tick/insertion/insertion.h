@@ -77,6 +77,7 @@ struct Obstacle {
   MaterialPoint material;  // the same point, of the tetrahedron on the tip's side
   std::optional<ContactPatch> patch;  // which bears the contact, on the tissue's surface; none on a border
   DimpleSpring dimple{};              // under the tip; does not yield on a border
+  double dimple_before = 0;           // m, its depth at the start of the tick
   bool under = true;                  // the tip presses on it, or will in this tick
 };
 
@@ -110,7 +111,7 @@ struct InsertionScratch {
   bool puncturing = false;  // the contact force reached f_p
   bool cutting = false;     // the cutting force reached f_c
 
-  InsertionScratch(int shaft_capacity, int path_capacity, int shaft_cells);
+  InsertionScratch(int shaft_capacity, int path_capacity, int shaft_cells, bool remembers = false);
 
   // The path that the needle is in.
   const Path& path(std::span<const Path> paths) const {

@@ -10,6 +10,7 @@
 #include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/path_wall.h"
 #include "server/engine/tick/insertion/shaft_contact.h"
+#include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tip_place.h"
 
 namespace acus {
@@ -89,7 +90,8 @@ std::optional<SurfacePoint> find_next_surface(const InsertionView& at, const Ins
   return closest;
 }
 
-Obstacle surface_obstacle(const InsertionView& at, const SurfacePoint& point) {
+// `contact`: the tip's force on it in the last tick (N).
+Obstacle surface_obstacle(const InsertionView& at, const SurfacePoint& point, double contact) {
   Obstacle obstacle;
   obstacle.at = point;
   obstacle.material = at.tissue.surface.material(point);
@@ -97,6 +99,7 @@ Obstacle surface_obstacle(const InsertionView& at, const SurfacePoint& point) {
   const double radius = at.tissue.contact_radius(obstacle.material, at.parameters.outer_diameter);
   obstacle.patch = make_contact_patch(at.tissue, obstacle.material, radius);
   obstacle.dimple = at.tissue.dimple_spring(obstacle.material, at.parameters.outer_diameter);
+  obstacle.dimple_before = obstacle.dimple.depth(contact);
   obstacle.at.normal = obstacle.patch->normal;
   return obstacle;
 }
@@ -113,7 +116,7 @@ void locate_outside(const InsertionView& at, std::span<const Path> paths, std::s
     pick_up(at, mouth, paths, scratch);
     return;
   }
-  scratch.located.obstacle = surface_obstacle(at, *point);
+  scratch.located.obstacle = surface_obstacle(at, *point, scratch.next.tip.contact);
 }
 
 // A vertex that was not alongside in the last tick takes over the traction of the one before it.
@@ -174,7 +177,8 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionScratch& 
   scratch.located.tip.supported = share_length(shaft, end, !through);
   scale_owned_lengths(at, path, scratch.next, shaft, end);
   if (!through) return;
-  if (const auto point = find_next_surface(at, scratch.next)) scratch.located.obstacle = surface_obstacle(at, *point);
+  if (const auto point = find_next_surface(at, scratch.next))
+    scratch.located.obstacle = surface_obstacle(at, *point, scratch.next.tip.contact);
 }
 
 }  // namespace
@@ -193,6 +197,7 @@ void locate_insertion(const InsertionView& at, const Insertion& before, std::spa
   const Bounded<ShaftPoint>& shaft = scratch.located.shaft;
   take_over_traction(scratch.next, {shaft.begin(), shaft.end()});
   take_over_friction(scratch.next, {shaft.begin(), shaft.end()});
+  if (at.tissue.relaxes()) relax_springs(at, before, scratch.next.path >= 0 ? &scratch.path(paths) : nullptr, scratch);
   scratch.next.first_alongside = shaft.empty() ? 0 : shaft.front().vertex;
   scratch.next.last_alongside = shaft.empty() ? -1 : shaft.back().vertex;
   find_shaft_contacts(at, scratch);

@@ -28,9 +28,14 @@ double strained_force(const VertexState& state, double owned, double axial) {
   return far && !state.sliding ? std::clamp(force, -most, most) : force;
 }
 
+// What a friction row's spring has crept in the last tick (m); `axial_stretch`: of the traction, at rest.
+double crept_along(const RelaxationStep& law, double axial_stretch, const PointMemory& memory) {
+  return (axial_stretch + law.given.dot(memory.along)) / law.stiffening - memory.stretch;
+}
+
 // `row` stands at the vertex along the path's tangent.
-bool add_friction(const InsertionView& at, const Path& path, const VertexState& state, const ShaftPoint& point,
-                  Row& row, Rows& rows) {
+bool add_friction(const InsertionView& at, const Path& path, const VertexState& state, const PointMemory* memory,
+                  const ShaftPoint& point, Row& row, Rows& rows) {
   const TissueView& tissue = at.tissue;
   const NeedleView& needle = at.needle;
   const MaterialPoint& material = row.in_tissue.a;
@@ -46,9 +51,11 @@ bool add_friction(const InsertionView& at, const Path& path, const VertexState& 
   const Vector3 before = needle.start_position(point.s) - tissue.start_position(material);
   const double axial = tissue.axial_compliance(material, needle.model.diameter);
   row.role = RowRole::friction;
-  row.compliance = axial / std::max(point.owned, kLeastOwned * path.spacing);
+  const double stiffening = memory != nullptr ? tissue.relaxation_of(material).stiffening : 1;
+  row.compliance = axial / std::max(point.owned, kLeastOwned * path.spacing) / stiffening;
   row.gap = row.n.dot(row.on_needle.position - tissue.position(material) - before) -
             row.compliance * strained_force(state, point.owned, axial);
+  if (memory != nullptr) row.gap += crept_along(tissue.relaxation_of(material), axial * state.traction, *memory);
   const double share = at.parameters.torsional_friction;
   if (share == 0 && friction.back == 1 && friction.law.is_linear())
     return rows.add(row, {LawKind::friction, friction.law.threshold, friction.law.viscosity}, state.friction);
@@ -71,7 +78,14 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionSc
   const VertexState& state = scratch.next.vertices[point.vertex];
   const MaterialPoint& material = path.vertices[point.vertex];
   const CurvePoint on_needle = curve_point(at.needle.model, at.needle.shape, point.s);
-  const Vector3 apart = on_needle.position - tissue.position(material);
+  const PointMemory* memory = tissue.relaxes() ? &scratch.next.memory->vertices[point.vertex] : nullptr;
+  Vector3 apart = on_needle.position - tissue.position(material);
+  double stiffening = 1;
+  if (memory != nullptr) {
+    const RelaxationStep& law = tissue.relaxation_of(material);
+    stiffening = law.stiffening;
+    apart += memory->across * law.given / stiffening;
+  }
   Row row{at.needle_index, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0};
   const auto beside = [&](const MaterialPoint& p) {
     return tissue.lateral_compliance(p, at.needle.model.diameter) / std::max(point.supported, kLeastSupported);
@@ -82,14 +96,14 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionSc
   for (const Vector3& n : across) {
     row.n = n;
     row.gap = n.dot(apart);
-    all = rows.add(row, {.compliance = beside(material)}, state.lateral.dot(n)) && all;
+    all = rows.add(row, {.compliance = beside(material) / stiffening}, state.lateral.dot(n)) && all;
   }
   // A tip nearer to this vertex than to the next has the support row itself.
   const TipPlace& tip = scratch.located.tip;
   const bool at_tip = !tip.at_end && &point == &scratch.located.shaft.back() && tip.point.u < 0.5;
   if (!at_tip) all = add_support(at, row, beside, rows) && all;
   row.n = point.tangent;
-  return add_friction(at, path, state, point, row, rows) && all;
+  return add_friction(at, path, state, memory, point, row, rows) && all;
 }
 
 }  // namespace acus

@@ -18,6 +18,8 @@
 // stretch is a large part of l, lambda_n is at most the last friction: l t_n would grow with the motion that the spring
 // has to resist.
 //
+// In tissue that relaxes the springs do, too (spring_memory.h).
+//
 // Torsional friction, if the needle has it, is one more row (rows.h), in one cone with the friction row
 // (laws/friction_cone.h). Its slip is taken at the needle's radius times torsional_friction, so that this is the share
 // of the friction force that resists spin. Friction with neither threshold nor viscosity has no row.

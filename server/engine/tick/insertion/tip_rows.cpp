@@ -42,8 +42,7 @@ double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const Tip
   const NeedleView& needle = at.needle;
   const Vector3& n = obstacle.at.normal;
   const ContactPoint contact_point(at.tissue, obstacle, tip);
-  const double start =
-      obstacle.dimple.depth(tip.contact) + n.dot(needle.start_tip() - contact_point.start) - contact_point.rise;
+  const double start = obstacle.dimple_before + n.dot(needle.start_tip() - contact_point.start) - contact_point.rise;
   const double apart = n.dot(needle.tip().position - contact_point.now) - contact_point.rise;
   if (!obstacle.patch || tip.contact == 0) return apart - std::min(0.0, start + recovery * needle.h);
   // A tip that slides follows hollows and bulges of the surface.
@@ -124,8 +123,13 @@ bool add_cutting(const InsertionView& at, const Path& path, const InsertionScrat
 bool add_lateral(const InsertionView& at, const InsertionScratch& scratch, Rows& rows) {
   const TipPlace& place = scratch.located.tip;
   const CurvePoint tip = at.needle.tip();
-  const double compliance = tip_lateral_compliance(at, place.point.a, place.supported);
-  const Vector3 apart = tip.position - at.tissue.position(place.point);
+  double compliance = tip_lateral_compliance(at, place.point.a, place.supported);
+  Vector3 apart = tip.position - at.tissue.position(place.point);
+  if (at.tissue.relaxes()) {
+    const RelaxationStep& law = at.tissue.relaxation_of(place.point.a);
+    compliance /= law.stiffening;
+    apart += scratch.next.memory->tip.across * law.given / law.stiffening;
+  }
   Vector3 across[2];
   perpendicular_basis(place.tangent, across[0], across[1]);
   bool all = true;

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/insertion/spring_memory.h"
+
+namespace acus {
+
+namespace {
+
+// Off a path along the unit tangent, at the start of the tick (m).
+Vector3 stretch_across(const Vector3& on_needle, const Vector3& on_path, const Vector3& tangent) {
+  const Vector3 apart = on_needle - on_path;
+  return tangent.dot(apart) * tangent - apart;
+}
+
+void creep_across(const RelaxationStep& law, const Vector3& stretch, PointMemory& memory) {
+  memory.across += (stretch.replicate<1, Branches::RowsAtCompileTime>() - memory.across) * law.taken.asDiagonal();
+}
+
+void relax_vertices(const InsertionView& at, const Insertion& before, const Path& path, InsertionScratch& scratch) {
+  Branches along_before = Branches::Zero();
+  for (const ShaftPoint& point : scratch.located.shaft) {
+    const MaterialPoint& material = path.vertices[point.vertex];
+    const RelaxationStep& law = at.tissue.relaxation_of(material);
+    PointMemory& memory = scratch.next.memory->vertices[point.vertex];
+    // As it takes over the traction of the one before it (location.cpp); across it is where the tip was.
+    if (!is_alongside(before, point.vertex))
+      memory = {.across = scratch.next.memory->tip.across,
+                .along = point.mouth ? Branches(Branches::Zero()) : along_before};
+    along_before = memory.along;
+    creep_across(law,
+                 stretch_across(at.needle.start_position(point.s), at.tissue.start_position(material), point.tangent),
+                 memory);
+    const double axial = at.tissue.axial_compliance(material, at.needle.model.diameter);
+    const double traction = scratch.next.vertices[point.vertex].traction;
+    memory.stretch = (axial * traction + law.given.dot(memory.along)) / law.stiffening;
+    memory.along += law.taken.cwiseProduct(Branches::Constant(memory.stretch) - memory.along);
+  }
+}
+
+void relax_tip(const InsertionView& at, InsertionScratch& scratch) {
+  const TipPlace& place = scratch.located.tip;
+  const Vector3 on_path = tissue_position(at.tissue.mesh, at.tissue.x_start, place.point);
+  creep_across(at.tissue.relaxation_of(place.point.a), stretch_across(at.needle.start_tip(), on_path, place.tangent),
+               scratch.next.memory->tip);
+}
+
+// A tip that has let go finds the next surface at rest.
+void relax_dimple(const InsertionView& at, InsertionScratch& scratch) {
+  Branches& crept = scratch.next.memory->dimple;
+  if (!touches(scratch.next)) crept.setZero();
+  if (!scratch.located.obstacle || !scratch.located.obstacle->patch) return;
+  Obstacle& obstacle = *scratch.located.obstacle;
+  const RelaxationStep& law = at.tissue.relaxation_of(obstacle.material);
+  const double force = scratch.next.tip.contact;
+  obstacle.dimple.relax(law.stiffening, law.given.dot(crept));
+  obstacle.dimple_before = obstacle.dimple.depth(force);
+  crept += law.taken.cwiseProduct(Branches::Constant(obstacle.dimple.at_rest(force)) - crept);
+  obstacle.dimple.relax(law.stiffening, law.given.dot(crept));
+}
+
+}  // namespace
+
+void relax_springs(const InsertionView& at, const Insertion& before, const Path* path, InsertionScratch& scratch) {
+  if (path != nullptr) relax_vertices(at, before, *path, scratch);
+  if (path != nullptr && scratch.next.phase == Phase::inside) {
+    relax_tip(at, scratch);
+  } else {
+    scratch.next.memory->tip = {};
+  }
+  relax_dimple(at, scratch);
+}
+
+}  // namespace acus

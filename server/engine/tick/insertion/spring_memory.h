@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Springs of the tissue that the mesh does not resolve (models/local_compliance.h, models/dimple.h), where the tissue
+// relaxes: they do so, too (models/relaxation.h). A spring of the compliance e at rest has the stretch
+//
+//   u' = (e f' + S)/G,   S = sum of g_i (1 - alpha_i) z_i,
+//
+// z_i (m) being the stretch to which branch i has crept: rows have the compliance e/G and S/G in their gaps. Across a
+// shaft the stretch is how far the needle is off its path; along it, what friction has strained (shaft_rows.h). The
+// dimple, whose spring is nonlinear, remembers the force that it would bear at rest.
+//
+// A vertex that comes alongside takes over what the one before it and the tip remember. Memories are in the world's axes:
+// where the tissue turns with a needle in it they do not, until they have decayed. A dimple follows a tip that slides.
+//
+// What is ahead of a tip inside, what supports a shaft beyond a border, the groove under one that lies on a surface and
+// the advance of a path's wall (path_wall.h) are those of tissue at rest. The energy that springs store
+// (State::spring_energy) is that of springs of e/G, without their branches.
+#pragma once
+
+#include "server/engine/tick/insertion/insertion.h"
+
+namespace acus {
+
+// Stage 4, once the vertices alongside and the obstacle are known: the springs creep by what the last tick has left.
+// `before`: of the last tick; `path`: the needle's, or null.
+void relax_springs(const InsertionView& at, const Insertion& before, const Path* path, InsertionScratch& scratch);
+
+}  // namespace acus

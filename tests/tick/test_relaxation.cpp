@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tissue that relaxes, as a needle feels it: what is strained at once and held falls as its Prony series, the mesh's
+// part and that of the springs finer than the mesh alike.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "server/engine/state/state_bytes.h"
+#include "tests/tick/bench.h"
+
+namespace acus::test {
+namespace {
+
+constexpr Relaxation kFast{.ratio = 0.6, .time = 0.2}, kSlow{.ratio = 0.4, .time = 1};
+
+double prony(double t) { return 1 + kFast.ratio * std::exp(-t / kFast.time) + kSlow.ratio * std::exp(-t / kSlow.time); }
+
+Scene relaxing_scene(bool relaxes = true) {
+  Scene scene = block_scene(0.06);
+  Material& material = scene.tissue.regions[0].material;
+  material.rayleigh_stiffness = 2e-3;  // ends waves
+  if (relaxes) material.relaxation = {kFast, kSlow};
+  scene.needles[0].rung = NeedleRung::rigid;
+  return scene;
+}
+
+Vector3 force(const Bench& bench) { return bench.needle().base_force; }
+
+// The change of the base's force along a move (m) of a few ticks, over what tissue at rest answers to it, at times
+// (s) after the move.
+std::vector<double> answers(const std::function<void(Bench&)>& prepare, const Scene& scene, const Scene& at_rest,
+                            const Vector3& move, const std::vector<double>& times) {
+  const auto moved = [&](Bench& bench) {
+    prepare(bench);
+    const Vector3 before = force(bench);
+    bench.move(0, move, 0.1);
+    return before;
+  };
+  Bench still(at_rest);
+  const Vector3 rest = moved(still);
+  still.wait(1);
+  const double expected = (force(still) - rest).dot(move);
+  Bench bench(scene);
+  const Vector3 before = moved(bench);
+  std::vector<double> found;
+  double t = 0;
+  for (const double time : times) {
+    bench.wait(time - t);
+    t = time;
+    found.push_back((force(bench) - before).dot(move) / expected);
+  }
+  CHECK(bench.flags() == 0);
+  return found;
+}
+
+void check_prony(const std::vector<double>& found, const std::vector<double>& times, double within) {
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    CAPTURE(times[i]);
+    MESSAGE("after ", times[i], " s: ", found[i], ", Prony series ", prony(times[i]));
+    CHECK(found[i] == doctest::Approx(prony(times[i])).epsilon(within).scale(0));
+  }
+}
+
+const std::vector<double> kTimes{0.1, 0.2, 0.5, 2};
+
+}  // namespace
+
+TEST_CASE("a tip that presses on the skin and holds feels the Prony series" * doctest::test_suite("gate")) {
+  const auto prepare = [](Bench& bench) { bench.push(0, 0.005, 0.05); };
+  Scene scene = relaxing_scene(), at_rest = relaxing_scene(false);
+  const Vector3 down(0, 0, -1e-4);
+  check_prony(answers(prepare, scene, at_rest, down, kTimes), kTimes, 3e-3);
+}
+
+TEST_CASE("a needle inside that is moved aside, or drawn while friction holds it, and held feels the Prony series" *
+          doctest::test_suite("gate")) {
+  const auto prepare = [](Bench& bench) {
+    bench.push(0, 0.035, 0.02);
+    bench.wait(6);  // until what it has strained on its way has relaxed
+  };
+  check_prony(answers(prepare, relaxing_scene(), relaxing_scene(false), Vector3(2e-4, 0, 0), kTimes), kTimes, 3e-3);
+  // The spring ahead of the tip, which is let go, does not relax; without a cut there is none.
+  check_prony(answers(prepare, relaxing_scene(), relaxing_scene(false), Vector3(0, 0, 1e-4), kTimes), kTimes, 0.08);
+  Scene uncut = relaxing_scene(), uncut_at_rest = relaxing_scene(false);
+  for (Scene* each : {&uncut, &uncut_at_rest}) each->tissue.regions[0].interaction.cutting_force = 0;
+  check_prony(answers(prepare, uncut, uncut_at_rest, Vector3(0, 0, 1e-4), kTimes), kTimes, 5e-3);
+}
+
+TEST_CASE("friction of a needle that has hardly entered acts against it in every tick" * doctest::test_suite("gate")) {
+  Scene scene = relaxing_scene();
+  scene.tissue.regions[0].material.relaxation[0].ratio = 3;
+  scene.tissue.regions[0].interaction.puncture_force = 0.02;
+  scene.tissue.regions[0].interaction.cutting_force = 0.01;
+  Bench bench(scene);
+  int inside = 0;
+  bench.each_tick = [&] {
+    if (bench.needle().phase != Phase::inside) return;
+    ++inside;
+    CHECK(bench.needle().friction_force.dot(bench.axis()) <= 1e-9);
+  };
+  bench.push(0, 0.0055, 2e-3);
+  CHECK(inside > 50);
+}
+
+// Largest step of the base's force in a tick, but at events and in the two ticks after them.
+double largest_step(bool relaxes) {
+  Scene scene = relaxing_scene(relaxes);
+  scene.needles[0].rung = NeedleRung::flexible;
+  scene.needles[0].cutting_direction = {1, 0.05, 0};
+  Bench bench(scene);
+  double before = 0, step = 0;
+  int since_event = 0;
+  bench.each_tick = [&] {
+    since_event = bench.simulation().report().events.empty() ? since_event + 1 : 0;
+    if (since_event > 2) step = std::max(step, std::abs(bench.resistance() - before));
+    before = bench.resistance();
+  };
+  bench.push(0, 0.06, 0.01);
+  bench.wait(1);
+  bench.push(0, 0.015, 0.01);  // out below
+  bench.wait(1);
+  bench.push(0, -0.08, 0.01);
+  bench.push(0, 0.03, 0.01);  // by the old mouth
+  CHECK(bench.events(EventKind::exit).size() == 1);
+  CHECK(bench.events(EventKind::withdrawal).size() == 1);
+  CHECK(bench.events(EventKind::reentry).size() == 2);
+  CHECK(bench.flags() == 0);
+  return step;
+}
+
+TEST_CASE("a bevel that cuts, leaves, comes back and enters again meets steps as in tissue at rest, times its stiffness" *
+          doctest::test_suite("gate")) {
+  const double at_rest = largest_step(false), relaxing = largest_step(true);
+  MESSAGE("largest step of the force in a tick: ", relaxing, " N, in tissue at rest ", at_rest, " N");
+  CHECK(relaxing < prony(0) * at_rest);
+}
+
+TEST_CASE("in time a deep dimple is that of tissue at rest, and its force falls all the while" *
+          doctest::test_suite("gate")) {
+  Scene scene = relaxing_scene(), at_rest = relaxing_scene(false);
+  for (Scene* each : {&scene, &at_rest}) each->tissue.regions[0].interaction.puncture_force = 3;
+  Bench bench(scene), still(at_rest);
+  for (Bench* each : {&bench, &still}) each->push(0, 0.009, 0.05);
+  double before = bench.resistance(), least_fall = kInfinity;
+  CHECK(before > 1.3 * still.resistance());
+  bench.wait(0.1);
+  before = bench.resistance();
+  bench.each_tick = [&] {
+    least_fall = std::min(least_fall, before - bench.resistance());
+    before = bench.resistance();
+  };
+  bench.wait(8);
+  still.wait(1);
+  CHECK(least_fall > -1e-6);
+  CHECK(bench.resistance() == doctest::Approx(still.resistance()).epsilon(2e-3).scale(0));
+}
+
+TEST_CASE("a fast tip punctures sooner in tissue that relaxes: it is stiffer, the force is the same" *
+          doctest::test_suite("gate")) {
+  const auto depth_at_puncture = [](double speed) {
+    Bench bench(relaxing_scene());
+    double depth = 0;
+    bench.each_tick = [&] {
+      if (bench.events(EventKind::puncture).empty()) depth = 0.03 - bench.needle().tip_position.z();
+    };
+    bench.push(0, 0.025, speed);
+    REQUIRE(bench.events(EventKind::puncture).size() == 1);
+    CHECK(bench.events(EventKind::puncture)[0].force == doctest::Approx(0.4).epsilon(0.01));
+    return depth;
+  };
+  const double slow = depth_at_puncture(1e-3), fast = depth_at_puncture(0.1);
+  MESSAGE("depth at the puncture: ", 1e3 * slow, " mm at 1 mm/s, ", 1e3 * fast, " mm at 100 mm/s");
+  CHECK(fast < 0.82 * slow);
+}
+
+TEST_CASE("the bytes of a state hold what tissue and springs remember" * doctest::test_suite("gate")) {
+  Scene scene = relaxing_scene();
+  Simulation simulation(scene), other(scene);
+  Pose pose = scene.needles[0].base;
+  const auto go = [&](Simulation& each, int ticks, double step, Pose from) {
+    for (int i = 0; i < ticks; ++i) {
+      from.position += step * (from.orientation * Vector3::UnitX());
+      REQUIRE(each.command(0, {.seq = 1, .pose = from, .spin = 0}));
+      each.step();
+    }
+    return from;
+  };
+  pose = go(simulation, 500, 4e-5, pose);
+  const std::vector<std::byte> bytes = to_bytes(simulation.state());
+  const SpringMemory& memory = *simulation.state().insertions[0].memory;
+  REQUIRE(memory.vertices[1].along.norm() > 0);
+  REQUIRE(memory.vertices[1].across.norm() > 0);
+  REQUIRE(memory.tip.across.norm() > 0);
+  State middle = other.state();
+  from_bytes(bytes, middle);
+  go(simulation, 300, -1e-5, pose);
+  other.restore(middle);
+  go(other, 300, -1e-5, pose);
+  CHECK(hash(simulation.state()) == hash(other.state()));
+}
+
+}  // namespace acus::test
