@@ -14,7 +14,9 @@ TissueMemory::TissueMemory(const TissueModel& model, double h) : branches(model.
   const auto n = static_cast<std::size_t>(branches);
   std::vector<RelaxationStep> steps;
   for (const Material& material : model.materials) steps.emplace_back(material, h);
-  const auto step = [&](std::size_t t) { return steps[static_cast<std::size_t>(model.material_of[t])]; };
+  const auto step = [&](std::size_t t) -> const RelaxationStep& {
+    return steps[static_cast<std::size_t>(model.material_of[t])];
+  };
   for (std::size_t t = 0; t < tetrahedra; ++t) stiffening.push_back(step(t).stiffening);
   least_stiffening = stiffening.empty() ? 1 : *std::ranges::min_element(stiffening);
   batch_stiffening.resize(batches);

@@ -8,6 +8,7 @@
 
 #include "server/engine/laws/friction_cone.h"
 #include "server/engine/math/rotation.h"
+#include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tip_rows.h"
 
 namespace acus {
@@ -79,13 +80,8 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionSc
   const MaterialPoint& material = path.vertices[point.vertex];
   const CurvePoint on_needle = curve_point(at.needle.model, at.needle.shape, point.s);
   const PointMemory* memory = tissue.relaxes() ? &scratch.next.memory->vertices[point.vertex] : nullptr;
-  Vector3 apart = on_needle.position - tissue.position(material);
-  double stiffening = 1;
-  if (memory != nullptr) {
-    const RelaxationStep& law = tissue.relaxation_of(material);
-    stiffening = law.stiffening;
-    apart += memory->across * law.given / stiffening;
-  }
+  const CreptAcross spring = crept_across(tissue, material, memory);
+  const Vector3 apart = on_needle.position - tissue.position(material) + spring.crept;
   Row row{at.needle_index, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0};
   const auto beside = [&](const MaterialPoint& p) {
     return tissue.lateral_compliance(p, at.needle.model.diameter) / std::max(point.supported, kLeastSupported);
@@ -96,7 +92,7 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionSc
   for (const Vector3& n : across) {
     row.n = n;
     row.gap = n.dot(apart);
-    all = rows.add(row, {.compliance = beside(material) / stiffening}, state.lateral.dot(n)) && all;
+    all = rows.add(row, {.compliance = beside(material) / spring.stiffening}, state.lateral.dot(n)) && all;
   }
   // A tip nearer to this vertex than to the next has the support row itself.
   const TipPlace& tip = scratch.located.tip;

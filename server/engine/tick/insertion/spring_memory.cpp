@@ -69,4 +69,10 @@ void relax_springs(const InsertionView& at, const Insertion& before, const Path*
   relax_dimple(at, scratch);
 }
 
+CreptAcross crept_across(const TissueView& tissue, const MaterialPoint& point, const PointMemory* memory) {
+  if (memory == nullptr) return {};
+  const RelaxationStep& law = tissue.relaxation_of(point);
+  return {memory->across * law.given / law.stiffening, law.stiffening};
+}
+
 }  // namespace acus

@@ -24,4 +24,12 @@ namespace acus {
 // `before`: of the last tick; `path`: the needle's, or null.
 void relax_springs(const InsertionView& at, const Insertion& before, const Path* path, InsertionScratch& scratch);
 
+// For the rows of a spring across the shaft at a point: what it has crept (S/G, m), and what divides its compliance
+// (G). `memory`: of the point, null where the tissue does not relax: then nothing, and 1.
+struct CreptAcross {
+  Vector3 crept = Vector3::Zero();
+  double stiffening = 1;
+};
+CreptAcross crept_across(const TissueView& tissue, const MaterialPoint& point, const PointMemory* memory);
+
 }  // namespace acus

@@ -7,6 +7,7 @@
 
 #include "server/engine/math/rotation.h"
 #include "server/engine/tick/insertion/path_direction.h"
+#include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tip_laws.h"
 
 namespace acus {
@@ -123,13 +124,10 @@ bool add_cutting(const InsertionView& at, const Path& path, const InsertionScrat
 bool add_lateral(const InsertionView& at, const InsertionScratch& scratch, Rows& rows) {
   const TipPlace& place = scratch.located.tip;
   const CurvePoint tip = at.needle.tip();
-  double compliance = tip_lateral_compliance(at, place.point.a, place.supported);
-  Vector3 apart = tip.position - at.tissue.position(place.point);
-  if (at.tissue.relaxes()) {
-    const RelaxationStep& law = at.tissue.relaxation_of(place.point.a);
-    compliance /= law.stiffening;
-    apart += scratch.next.memory->tip.across * law.given / law.stiffening;
-  }
+  const PointMemory* memory = at.tissue.relaxes() ? &scratch.next.memory->tip : nullptr;
+  const CreptAcross spring = crept_across(at.tissue, place.point.a, memory);
+  const double compliance = tip_lateral_compliance(at, place.point.a, place.supported) / spring.stiffening;
+  const Vector3 apart = tip.position - at.tissue.position(place.point) + spring.crept;
   Vector3 across[2];
   perpendicular_basis(place.tangent, across[0], across[1]);
   bool all = true;
