@@ -85,7 +85,7 @@ void warn_of_crushing(const Simulation& simulation, Warnings& found) {
                                 " N for elements of a = " + millimetres(sizes[i]) +
                                 ": the tip may press them flat and puncture earlier; take elements of at least " +
                                 millimetres(std::sqrt(f / (kBearable * E))) + ", or a smaller f_p"});
-    const double width = 2 * dimple_radius(material, regions[i].interaction.deep_indentation, diameter, f);
+    const double width = 2 * dimple_radius(Indented(material, regions[i].interaction.deep_indentation), diameter, f);
     if (width > kWidest * extent)
       found.push_back(
           {regions[i].name, "f_p of " + five_digits(f) + " N presses a dimple of " + millimetres(width) +

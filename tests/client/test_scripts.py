@@ -220,6 +220,15 @@ class Jumps(InTemporaryFolder):
         self.assert_success(result)
         self.assertTrue(result.stdout.splitlines()[1].endswith("puncture"))
 
+    def test_a_contact_is_named_and_explains_no_jump(self):
+        self.write_forces(range(100), [-0.3 if i >= 20 else 0 for i in range(100)])
+        self.write_events((20, 0.02, "needle", "contact"))
+        result = self.jumps("--above", "0.05")
+        self.assertEqual(result.returncode, 1)
+        self.assertTrue(result.stdout.splitlines()[1].endswith("contact"))
+        self.write_events((20, 0.02, "needle", "contact"), (20, 0.02, "needle", "crossing"))
+        self.assert_success(self.jumps("--above", "0.05"))
+
     def test_what_lies_between_lost_ticks_is_no_jump(self):
         self.write_forces([*range(20), *range(40, 60)], [0] * 20 + [1] * 20)
         self.assert_success(self.jumps("--above", "0.05"))

@@ -56,6 +56,7 @@ std::vector<GoldenRow> run_all(const std::string& scene, const std::string& rung
   for (const SceneWithTrajectory& experiment : kScenes)
     for (const Rung& r : kRungs)
       for (const Solver& solver : kSolvers) {
+        if (!experiment.runs_on(r.rung)) continue;
         if (!scene.empty() && (scene != experiment.scene || rung != r.name)) continue;
         rows.push_back(run(experiment, r, solver));
         std::printf("%s\n", rows.back().text().c_str());

@@ -22,7 +22,7 @@ Material gel() {
 
 // All of D: a mesh of infinite elements bears none of it.
 double depth(double beta, double d, double f, double f_p = 1) {
-  return DimpleSpring(gel(), beta, kInfinite, d, f_p).depth(f);
+  return DimpleSpring(Indented(gel(), beta), kInfinite, d, f_p).depth(f);
 }
 
 TEST_CASE("a shallow dimple is that of a punch a little thinner than the needle, a deep one depends on no needle") {
@@ -31,6 +31,22 @@ TEST_CASE("a shallow dimple is that of a punch a little thinner than the needle,
   CHECK(depth(0, d, 3.0) == doctest::Approx(3 * punch).epsilon(1e-12).scale(0));
   for (const double needle : {0.5e-3, 1e-3, 2e-3})
     CHECK(depth(2.1, needle, 5.0) == doctest::Approx(std::sqrt(5 / (2.1 * kE))).epsilon(2e-3).scale(0));
+}
+
+TEST_CASE("on a border both sides bear: a disc inside a body, shallow, and the sum of both, deep") {
+  Material stiff = gel();
+  stiff.young_modulus = 3 * kE;
+  const double d = 1e-3;
+  const auto border = [&](const Material& behind, double f) {
+    Indented sides(gel(), 2.1);
+    sides += Indented(behind, 2.1);
+    return DimpleSpring(sides, kInfinite, d, 1).depth(f);
+  };
+  // A rigid disc in one material [Collins 1962].
+  const double shear = kE / (2 * (1 + kNu)), r = 0.86 * d / 2, f = 1e-6;
+  CHECK(border(gel(), f) == doctest::Approx(f * (3 - 4 * kNu) / (32 * shear * r * (1 - kNu))).epsilon(0.01).scale(0));
+  CHECK(border(stiff, 5) == doctest::Approx(std::sqrt(5 / (2.1 * 4 * kE))).epsilon(0.01).scale(0));
+  CHECK(border(stiff, 5) < border(gel(), 5));
 }
 
 TEST_CASE("a dimple's depth does not depend on the puncture force") {
@@ -51,7 +67,7 @@ TEST_CASE("the spring's compliance and energy are those of its depth") {
   for (const double beta : {0.0, 0.2, 2.1, 10.0})
     for (const double edge : {kFine, 2e-3, 20e-3})
       for (const double f : {1e-3, 0.03, 0.4, 0.9}) {
-        const DimpleSpring spring(gel(), beta, edge, 1e-3, 1);
+        const DimpleSpring spring(Indented(gel(), beta), edge, 1e-3, 1);
         const double step = 1e-4 * f;
         const double compliance = (spring.depth(f + step) - spring.depth(f - step)) / (2 * step);
         CHECK(spring.compliance(f) == doctest::Approx(compliance).epsilon(1e-6).scale(0));
@@ -64,7 +80,7 @@ TEST_CASE("the spring yields to every force up to the puncture, whatever the mes
   for (const double beta : {0.0, 0.2, 2.1, 100.0})
     for (const double f_p : {1e-3, 1.0, 1e3})
       for (const double edge : {kFine, 5e-3, 1.0}) {
-        const DimpleSpring spring(gel(), beta, edge, 1e-3, f_p);
+        const DimpleSpring spring(Indented(gel(), beta), edge, 1e-3, f_p);
         CHECK(spring.compliance(0) > 0);
         CHECK(spring.compliance(f_p) >= 0);
         CHECK(spring.energy(f_p) >= 0);
@@ -76,15 +92,16 @@ TEST_CASE("bone does not yield, and bears a contact over the needle's width") {
   CHECK(bone.depth(3) == 0);
   CHECK(bone.compliance(3) == 0);
   CHECK(bone.energy(3) == 0);
-  CHECK(contact_radius(gel(), 2.1, 1e-3, kInfinite) == contact_radius(gel(), 2.1, 1e-3, 0));
+  const Indented tissue(gel(), 2.1);
+  CHECK(contact_radius(tissue, 1e-3, kInfinite) == contact_radius(tissue, 1e-3, 0));
 }
 
 TEST_CASE("the mesh bears a contact over twice the dimple, whose radius is that of the depth at f_p") {
   for (const double f_p : {0.3, 1.0, 3.0}) {
-    const double radius = dimple_radius(gel(), 2.1, 1e-3, f_p);
-    CHECK(contact_radius(gel(), 2.1, 1e-3, f_p) == 2 * radius);
+    const double radius = dimple_radius(Indented(gel(), 2.1), 1e-3, f_p);
+    CHECK(contact_radius(Indented(gel(), 2.1), 1e-3, f_p) == 2 * radius);
     CHECK(radius == doctest::Approx(depth(2.1, 1e-3, f_p)).epsilon(0.12).scale(0));
-    CHECK(dimple_radius(gel(), 0.2, 1e-3, f_p) == radius);
+    CHECK(dimple_radius(Indented(gel(), 0.2), 1e-3, f_p) == radius);
   }
 }
 

@@ -266,10 +266,27 @@ TEST_CASE("seen from the other region, the same faces look the other way") {
   CHECK(core.triangle_count() == shell.triangle_count());  // the mesh's own boundary is not part of it
   const Vector3 p(0.003, 0.002, 0.045);
   const SurfacePoint of_core = core.closest(mesh.nodes, p), of_shell = shell.closest(mesh.nodes, p);
-  CHECK((of_core.normal - Vector3::UnitZ()).norm() < 1e-12);
-  CHECK((of_shell.normal + Vector3::UnitZ()).norm() < 1e-12);
-  CHECK(of_core.distance == doctest::Approx(0.005).epsilon(1e-9).scale(0));
-  CHECK(of_shell.distance == doctest::Approx(-0.005).epsilon(1e-9).scale(0));
+  CHECK((of_core.position - Vector3(0.003, 0.002, 0.04)).norm() < 1e-12);
+  CHECK((of_core.position - of_shell.position).norm() < 1e-12);
+  CHECK((of_core.normal + of_shell.normal).norm() < 1e-12);
+  CHECK(of_core.distance == doctest::Approx(0.005 * of_core.normal.z()).epsilon(1e-9).scale(0));
+  CHECK(of_shell.distance == doctest::Approx(-of_core.distance).epsilon(1e-9).scale(0));
+}
+
+TEST_CASE("inside no edge is sharp: along a border the normal turns bit by bit") {
+  const TetrahedralMesh mesh = box();
+  const Surface core(mesh, core_and_shell(mesh), 1);
+  // From the middle of the top over an edge to the middle of a side.
+  const auto place = [](double s) { return s < 0.02 ? Vector3(0.003, s, 0.04) : Vector3(0.003, 0.02, 0.06 - s); };
+  constexpr double kStep = 1e-4;
+  Vector3 before = core.closest(mesh.nodes, place(0)).normal;
+  CHECK(before.z() > 0.99);
+  for (double s = kStep; s < 0.06; s += kStep) {
+    const Vector3 normal = core.closest(mesh.nodes, place(s)).normal;
+    CHECK((normal - before).norm() < 0.02);
+    before = normal;
+  }
+  CHECK(before.y() > 0.99);
 }
 
 TEST_CASE("without regions a surface inside is empty, and nothing lies beyond the mesh's own") {

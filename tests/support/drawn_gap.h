@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The invariant that every lay person takes for granted of a picture: a tip that presses on the skin is on the drawn
-// skin, and one that cuts is at the end of the drawn path; a shaft that the skin bears lies on it.
+// skin, and one that cuts or presses on a border is at the end of the drawn path; a shaft that the skin bears lies on it.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ class DrawnGap {
   explicit DrawnGap(const Simulation& simulation) : simulation_(simulation), drawn_(simulation.model()) {}
 
   // Largest distance (m) of a tip in contact from the drawn skin near it, and of one that cuts from its path's end,
-  // after a tick; infinite if anything that is drawn is not finite.
+  // or presses on a border, after a tick; infinite if anything that is drawn is not finite.
   double largest(const Surface& surface) {
     const State& state = simulation_.state();
     draw_tissue(simulation_.model(), state, drawn_);
@@ -28,7 +28,8 @@ class DrawnGap {
       const Insertion& insertion = state.insertions[i];
       const Vector3 tip = simulation_.report().needles[i].tip_position;
       if (touches(insertion)) gap = std::max(gap, from_skin(surface, tip));
-      if (insertion.phase == Phase::inside && insertion.tip.cutting > 0)
+      const bool on_border = insertion.border >= 0 && insertion.tip.contact > 0;
+      if (insertion.phase == Phase::inside && (insertion.tip.cutting > 0 || on_border))
         gap = std::max(gap, from_end(insertion.path, tip));
       for (const ShaftCell& cell : insertion.cells)
         if (cell.contact > 0) gap = std::max(gap, from_skin(surface, place_on(state.needles[i], i, cell.s)));

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "client/replay/trajectory.h"
+#include "server/engine/scene/scene.h"
 #include "tests/support/places.h"
 
 namespace acus::test {
@@ -12,6 +13,9 @@ namespace acus::test {
 struct SceneWithTrajectory {
   const char* scene;
   const char* trajectory;
+  bool relaxes = false;  // its tissue does: not on every rung
+
+  bool runs_on(TissueRung rung) const { return !relaxes || rung == TissueRung::warped || rung == TissueRung::refined; }
 };
 inline constexpr SceneWithTrajectory kScenes[] = {
     {"biopsy", "biopsy"},
@@ -25,6 +29,7 @@ inline constexpr SceneWithTrajectory kScenes[] = {
     {"insertion_pullback_layers", "insertion_pullback"},
     {"layers", "layers"},
     {"liver_insertion", "liver_insertion"},
+    {"liver_relaxation", "liver_relaxation", true},
     {"steering", "steering"},
     {"steering_arc", "steering_arc"},
     {"through", "through"},

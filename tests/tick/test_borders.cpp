@@ -27,6 +27,14 @@ Scene two_layers() {
   return scene;
 }
 
+// A needle that is tilted about y, its tip 5 mm before the block on the way to a point of the border.
+void tilt(double degrees, Needle& needle) {
+  const double angle = degrees * std::numbers::pi / 180;
+  needle.base.orientation = rotation_exp({0, -angle, 0}) * needle.base.orientation;
+  const Vector3 way = needle.base.orientation * Vector3::UnitX();
+  needle.base.position = Vector3(0.003, 0.002, 0) - (0.03 / std::cos(angle) + needle.length + 0.005) * way;
+}
+
 // One needle from above and one from below, side by side.
 Scene from_both_sides() {
   Scene scene = two_layers();
@@ -200,6 +208,81 @@ TEST_CASE("bone inside is not entered by trying again, nor from the side" * doct
     CHECK(bench.finite());
     CHECK(bench.tissue_displacement() < 1e-9);
   }
+}
+
+TEST_CASE(
+    "a tip comes to a border without a step of force, straight or tilted, blunt or sharp, in tissue that relaxes, too" *
+    doctest::test_suite("gate")) {
+  for (const double degrees : {0.0, 20.0, 40.0}) {
+    for (const TipShape shape : {TipShape::blunt, TipShape::trocar}) {
+      for (const bool relaxes : {false, true}) {
+        CAPTURE(degrees);
+        CAPTURE(static_cast<int>(shape));
+        CAPTURE(relaxes);
+        Scene scene = two_layers();
+        for (Region& region : scene.tissue.regions) {
+          region.material.rayleigh_stiffness = 0.02;
+          if (relaxes) region.material.relaxation = {{.ratio = 1, .time = 0.1}};
+        }
+        scene.needles[0].tip = shape;
+        tilt(degrees, scene.needles[0]);
+        Bench bench(scene);
+        Vector3 before = Vector3::Zero();
+        double step = 0, pressed = 0;
+        bench.each_tick = [&] {
+          const Vector3 force = bench.needle().base_force;
+          const bool on_border = bench.events(EventKind::contact).size() > 1;
+          if (on_border && bench.events(EventKind::crossing).empty()) {
+            step = std::max(step, (force - before).norm());
+            pressed = std::max(pressed, bench.needle().cutting_force.norm());
+          }
+          before = force;
+        };
+        bench.push(0, 0.013 + 0.03 / std::cos(degrees * std::numbers::pi / 180), 0.02);
+        CHECK(bench.events(EventKind::contact).size() == 2);
+        CHECK(pressed > 0.4);
+        CHECK(step < 0.03);
+        CHECK(bench.finite());
+      }
+    }
+  }
+}
+
+TEST_CASE("a border gives way as far on a coarse mesh as on a fine one" * doctest::test_suite("gate")) {
+  const auto tip_at_crossing = [](int cells) {
+    Scene scene = two_layers();
+    scene.tissue.box.cells = {cells, cells, cells};
+    Bench bench(scene);
+    bench.push(0, 0.045, 0.02);
+    const std::vector<Event> crossings = bench.events(EventKind::crossing);
+    REQUIRE(crossings.size() == 1);
+    return crossings[0].position.z();
+  };
+  const double coarse = tip_at_crossing(4), fine = tip_at_crossing(10);  // cells of 15 and 6 mm
+  MESSAGE("tip ", -1e3 * coarse, " and ", -1e3 * fine, " mm behind the border as it gives way");
+  CHECK(fine < -1e-3);
+  CHECK(coarse == doctest::Approx(fine).epsilon(0.05).scale(0));
+}
+
+TEST_CASE("a tip that lets go of a border and comes back presses on it as before" * doctest::test_suite("gate")) {
+  Scene scene = two_layers();
+  for (Region& region : scene.tissue.regions) region.material.rayleigh_stiffness = 0.02;
+  Bench bench(scene);
+  bench.push(0, 0.0375, 0.02);
+  bench.wait(0.5);
+  const double pressed = bench.needle().cutting_force.norm();
+  CHECK(pressed > 0.3);
+  for (int i = 0; i < 3; ++i) {
+    bench.push(0, -0.006, 0.02);
+    CHECK(bench.events(EventKind::release).size() == static_cast<std::size_t>(i) + 1);
+    CHECK(bench.needle().cutting_force.norm() < 1e-9);
+    bench.push(0, 0.006, 0.02);
+    bench.wait(0.5);
+    CHECK(bench.events(EventKind::contact).size() == static_cast<std::size_t>(i) + 3);
+    CHECK(bench.needle().cutting_force.norm() == doctest::Approx(pressed).epsilon(0.05));
+  }
+  CHECK(bench.events(EventKind::crossing).empty());
+  CHECK(bench.finite());
 }
 
 TEST_CASE("thin layers that a tick takes the tip through each give their event, in order") {

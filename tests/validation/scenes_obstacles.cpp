@@ -67,7 +67,7 @@ TEST_CASE("inclusion_stiff_needle: a stiffer needle enters") {
   run.run();
   check_sound(run);
   CHECK(names(run.events(), run.scene()) == "contact tissue, puncture tissue, contact inclusion, crossing inclusion");
-  CHECK(run.find(EventKind::crossing)->force == doctest::Approx(0.9).epsilon(1e-6));
+  CHECK(run.find(EventKind::crossing)->force == doctest::Approx(0.7).epsilon(1e-6));
   CHECK(path_at_rest(run.simulation(), needle_path(run)).rightCols<1>().norm() < kInclusionRadius);
 }
 
@@ -83,7 +83,7 @@ TEST_CASE("inclusion_supported: between supporting needles the soft needle enter
 
   REQUIRE(run.find(EventKind::crossing) != nullptr);
   CHECK(run.find(EventKind::crossing)->region == 1);
-  CHECK(run.find(EventKind::crossing)->force == doctest::Approx(0.9).epsilon(1e-6));
+  CHECK(run.find(EventKind::crossing)->force == doctest::Approx(0.7).epsilon(1e-6));
   CHECK(closest_approach(path_at_rest(run.simulation(), needle_path(run))) < kInclusionRadius - 1e-3);
   for (int support = 1; support < 4; ++support) {
     CHECK(names(run.events(support), run.scene()) == "contact tissue, puncture tissue");

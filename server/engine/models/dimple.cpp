@@ -19,18 +19,10 @@ constexpr double kFolding = 2.1;  // beta
 // An even load on a disc of radius 1 has the mean displacement of a flat punch of this radius.
 constexpr double kEvenLoad = 3 * std::numbers::pi * std::numbers::pi / 32;
 
-// Of a half-space under a flat punch, times its radius (m²/N).
-double punch_compliance(const Material& material) {
-  const double nu = material.poisson_ratio;
-  return (1 - nu * nu) / (2 * material.young_modulus);
-}
-
 double fourth_power(double x) { return x * x * x * x; }
 
-// (r_d/sqrt f)⁴.
-double slope4(const Material& material, double beta) {
-  return fourth_power(punch_compliance(material)) * beta * beta * material.young_modulus * material.young_modulus;
-}
+// (r_d/sqrt f)⁴, of Indented::deep or folding.
+double slope4(double stiffness, double deep) { return deep * deep / fourth_power(stiffness); }
 
 // r, of r_0 = `least`.
 double punch_radius(double least, double slope4, double f) {
@@ -38,18 +30,32 @@ double punch_radius(double least, double slope4, double f) {
 }
 
 // r at f_p, of a beta with which elements that bear kSpread times as wide a disc do not fold.
-double widest(const Material& material, double beta, double d, double f_p) {
-  return punch_radius(kBlunt * d / 2, slope4(material, std::max(beta, kFolding)), f_p);
+double widest(const Indented& tissue, double d, double f_p) {
+  return punch_radius(kBlunt * d / 2, slope4(tissue.stiffness, tissue.folding), f_p);
 }
 
 }  // namespace
 
-DimpleSpring::DimpleSpring(const Material& material, double deep_indentation, double edge, double d, double f_p)
-    : punch_(punch_compliance(material)),
-      slope4_(slope4(material, deep_indentation)),
+Indented::Indented(const Material& material, double deep_indentation)
+    : stiffness(2 * material.young_modulus / (1 - material.poisson_ratio * material.poisson_ratio)),
+      deep(deep_indentation * material.young_modulus),
+      folding(std::max(deep_indentation, kFolding) * material.young_modulus) {
+  assert(deep_indentation >= 0);
+}
+
+Indented& Indented::operator+=(const Indented& other) {
+  stiffness += other.stiffness;
+  deep += other.deep;
+  folding += other.folding;
+  return *this;
+}
+
+DimpleSpring::DimpleSpring(const Indented& tissue, double edge, double d, double f_p)
+    : punch_(1 / tissue.stiffness),
+      slope4_(slope4(tissue.stiffness, tissue.deep)),
       least_(kBlunt * d / 2),
-      mesh_(std::hypot(kSpread * widest(material, deep_indentation, d, f_p), kOnSurface * edge)) {
-  assert(deep_indentation >= 0 && edge > 0 && d > 0 && f_p >= 0 && std::isfinite(f_p));
+      mesh_(std::hypot(kSpread * widest(tissue, d, f_p), kOnSurface * edge)) {
+  assert(edge > 0 && d > 0 && f_p >= 0 && std::isfinite(f_p));
 }
 
 double DimpleSpring::radius(double f) const { return punch_radius(least_, slope4_, f); }
@@ -72,13 +78,11 @@ double DimpleSpring::energy(double force) const {
   return punch_ * f * f * (1 / r - rest - 1 / (2 * mesh_));
 }
 
-double dimple_radius(const Material& material, double deep_indentation, double d, double f_p) {
-  assert(deep_indentation >= 0 && d > 0 && f_p >= 0);
-  return widest(material, deep_indentation, d, std::isfinite(f_p) ? f_p : 0) / kEvenLoad;
+double dimple_radius(const Indented& tissue, double d, double f_p) {
+  assert(d > 0 && f_p >= 0);
+  return widest(tissue, d, std::isfinite(f_p) ? f_p : 0) / kEvenLoad;
 }
 
-double contact_radius(const Material& material, double deep_indentation, double d, double f_p) {
-  return kSpread * dimple_radius(material, deep_indentation, d, f_p);
-}
+double contact_radius(const Indented& tissue, double d, double f_p) { return kSpread * dimple_radius(tissue, d, f_p); }
 
 }  // namespace acus

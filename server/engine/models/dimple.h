@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The dimple that a tip presses into a surface before it punctures it: its depth D under the force f. The tip acts like
-// a flat punch whose radius r grows with the force,
+// The dimple that a tip presses into a surface, or a border inside, before it punctures it: its depth D under the force
+// f. The tip acts like a flat punch whose radius r grows with the force,
 //
 //   D = (1 - nu²)/(2 E) f/r,   r = (r_0⁴ + r_d⁴)^(1/4),   r_0 = 0.86 a,   r_d = (1 - nu²)/2 sqrt(beta f/E),
 //
@@ -12,6 +12,10 @@
 //                               strain]
 //
 // f is smooth in D, also at 0. Neither the puncture force nor the mesh is in it.
+//
+// Inside, at the border between two regions, both halves bear the tip: E/(1 - nu²) and beta E are the sums of theirs.
+// Of two halves of one material, each with a free surface, that is 0.99 to 1 of what a rigid disc in it bears at nu
+// from 0.45 to 0.5, 32 G a (1 - nu)/(3 - 4 nu) D [Collins 1962].
 //
 // r_0. Blunt needles of 1 and 2 mm on a neo-Hookean body at nu = 0.45 bear 0.83 to 0.88 of what the linear punch does,
 // up to 5.5 radii deep (tests/references/indentation.py): the edge is round, and tissue is drawn down beside it.
@@ -37,13 +41,23 @@
 
 namespace acus {
 
+// What a tip presses into: tissue behind a surface, or on both sides of a border. Sums over the sides.
+struct Indented {
+  double stiffness = 0;  // N/m², 2 E/(1 - nu²)
+  double deep = 0;       // N/m², beta E
+  double folding = 0;    // N/m², with beta = 2.1 at least
+
+  Indented(const Material& material, double deep_indentation);
+  Indented& operator+=(const Indented& other);
+};
+
 // D - D_mesh, a nonlinear spring.
 class DimpleSpring {
  public:
   // One that does not yield.
   DimpleSpring() = default;
   // Under a needle of diameter d (m) on elements of the size `edge` (m), for forces up to f_p (N), finite.
-  DimpleSpring(const Material& material, double deep_indentation, double edge, double d, double f_p);
+  DimpleSpring(const Indented& tissue, double edge, double d, double f_p);
 
   // In tissue that relaxes: f = G f_r - kept.
   void relax(double stiffening, double kept) { stiffening_ = stiffening, kept_ = kept; }
@@ -67,8 +81,8 @@ class DimpleSpring {
 
 // Of the dimple, r/0.925 (m), at which an even load on a disc sinks by D in the mean; of beta = 2.1 at least. d (m); f_p
 // (N), .inf for bone: the needle's.
-double dimple_radius(const Material& material, double deep_indentation, double d, double f_p);
+double dimple_radius(const Indented& tissue, double d, double f_p);
 // The disc that bears the contact in the mesh (m): kSpread times that.
-double contact_radius(const Material& material, double deep_indentation, double d, double f_p);
+double contact_radius(const Indented& tissue, double d, double f_p);
 
 }  // namespace acus

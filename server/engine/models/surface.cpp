@@ -50,11 +50,12 @@ bool misses(const Bounds& box, const Vector3& from, const Vector3& way) {
 }  // namespace
 
 Surface::Surface(const TetrahedralMesh& mesh)
-    : mesh_(mesh), triangles_(mesh.surface), owners_(mesh.surface_tetrahedron) {
+    : mesh_(mesh), sharp_edges_(true), triangles_(mesh.surface), owners_(mesh.surface_tetrahedron) {
   index_nodes();
 }
 
-Surface::Surface(const TetrahedralMesh& mesh, std::span<const int> regions, int region) : mesh_(mesh) {
+Surface::Surface(const TetrahedralMesh& mesh, std::span<const int> regions, int region)
+    : mesh_(mesh), sharp_edges_(false) {
   // Nodes of the face opposite to node k, counter-clockwise seen from node k: from the other side of the face, that of
   // the neighbour, they are clockwise, and seen from the tetrahedron outside of the region they must be the former.
   constexpr int kFaces[4][3] = {{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}};
@@ -117,13 +118,13 @@ bool face_alike(const Vector3& a, const Vector3& b) { return a.dot(b) > std::num
 
 }  // namespace
 
-// Mean normal of the triangles around a node that face within 45 degrees of `facing`: curved surfaces are smooth, and
-// the faces of a box flat up to its edges.
+// Mean normal of the triangles around a node; where edges are sharp, of those that face within 45 degrees of `facing`:
+// curved surfaces are smooth, and the faces of a box flat up to its edges.
 Vector3 Surface::corner_normal(const Matrix3X& x, int node, const Vector3& facing) const {
   Vector3 sum = Vector3::Zero();
   for (int t : node_triangles_[node]) {
     const Vector3 n = Corners(triangles_[t], x).area_normal();
-    if (face_alike(n, facing)) sum += n;
+    if (!sharp_edges_ || face_alike(n, facing)) sum += n;
   }
   return sum.normalized();
 }
@@ -201,7 +202,11 @@ SurfacePoint Surface::closest(const Matrix3X& x, const Vector3& p) const {
 }
 
 SurfacePoint Surface::closest_facing(const Matrix3X& x, const Vector3& p, const Vector3& direction) const {
-  const Nearest nearest = find_nearest(x, p, [&](const Corners& c) { return face_alike(c.area_normal(), direction); });
+  const auto alike = [&](const Corners& c) {
+    const Vector3 n = c.area_normal();
+    return sharp_edges_ ? face_alike(n, direction) : n.dot(direction) > 0;
+  };
+  const Nearest nearest = find_nearest(x, p, alike);
   if (std::isinf(nearest.point.distance2)) return closest(x, p);
   return make_point(x, nearest.triangle, nearest.point.weights, p);
 }

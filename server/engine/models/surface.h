@@ -16,7 +16,7 @@ struct SurfacePoint {
   int triangle = -1;
   Eigen::Vector3d weights = Eigen::Vector3d::Zero();  // barycentric in the triangle
   Vector3 position = Vector3::Zero();                 // m
-  Vector3 normal = Vector3::Zero();                   // unit, outward, smooth across shallow edges
+  Vector3 normal = Vector3::Zero();                   // unit, outward, smooth across edges: shallow ones, or all
   double distance = 0;                                // m, from the query point, along the normal
 };
 
@@ -25,10 +25,10 @@ struct SurfacePoint {
 // with a coordinate that is not finite are left out.
 class Surface {
  public:
-  // The mesh's boundary; outside is where there is no tissue.
+  // The mesh's boundary; outside is where there is no tissue. Its edges are sharp above 45 degrees.
   explicit Surface(const TetrahedralMesh& mesh);
   // The faces that a region shares with others; outside is the rest of the tissue. `regions` per tetrahedron; without
-  // them the surface is empty.
+  // them the surface is empty. No edge is sharp: a mesh that does not follow a border has it in steps.
   Surface(const TetrahedralMesh& mesh, std::span<const int> regions, int region);
 
   bool empty() const { return triangles_.empty(); }
@@ -45,8 +45,8 @@ class Surface {
   // The closest point to p; the surface must not be empty. Of several triangles as close, that of the lowest number; a
   // corner of triangle 0 if no distance is a number.
   SurfacePoint closest(const Matrix3X& x, const Vector3& p) const;
-  // The same among the triangles that face within 45 degrees of a direction, or among all if none does. Past an edge of
-  // the body, the triangles of either face are as close, and rounding would choose.
+  // The same among the triangles that face within 45 degrees of a direction (90 where no edge is sharp), or among all
+  // if none does. Past an edge of the body, the triangles of either face are as close, and rounding would choose.
   SurfacePoint closest_facing(const Matrix3X& x, const Vector3& p, const Vector3& direction) const;
 
   // The longest way of its nodes from one configuration to another (m).
@@ -81,6 +81,7 @@ class Surface {
   Vector3 corner_normal(const Matrix3X& x, int node, const Vector3& facing) const;
 
   const TetrahedralMesh& mesh_;
+  bool sharp_edges_;
   std::vector<std::array<int, 3>> triangles_;      // nodes, counter-clockwise seen from outside
   std::vector<int> owners_;                        // tetrahedron per triangle
   std::vector<int> nodes_;                         // of the triangles; outermost ones first

@@ -65,7 +65,7 @@ struct PointMemory {
 struct SpringMemory {
   std::vector<PointMemory> vertices;   // as many as a path can have
   PointMemory tip;                     // inside; across alone
-  Branches dimple = Branches::Zero();  // N, of a tip on a surface
+  Branches dimple = Branches::Zero();  // N, of a tip on a surface or border
 
   void clear() {
     std::ranges::fill(vertices, PointMemory{});

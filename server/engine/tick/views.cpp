@@ -63,16 +63,27 @@ double TissueView::mouth_displacement(const MaterialPoint& p, double d, double q
   return acus::mouth_displacement(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, q, length);
 }
 
-double TissueView::contact_radius(const MaterialPoint& p, double d) const {
-  const Interaction& law = interaction(p);
-  return acus::contact_radius(tissue_regions[region(p)].material, law.deep_indentation, d, law.puncture_force);
+Indented TissueView::indented(const MaterialPoint& p, int behind) const {
+  const auto side = [&](int region) {
+    return Indented(tissue_regions[region].material, interactions[region].deep_indentation);
+  };
+  Indented tissue = side(region(p));
+  if (behind >= 0) tissue += side(behind);
+  return tissue;
 }
 
-DimpleSpring TissueView::dimple_spring(const MaterialPoint& p, double d) const {
-  const Interaction& law = interaction(p);
-  if (!std::isfinite(law.puncture_force)) return {};
-  return {tissue_regions[region(p)].material, law.deep_indentation, element_sizes[p.tetrahedron], d,
-          law.puncture_force};
+double TissueView::puncture_force(const MaterialPoint& p, int behind) const {
+  return behind < 0 ? interaction(p).puncture_force : border(p, behind).puncture_force;
+}
+
+double TissueView::contact_radius(const MaterialPoint& p, double d, int behind) const {
+  return acus::contact_radius(indented(p, behind), d, puncture_force(p, behind));
+}
+
+DimpleSpring TissueView::dimple_spring(const MaterialPoint& p, double d, int behind) const {
+  const double f_p = puncture_force(p, behind);
+  if (!std::isfinite(f_p)) return {};
+  return {indented(p, behind), element_sizes[p.tetrahedron], d, f_p};
 }
 
 GrooveSpring TissueView::groove_spring(const MaterialPoint& p, double d, double length) const {

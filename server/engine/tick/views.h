@@ -52,9 +52,9 @@ struct TissueView {
   double surface_displacement(const MaterialPoint& p, double d, double q, double L) const;
   double mouth_displacement(const MaterialPoint& p, double d, double q, double length) const;
   // Of the disc of surface over which a tip of diameter d (m) spreads its contact: its radius (m), and what the mesh
-  // lacks of the dimple's depth; see dimple.h.
-  double contact_radius(const MaterialPoint& p, double d) const;
-  DimpleSpring dimple_spring(const MaterialPoint& p, double d) const;
+  // lacks of the dimple's depth; see dimple.h. `behind`: the region behind a border, -1 on the surface of the whole.
+  double contact_radius(const MaterialPoint& p, double d, int behind = -1) const;
+  DimpleSpring dimple_spring(const MaterialPoint& p, double d, int behind = -1) const;
   // What the mesh lacks of the groove under `length` (m) of a shaft of diameter d (m) that lies on the surface; see
   // groove.h.
   GrooveSpring groove_spring(const MaterialPoint& p, double d, double length) const;
@@ -63,6 +63,9 @@ struct TissueView {
   // Of the loads whose compliance that is: of a shaft of diameter d (m), and of its tip inside.
   LoadRadii shaft_radii(const MaterialPoint& p, double d) const;
   LoadRadii tip_radii(const MaterialPoint& p, double d, double f) const;
+  // What a tip presses into at a point, and the force at which it goes in (N).
+  Indented indented(const MaterialPoint& p, int behind) const;
+  double puncture_force(const MaterialPoint& p, int behind) const;
   Vector3 position(const MaterialPoint& p) const { return material_position(mesh, x, p); }
   Vector3 position(const TissuePoint& p) const { return tissue_position(mesh, x, p); }
   Vector3 start_position(const MaterialPoint& p) const { return material_position(mesh, x_start, p); }

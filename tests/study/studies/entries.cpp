@@ -159,8 +159,8 @@ Entry random_entry(int number, const std::vector<GmshMesh>& meshes) {
   material.poisson_ratio = random.uniform(0.3, 0.45);
   laws.puncture_force = material.young_modulus * point_force;
   laws.cutting_force = random.uniform(0.1, 0.5) * laws.puncture_force;
-  entry.support =
-      support_of(mesh, entry, contact_radius(material, laws.deep_indentation, kDiameter, laws.puncture_force));
+  entry.support = support_of(mesh, entry,
+                             contact_radius(Indented(material, laws.deep_indentation), kDiameter, laws.puncture_force));
   laws.friction_contact = random.uniform(0, 0.6);
   scene.needles = {make_needle(entry)};
   return entry;

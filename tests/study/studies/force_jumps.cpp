@@ -32,7 +32,9 @@ ForceJump largest_unexplained(std::span<const TickReport> ticks, int needle) {
   }
   const std::vector<double> jumps = force_jumps(forces);
   const auto happened = [&](const TickReport& tick) {
-    return std::ranges::any_of(tick.events, [&](const Event& event) { return event.needle == needle; });
+    return std::ranges::any_of(tick.events, [&](const Event& event) {
+      return event.needle == needle && event.kind != EventKind::contact && event.kind != EventKind::release;
+    });
   };
   ForceJump largest;
   for (std::size_t i = 0; i < ticks.size(); ++i) {

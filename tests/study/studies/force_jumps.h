@@ -22,7 +22,8 @@ struct ForceJump {
 // Ticks before a jump in which its cause may lie.
 inline constexpr std::size_t kEarlierTicks = 5;
 
-// The largest jump of a needle's base force, in its base's frame, without an event of the needle in its tick or just before.
+// The largest jump of a needle's base force, in its base's frame, without an event of the needle in its tick or just
+// before. A contact or a release is where a force begins or ends: it explains none.
 ForceJump largest_unexplained(std::span<const TickReport> ticks, int needle);
 
 }  // namespace acus

@@ -10,7 +10,8 @@ namespace acus::test {
 namespace {
 
 ContactPatch patch_at(InsertionBench& bench, const Vector3& p, double radius) {
-  return make_contact_patch(bench.view().tissue, bench.point(p), radius);
+  const TissueView tissue = bench.view().tissue;
+  return make_contact_patch(tissue, tissue.surface, bench.point(p), radius);
 }
 
 double share_of(const ContactPatch& patch) {
@@ -73,6 +74,17 @@ TEST_CASE("a patch wider than the tissue is as good as one of all its face") {
   const ContactPatch patch = patch_at(bench, on_line(kTop), 0.5);
   CHECK(share_of(patch) == doctest::Approx(1).epsilon(1e-12));
   CHECK((patch.normal - Vector3::UnitZ()).norm() < kRounding);
+}
+
+TEST_CASE("inside it lies on the border, its points in the tissue before it") {
+  InsertionBench bench(two_regions(0.7));
+  const TissueView tissue = bench.view().tissue;
+  const MaterialPoint centre = bench.border_point(kLower, on_line(0));
+  const ContactPatch patch = make_contact_patch(tissue, tissue.borders.surface(kLower), centre, 5e-3);
+  CHECK(share_of(patch) == doctest::Approx(1).epsilon(1e-12));
+  CHECK((patch.middle - on_line(0)).norm() < kRounding);
+  CHECK((patch.normal - Vector3::UnitZ()).norm() < kRounding);
+  for (const MaterialPoint& point : patch.points) CHECK(tissue.region(point) == kUpper);
 }
 
 }  // namespace acus::test

@@ -2,22 +2,32 @@
 // What gives way under a tip that the mesh does not resolve.
 #include <doctest/doctest.h>
 
+#include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/tip_laws.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {
 
-TEST_CASE("ahead of a cutting tip gives way what the mesh does not, before a border no more than lies between") {
+TEST_CASE("ahead of a cutting tip gives way what the mesh does not, and on a border as much as its dimple") {
   InsertionBench bench;
   const Path& path = bench.add_straight_path(0.020);
-  const double f_c = 0.2;
-  const double free = cutting_compliance(bench.view(), path, kInfinity);
-  CHECK(free * f_c == doctest::Approx(bench.give()).epsilon(1e-12));
+  const double f_c = 0.2, give = bench.give();
+  const auto lead = [&](double distance, double dimple) {
+    return f_c * cutting_compliance(bench.view(), path, {distance, dimple});
+  };
+  const double free = cutting_compliance(bench.view(), path, {});
+  CHECK(free * f_c == doctest::Approx(give).epsilon(1e-12));
   CHECK(free > 0);
-  CHECK(cutting_compliance(bench.view(), path, 2 * bench.give()) == free);
-  CHECK(cutting_compliance(bench.view(), path, bench.give() / 4) == doctest::Approx(free / 4).epsilon(1e-12));
-  CHECK(cutting_compliance(bench.view(), path, 0) == 0);
-  CHECK(cutting_compliance(bench.view(), path, -1e-3) == 0);  // beyond it
+  for (const double dimple : {0.0, give / 3, give, 2 * give}) {
+    CAPTURE(dimple);
+    CHECK(lead(10 * give, dimple) == doctest::Approx(give).epsilon(1e-12));
+    CHECK(lead(-dimple, dimple) == doctest::Approx(dimple).epsilon(1e-12));
+    CHECK(lead(-dimple - 1e-3, dimple) == doctest::Approx(dimple).epsilon(1e-12));  // beyond it
+    // On the way there the path's end never moves back.
+    for (double before = 5 * give; before > -dimple; before -= give / 50)
+      CHECK(before - give / 50 + lead(before - give / 50, dimple) <= before + lead(before, dimple) + 1e-12);
+  }
+  CHECK(lead(give / 4, 0) == doctest::Approx(give / 4).epsilon(1e-12));
 }
 
 TEST_CASE("a tissue that is cut without force has no limit to share out") {
@@ -25,7 +35,7 @@ TEST_CASE("a tissue that is cut without force has no limit to share out") {
   scene.tissue.regions[0].interaction.cutting_force = 0;
   InsertionBench bench(scene);
   const Path& path = bench.add_straight_path(0.020);
-  CHECK(cutting_compliance(bench.view(), path, 0) == cutting_compliance(bench.view(), path, kInfinity));
+  CHECK(cutting_compliance(bench.view(), path, {0, 0}) == cutting_compliance(bench.view(), path, {}));
 }
 
 TEST_CASE("a scene may leave all springs inside out") {
@@ -43,18 +53,20 @@ TEST_CASE("the way to a border is that along the cutting direction") {
   InsertionBench bench(two_regions(0.7));
   bench.add_straight_path(2e-4);
   bench.be_in_path(0);
-  Vector3 along = -Vector3::UnitZ();
-  bench.put_needle(on_line(2e-4), along);
+  bench.put_needle(on_line(2e-4));
   REQUIRE(bench.locate().obstacle);
-  CHECK(bench.scratch.located.tip.ahead == doctest::Approx(2e-4).epsilon(1e-9));
-  const Obstacle obstacle = *bench.scratch.located.obstacle;
+  CHECK(bench.scratch.located.tip.ahead.distance == doctest::Approx(2e-4).epsilon(1e-9));
+  const Obstacle border = *bench.scratch.located.obstacle;
   const auto ahead = [&](const Vector3& direction) {
     bench.put_needle(on_line(2e-4), direction.normalized());
-    return distance_ahead(bench.view(), obstacle, on_line(2e-4), on_line(0));
+    return border_on_the_way(bench.view(), bench.paths[0], border, 2e-4);
   };
-  CHECK(ahead({1, 0, -1}) == doctest::Approx(2e-4 * std::sqrt(2)).epsilon(1e-9));
-  CHECK(ahead({1, 0, 0}) == kInfinity);
-  CHECK(ahead({0, 0, 1}) == kInfinity);
+  CHECK(ahead({0, 0, -1}).dimple == doctest::Approx(border.dimple.depth(0.2)).epsilon(1e-9));  // f_c
+  CHECK(ahead({1, 0, -1}).distance == doctest::Approx(2e-4 * std::sqrt(2)).epsilon(1e-9));
+  CHECK(ahead({1, 0, -1}).dimple ==
+        doctest::Approx(std::sqrt(2) * border.dimple.depth(0.2 / std::sqrt(2))).epsilon(1e-9));
+  CHECK(ahead({1, 0, 0}).distance == kInfinity);
+  CHECK(ahead({0, 0, 1}).distance == kInfinity);
 }
 
 }  // namespace acus::test

@@ -6,13 +6,15 @@ that of the ticks around it. Of the three ticks before and the three after, thos
 that rises steadily, however fast, or that begins to rise, does not jump.
 
 The cause is what happened to the needle in that tick or the five before it, read from NAME.events.csv beside NAME.csv: a
-contact, a puncture, a crossing. Where there is no such event the flags of the tick are named, or nothing.
+contact, a puncture, a crossing. Where there is no such event the flags of the tick are named, or nothing. A contact or a
+release is where a force begins or ends, and explains no jump.
 """
 
 import numpy as np
 
 AROUND = 3  # ticks on either side
 EARLIER = 5  # ticks before a jump in which its cause may lie
+SMOOTH = {"contact", "release"}  # events at which no force jumps
 
 
 def sizes(forces):
@@ -83,5 +85,5 @@ def table(found, worst):
 
 
 def unexplained(found, limit):
-    """How many of jumps_of() above a limit (N) have no event as their cause."""
-    return sum(jump.size > limit and not jump.events for jump in found)
+    """How many of jumps_of() above a limit (N) have no event as their cause, contacts and releases aside."""
+    return sum(jump.size > limit and SMOOTH.issuperset(jump.events) for jump in found)

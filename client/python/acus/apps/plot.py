@@ -140,7 +140,7 @@ def list_jumps(arguments):
     if arguments.above is None:
         return 0
     found = jumps.unexplained(jumped, arguments.above)
-    print(f"{found} above {arguments.above:g} N without an event")
+    print(f"{found} above {arguments.above:g} N without an event but contact or release")
     return 1 if found else 0
 
 
@@ -170,7 +170,8 @@ def parse_arguments():
     parser.add_argument("--title", help="default: names the needle and the file")
     parser.add_argument("--jumps", type=count, nargs="?", const=10, metavar="N", help="list the N worst (default: 10)")
     parser.add_argument("--above", type=float, metavar="F",
-                        help="with --jumps: status 1 if one above F newtons has no event as its cause")
+                        help="with --jumps: status 1 if one above F newtons has no event as its cause, contact and "
+                             "release aside")
     arguments = parser.parse_args()
     if arguments.above is not None and arguments.jumps is None:
         parser.error("--above goes with --jumps")

@@ -28,12 +28,13 @@ std::array<Eigen::Vector2d, kPatchPoints> make_unit_disc() {
 
 }  // namespace
 
-ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& centre, double radius) {
+ContactPatch make_contact_patch(const TissueView& tissue, const Surface& surface, const MaterialPoint& centre,
+                                double radius) {
   assert(radius > 0 && radius < kInfinity);
   static const std::array<Eigen::Vector2d, kPatchPoints> kDisc = make_unit_disc();
   const Matrix3X& rest = tissue.mesh.nodes;
   const Vector3 at = material_position(tissue.mesh, rest, centre);
-  const SurfacePoint in_the_middle = tissue.surface.closest(rest, at);
+  const SurfacePoint in_the_middle = surface.closest(rest, at);
   Vector3 across[2];
   perpendicular_basis(tissue.mesh, in_the_middle.normal, across[0], across[1]);
   ContactPatch patch;
@@ -41,13 +42,12 @@ ContactPatch make_contact_patch(const TissueView& tissue, const MaterialPoint& c
   Vector3 normal_now = Vector3::Zero(), normal_at_rest = Vector3::Zero();
   for (std::size_t i = 0; i < kDisc.size(); ++i) {
     const Vector3 on_disc = at + radius * (kDisc[i].x() * across[0] + kDisc[i].y() * across[1]);
-    const SurfacePoint point =
-        i == 0 ? in_the_middle : tissue.surface.closest_facing(rest, on_disc, in_the_middle.normal);
+    const SurfacePoint point = i == 0 ? in_the_middle : surface.closest_facing(rest, on_disc, in_the_middle.normal);
     const double way = 4 * (point.position - on_disc).norm() / radius;
     const double share = 1 / ((1 + way * way) * (1 + way * way));
-    patch.points[i] = i == 0 ? centre : tissue.surface.material(point);
+    patch.points[i] = i == 0 ? centre : surface.material(point);
     patch.points[i].weights *= share;
-    normal_now += share * tissue.surface.normal(tissue.x_start, point);
+    normal_now += share * surface.normal(tissue.x_start, point);
     normal_at_rest += share * point.normal;
     sum += share;
   }

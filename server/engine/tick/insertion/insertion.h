@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One needle in the tissue, and the data that the files of this folder share. In a tick:
 //
-//   stage 4   location.h                        finds the obstacle ahead, vertices alongside the shaft, tip's place,
+//   stage 4   location.h, obstacle.h            finds the obstacle ahead, vertices alongside the shaft, tip's place,
 //             shaft_contact.h                   and where the shaft touches surfaces beside its path
 //   stage 5   tip_rows.h, shaft_rows.h          turn them into rows, as shaft_contact.h does with its own
 //             forces.h                          reads the forces of the laws
@@ -75,10 +75,19 @@ struct Obstacle {
   int region = 0;          // behind the surface
   SurfacePoint at;
   MaterialPoint material;  // the same point, of the tetrahedron on the tip's side
-  std::optional<ContactPatch> patch;  // which bears the contact, on the tissue's surface; none on a border
-  DimpleSpring dimple{};              // under the tip; does not yield on a border
-  double dimple_before = 0;           // m, its depth at the start of the tick
+  std::optional<ContactPatch> patch;  // which bears the contact; none at bone inside
+  double rise = 0;                    // m, of the surface at the contact over the patch, along the normal
+  DimpleSpring dimple{};              // under the tip
+  double compliance_along = 0;        // m/N, of the dimple along a border
+  double bears = 0;                   // N, of the tip at the start of the tick; before a border, of its cut
+  double dimple_before = 0;           // m, the dimple's depth under that
   bool under = true;                  // the tip presses on it, or will in this tick
+};
+
+// A border that holds tips, before one that cuts (obstacle.h, tip_laws.h).
+struct BorderAhead {
+  double distance = kInfinity;  // m, from the tip, along the cutting direction
+  double dimple = 0;            // m, likewise, that the tip presses into it once it bears the cutting force
 };
 
 // The tip's place in its path: at the end, where it cuts, or back inside, between two vertices.
@@ -89,7 +98,7 @@ struct TipPlace {
   double supported = 0;  // m, supported length
   Vector3 tangent = Vector3::UnitX();  // of the path there, unit
   Vector3 cutting = Vector3::UnitX();  // cutting direction at the start of the tick, unit
-  double ahead = kInfinity;            // m, from the tip to a border along it, at the start of the tick
+  BorderAhead ahead;                   // along it, at the start of the tick
 };
 
 // What stage 4 finds.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/engine/state/phase.h"
+#include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/owned_lengths.h"
 #include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/path_wall.h"
@@ -90,20 +91,6 @@ std::optional<SurfacePoint> find_next_surface(const InsertionView& at, const Ins
   return closest;
 }
 
-// `contact`: the tip's force on it in the last tick (N).
-Obstacle surface_obstacle(const InsertionView& at, const SurfacePoint& point, double contact) {
-  Obstacle obstacle;
-  obstacle.at = point;
-  obstacle.material = at.tissue.surface.material(point);
-  obstacle.region = at.tissue.region(obstacle.material);
-  const double radius = at.tissue.contact_radius(obstacle.material, at.parameters.outer_diameter);
-  obstacle.patch = make_contact_patch(at.tissue, obstacle.material, radius);
-  obstacle.dimple = at.tissue.dimple_spring(obstacle.material, at.parameters.outer_diameter);
-  obstacle.dimple_before = obstacle.dimple.depth(contact);
-  obstacle.at.normal = obstacle.patch->normal;
-  return obstacle;
-}
-
 void locate_outside(const InsertionView& at, std::span<const Path> paths, std::span<char> paths_taken,
                     InsertionScratch& scratch) {
   const auto point = find_surface(at, scratch.next);
@@ -116,7 +103,7 @@ void locate_outside(const InsertionView& at, std::span<const Path> paths, std::s
     pick_up(at, mouth, paths, scratch);
     return;
   }
-  scratch.located.obstacle = surface_obstacle(at, *point, scratch.next.tip.contact);
+  scratch.located.obstacle = surface_ahead(at, *point, scratch.next);
 }
 
 // A vertex that was not alongside in the last tick takes over the traction of the one before it.
@@ -178,7 +165,7 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionScratch& 
   scale_owned_lengths(at, path, scratch.next, shaft, end);
   if (!through) return;
   if (const auto point = find_next_surface(at, scratch.next))
-    scratch.located.obstacle = surface_obstacle(at, *point, scratch.next.tip.contact);
+    scratch.located.obstacle = surface_ahead(at, *point, scratch.next);
 }
 
 }  // namespace
@@ -186,6 +173,7 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionScratch& 
 void locate_insertion(const InsertionView& at, const Insertion& before, std::span<const Path> paths,
                       std::span<char> paths_taken, InsertionScratch& scratch) {
   scratch.next = before;
+  if (at.tissue.relaxes()) forget_dimple(scratch.next);
   scratch.puncturing = scratch.cutting = false;
   scratch.located.reentered = scratch.located.far_end = scratch.located.left_out = false;
   scratch.located.obstacle.reset();

@@ -16,9 +16,9 @@ namespace {
 // The path's end after a cut. A tip that bears f_c has cut up to its local compliance times f_c behind itself, and the
 // end never moves back. The end moves along the cutting direction through the material; the tip's sideways distance
 // from it is lateral compliance of the tissue, which moves along.
-Vector3 cut_place(const InsertionView& at, const Path& path, double ahead) {
+Vector3 cut_place(const InsertionView& at, const Path& path, const BorderAhead& border) {
   const Vector3 from = at.tissue.position(path.end), direction = at.cutting_direction();
-  const double lag = cutting_compliance(at, path, ahead) * at.tissue.interaction(path.end).cutting_force;
+  const double lag = cutting_compliance(at, path, border) * at.tissue.interaction(path.end).cutting_force;
   const double way = direction.dot(at.needle.tip().position - from) - lag;
   return way > 0 ? Vector3(from + way_through_material(at.tissue, path.end, direction, way)) : from;
 }
@@ -32,10 +32,10 @@ double way_to_distance(const Vector3& a, const Vector3& b, double distance) {
 
 }  // namespace
 
-std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, double ahead) {
+std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, const BorderAhead& border) {
   const TissueView& tissue = now.at.tissue;
   Insertion& state = now.state;
-  const Vector3 to = cut_place(now.at, path, ahead);
+  const Vector3 to = cut_place(now.at, path, border);
   std::uint32_t flags = 0;
   for (int i = 0; i < kMaxCrossings && start >= 0; ++i) {
     const Vector3 from = tissue.position(path.end);
@@ -46,7 +46,8 @@ std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, 
     if (trace.next < 0) break;
     const int region = tissue.regions[trace.next];
     if (tissue.border(trace.end, region).holds) {
-      if (state.border != region) now.report(EventKind::contact, region, state.tip.contact);
+      if (state.border != region)
+        now.report(EventKind::contact, region, std::max(state.tip.contact, state.tip.cutting));
       state.border = region;
       return flags;
     }

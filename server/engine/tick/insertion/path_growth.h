@@ -8,8 +8,8 @@ namespace acus {
 
 // Moves the path's end to where the tip has cut: along the cutting direction through the material (path_direction.h),
 // through every border that does not hold tips, to the first one that does. The end lies in tetrahedron `start`, or on
-// its face towards `came_from`; the tip is `ahead` (m) before a border that holds tips (tip_laws.h).
-std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, double ahead = kInfinity);
+// its face towards `came_from`. `border`: that holds tips, before this one.
+std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, const BorderAhead& border = {});
 
 // Moves the path's end along the border that holds the tip, with a vertex at every spacing of the straight line there.
 // Vertices that the end passes on its way back are dropped: a tip dragged to and fro leaves one path.

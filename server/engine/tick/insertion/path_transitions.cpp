@@ -4,11 +4,13 @@
 #include <algorithm>
 
 #include "server/engine/state/phase.h"
+#include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/path_growth.h"
 #include "server/engine/tick/insertion/path_wall.h"
 #include "server/engine/tick/insertion/surface_transitions.h"
 #include "server/engine/tick/insertion/tip_laws.h"
+#include "server/engine/tick/insertion/tip_place.h"
 
 namespace acus {
 
@@ -50,11 +52,26 @@ void leave_last_part(const Transition& now, Path& path) {
   state.touched = MaterialPoint{};
 }
 
-// Distance from the tip to the border ahead of it (m).
-double ahead_of(const Transition& now) {
+BorderAhead ahead_of(const Transition& now, const Path& path) {
   const auto& border = now.scratch.located.obstacle;
-  if (!border) return kInfinity;
-  return distance_ahead(now.at, *border, now.at.needle.tip().position, now.at.tissue.position(border->material));
+  if (!border) return {};
+  BorderAhead ahead = border_on_the_way(now.at, path, *border, height(now.at, *border));
+  if (now.state.border == border->region) ahead.dimple = 0;  // it has let go
+  return ahead;
+}
+
+// The cut goes on behind a border, with its own force.
+std::uint32_t go_through_border(const Transition& now, Path& path, const Obstacle& border) {
+  const TissueView& tissue = now.at.tissue;
+  const int from = path.end.tetrahedron;
+  const std::uint32_t flags =
+      lay_vertices(now, path, from, tissue.position(path.end), tissue.position(border.material));
+  const int behind = tissue.borders.surface(border.region).beyond(border.at);
+  path.end = {behind, barycentric(tissue.mesh, tissue.x, behind, tissue.position(border.material))};
+  cut_beside_border(now.at, path, border, now.state.tip);
+  now.state.border = -1;
+  if (now.state.memory) now.state.memory->dimple.setZero();
+  return flags | grow(now, path, behind, border.material.tetrahedron);
 }
 
 // The tip punctures a border, presses on it, slides along it or leaves it.
@@ -64,19 +81,22 @@ std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obs
   const Surface& surface = tissue.borders.surface(obstacle.region);
   const int start = path.end.tetrahedron;
   const Vector3 from = tissue.position(path.end);
-  if (now.scratch.puncturing) {
+  // A tip that was under way to the border in this tick bears its cut and the contact together.
+  if (state.tip.contact > 0) press_on_border(now.at, obstacle, state.tip);
+  const bool crushed =
+      state.tip.contact > 0 && obstacle.patch && is_crushed(tissue.mesh, tissue.x, obstacle.patch->points);
+  if (now.scratch.puncturing || crushed) {
     if (state.border < 0) now.report(EventKind::contact, obstacle.region, state.tip.contact);
-    now.report(EventKind::crossing, obstacle.region, state.tip.contact);
-    state.border = -1;
-    const std::uint32_t flags = lay_vertices(now, path, start, from, tissue.position(obstacle.material));
-    path.end = obstacle.material;
-    return flags | grow(now, path, surface.beyond(obstacle.at), path.end.tetrahedron);
+    const double puncture_force = tissue.border(obstacle.material, obstacle.region).puncture_force;
+    now.report(EventKind::crossing, obstacle.region,
+               force_along_needle(now.at, obstacle, puncture_force, state.tip.contact));
+    return go_through_border(now, path, obstacle);
   }
   // The closest point is that of the tip's projection on the contact plane: a tip behind a thin layer is nearer to the
-  // layer's other side.
+  // layer's other side. What the spring along the border yields is no slip.
   const Vector3& n = obstacle.at.normal;
-  const Vector3 tip = now.at.needle.tip().position;
-  const Vector3 on_plane = tip - n.dot(tip - tissue.position(obstacle.material)) * n;
+  const Vector3 tip = now.at.needle.tip().position, slid = tip + obstacle.compliance_along * state.tip.lateral;
+  const Vector3 on_plane = slid - n.dot(slid - tissue.position(obstacle.material)) * n;
   const SurfacePoint under = surface.closest(tissue.x, on_plane);
   const Vector3 off_rim = on_plane - under.position - under.distance * under.normal;
   const bool beside = off_rim.norm() > kContactMargin;
@@ -89,13 +109,14 @@ std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obs
     leave_border(now);
     return 0;
   }
-  const std::uint32_t flags = grow(now, path, start, -1, ahead_of(now));
+  if (state.tip.contact > 0) cut_beside_border(now.at, path, obstacle, state.tip);
+  const std::uint32_t flags = grow(now, path, start, -1, ahead_of(now, path));
   if (state.border != obstacle.region || (tissue.position(path.end) - from).norm() > kBlocked) return flags;
   // The straight line cuts a corner of the region without pressing on it: the end follows the tip along the surface.
   const SurfacePoint foot = surface.closest(tissue.x, tip);
-  const std::uint32_t slid = slide(now, path, surface.material(foot));
-  if (foot.distance <= kContactMargin) return flags | slid;
-  return flags | slid | grow(now, path, path.end.tetrahedron, -1, ahead_of(now));
+  const std::uint32_t followed = slide(now, path, surface.material(foot));
+  if (foot.distance <= kContactMargin) return flags | followed;
+  return flags | followed | grow(now, path, path.end.tetrahedron, -1, ahead_of(now, path));
 }
 
 // The path's end after a tick inside: the border that holds it, growth, exit.
@@ -111,7 +132,7 @@ std::uint32_t advance_end(const Transition& now, Path& path) {
   std::uint32_t flags = 0;
   if (!path.exited && beyond && cuts) {
     const int region = now.at.tissue.region(path.end);
-    flags = grow(now, path, path.end.tetrahedron, -1, ahead_of(now));
+    flags = grow(now, path, path.end.tetrahedron, -1, ahead_of(now, path));
     if (path.exited) now.report(EventKind::exit, region, state.tip.cutting);
   } else if (path.exited && beyond) {
     now.report(EventKind::exit, now.at.tissue.region(path.end), 0);
@@ -188,15 +209,25 @@ std::uint32_t insertion_transitions(const Transition& now) {
   return flags;
 }
 
-std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion& state, double distance) {
-  if (state.phase != Phase::free && state.phase != Phase::through) return std::nullopt;
+std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion& state, std::span<const Path> paths,
+                                        double distance) {
   const TissueView& tissue = at.tissue;
+  if (state.phase == Phase::inside) {
+    const Path& path = paths[static_cast<std::size_t>(state.path)];
+    if (!tissue.borders.any() || path.exited) return std::nullopt;
+    const Vector3 end = tissue.position(path.end);
+    if (state.border >= 0) return border_ahead(at, state.border, end, state).patch;
+    const auto border = first_border(tissue, path, end + distance * at.cutting_direction());
+    return border ? border_ahead(at, border->region, border->place, state).patch : std::nullopt;
+  }
+  if (state.phase != Phase::free && state.phase != Phase::through) return std::nullopt;
   const CurvePoint tip = at.needle.tip();
   if (!tissue.surface.near(tissue.x, tip.position, distance)) return std::nullopt;
   const auto entry = tissue.surface.entry(tissue.x, tip.position, tip.position + distance * tip.tangent);
   if (!entry) return std::nullopt;
   const MaterialPoint centre = tissue.surface.material(*entry);
-  return make_contact_patch(tissue, centre, tissue.contact_radius(centre, at.parameters.outer_diameter));
+  return make_contact_patch(tissue, tissue.surface, centre,
+                            tissue.contact_radius(centre, at.parameters.outer_diameter));
 }
 
 int tetrahedron_ahead(const InsertionView& at, const InsertionScratch& scratch, const Insertion& state,

@@ -14,8 +14,10 @@ namespace acus {
 // Returns flags.
 std::uint32_t insertion_transitions(const Transition& now);
 
-// The patch that a tip outside will touch first if it continues along its axis for `distance` (m).
-std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion& state, double distance);
+// The patch that a tip will touch first if it continues for `distance` (m): outside along its axis, inside along its
+// cutting direction.
+std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion& state, std::span<const Path> paths,
+                                        double distance);
 // The tetrahedron at `distance` (m) ahead of a pushed tip along its cutting direction; -1 if the tip is in an old path
 // or touches nothing.
 int tetrahedron_ahead(const InsertionView& at, const InsertionScratch& scratch, const Insertion& state,

@@ -20,17 +20,32 @@ int last_alongside(const Path& path, const Insertion& state) {
   return is_alongside(state, last) ? last : -1;
 }
 
-LoadRadii tip_radii(const InsertionView& at, const MaterialPoint& place) {
-  return at.tissue.tip_radii(place, at.parameters.outer_diameter, at.tissue.interaction(place).cutting_force);
+// Whether a border bears the tip at the end of its path.
+bool on_border(const Insertion& state) { return state.border >= 0 && state.tip.contact > 0; }
+
+// What the mesh lacks ahead of a tip at the end of its path: how far the tip is beyond it for that (m), and between
+// which radii.
+struct Ahead {
+  double lead = 0;
+  LoadRadii radii;
+};
+
+Ahead ahead_of_tip(const InsertionView& at, const MaterialPoint& end, const Insertion& state) {
+  const double d = at.parameters.outer_diameter;
+  if (on_border(state)) {
+    const DimpleSpring dimple = at.tissue.dimple_spring(end, d, state.border);
+    return {dimple.depth(state.tip.contact), dimple.radii(state.tip.contact)};
+  }
+  const double f_c = at.tissue.interaction(end).cutting_force;
+  return {state.tip.cutting * at.tissue.tip_compliance(end, d, f_c), at.tissue.tip_radii(end, d, f_c)};
 }
 
 // b, of the forces of the last tick.
 double carried_by_cut(const InsertionView& at, const Path& path, const Insertion& state, double to_tip) {
   const Vector3 end = at.tissue.start_position(path.end);
-  const Dent dent{Vector3::Zero(), Vector3::Zero(), tip_radii(at, path.end)};
-  if (state.tip.cutting == 0 || dent.radii.resolved()) return 0;
-  const double f_c = at.tissue.interaction(path.end).cutting_force;
-  const double springs = at.tissue.tip_compliance(path.end, at.parameters.outer_diameter, f_c) * state.tip.cutting;
+  const auto [springs, radii] = ahead_of_tip(at, path.end, state);
+  if (springs == 0 || radii.resolved()) return 0;
+  const Dent dent{Vector3::Zero(), Vector3::Zero(), radii};
   const double ahead = std::max(0.0, at.cutting_direction().dot(at.needle.start_tip() - end));
   const double lag = std::min(springs, ahead);
   return to_tip > lag ? lag * dent.share({to_tip - lag, 0, 0}) : to_tip;
@@ -103,13 +118,13 @@ TipWall tip_wall(const InsertionView& at, const Path& path, const Insertion& sta
   const bool tail = next == count;
   const double next_s = tail ? state.end_s : state.vertices[next].s;
   TissuePoint point{tail ? path.end : path.vertices[next], {}, 0};
-  if (state.tip.cutting > 0) {
+  if (state.tip.cutting > 0 || on_border(state)) {
     point.a = path.end;
   } else if (next > mouth && length < next_s) {
     const double from_s = state.vertices[next - 1].s;
     point = {path.vertices[next - 1], point.a, (length - from_s) / (next_s - from_s)};
   }
-  TipWall wall{at.tissue.position(point), Vector3::Zero(), tip_radii(at, point.a)};
+  TipWall wall{at.tissue.position(point), Vector3::Zero(), ahead_of_tip(at, point.a, state).radii};
   const Vector3 apart = at.needle.tip().position - wall.place;
   const double most = kFurthest * wall.radii.outer, distance = apart.norm();
   wall.move = distance > most ? Vector3(most / distance * apart) : apart;

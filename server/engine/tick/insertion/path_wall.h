@@ -7,9 +7,9 @@
 //   a = u(-t_n, L)             in a part that the needle leaves by an exit, L its length,
 //
 // u mouth_displacement() or surface_displacement(), t_n the traction on the needle (state/insertion_state.h). b is what
-// the cut carries along, min(e f, g) s(rho): e f is what the mesh lacks ahead of a tip that bears the cutting force f,
-// g the tip's distance ahead of the path's end at the start of the tick (they differ near a border, tip_laws.h), s that
-// of a dent (models/dent.h) at the distance rho = X - e f from the path's end.
+// the cut carries along, min(e f, g) s(rho): e f is what the mesh lacks ahead of a tip that bears the force f of a cut
+// or on a border, g the tip's distance ahead of the path's end at the start of the tick (they differ near a border), s
+// that of a dent (models/dent.h) at the distance rho = X - e f from the path's end.
 //
 // So the place where a needle goes into the tissue does not depend on the mesh: a fine mesh has its mouth where a
 // coarse one with its wall has it. Depth and lengths of friction count from there (path_transitions.h,

@@ -8,6 +8,7 @@
 
 #include "server/engine/laws/friction_cone.h"
 #include "server/engine/math/rotation.h"
+#include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tip_rows.h"
 
@@ -81,7 +82,8 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionSc
   const CurvePoint on_needle = curve_point(at.needle.model, at.needle.shape, point.s);
   const PointMemory* memory = tissue.relaxes() ? &scratch.next.memory->vertices[point.vertex] : nullptr;
   const CreptAcross spring = crept_across(tissue, material, memory);
-  const Vector3 apart = on_needle.position - tissue.position(material) + spring.crept;
+  const Vector3 dimpled = beside_dimple(at, path, scratch, material);
+  const Vector3 apart = on_needle.position - tissue.position(material) - dimpled + spring.crept;
   Row row{at.needle_index, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0};
   const auto beside = [&](const MaterialPoint& p) {
     return tissue.lateral_compliance(p, at.needle.model.diameter) / std::max(point.supported, kLeastSupported);
@@ -96,8 +98,8 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionSc
   }
   // A tip nearer to this vertex than to the next has the support row itself.
   const TipPlace& tip = scratch.located.tip;
-  const bool at_tip = !tip.at_end && &point == &scratch.located.shaft.back() && tip.point.u < 0.5;
-  if (!at_tip) all = add_support(at, row, beside, rows) && all;
+  const bool at_tip = &point == &scratch.located.shaft.back() && tip.point.u < 0.5 && lies_on_border(tissue, tip);
+  if (!at_tip) all = add_support(at, row, beside, rows, dimpled) && all;
   row.n = point.tangent;
   return add_friction(at, path, state, memory, point, row, rows) && all;
 }

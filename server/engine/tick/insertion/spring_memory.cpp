@@ -43,21 +43,21 @@ void relax_tip(const InsertionView& at, InsertionScratch& scratch) {
                scratch.next.memory->tip);
 }
 
-// A tip that has let go finds the next surface at rest.
+// `dimple` is that of the last tick.
 void relax_dimple(const InsertionView& at, InsertionScratch& scratch) {
-  Branches& crept = scratch.next.memory->dimple;
-  if (!touches(scratch.next)) crept.setZero();
   if (!scratch.located.obstacle || !scratch.located.obstacle->patch) return;
   Obstacle& obstacle = *scratch.located.obstacle;
+  Branches& crept = scratch.next.memory->dimple;
   const RelaxationStep& law = at.tissue.relaxation_of(obstacle.material);
-  const double force = scratch.next.tip.contact;
-  obstacle.dimple.relax(law.stiffening, law.given.dot(crept));
-  obstacle.dimple_before = obstacle.dimple.depth(force);
-  crept += law.taken.cwiseProduct(Branches::Constant(obstacle.dimple.at_rest(force)) - crept);
+  crept += law.taken.cwiseProduct(Branches::Constant(obstacle.dimple.at_rest(obstacle.bears)) - crept);
   obstacle.dimple.relax(law.stiffening, law.given.dot(crept));
 }
 
 }  // namespace
+
+void forget_dimple(Insertion& state) {
+  if (!touches(state) && state.border < 0) state.memory->dimple.setZero();
+}
 
 void relax_springs(const InsertionView& at, const Insertion& before, const Path* path, InsertionScratch& scratch) {
   if (path != nullptr) relax_vertices(at, before, *path, scratch);

@@ -8,8 +8,9 @@
 // shaft the stretch is how far the needle is off its path; along it, what friction has strained (shaft_rows.h). The
 // dimple, whose spring is nonlinear, remembers the force that it would bear at rest.
 //
-// A vertex that comes alongside takes over what the one before it and the tip remember. Memories are in the world's axes:
-// where the tissue turns with a needle in it they do not, until they have decayed. A dimple follows a tip that slides.
+// A vertex that comes alongside takes over what the one before it and the tip remember. Memories are in the world's
+// axes: where the tissue turns with a needle in it they do not, until they have decayed. A dimple follows a tip that
+// slides; on a border it relaxes as the tissue before that.
 //
 // What is ahead of a tip inside, what supports a shaft beyond a border, the groove under one that lies on a surface and
 // the advance of a path's wall (path_wall.h) are those of tissue at rest. The energy that springs store
@@ -23,6 +24,9 @@ namespace acus {
 // Stage 4, once the vertices alongside and the obstacle are known: the springs creep by what the last tick has left.
 // `before`: of the last tick; `path`: the needle's, or null.
 void relax_springs(const InsertionView& at, const Insertion& before, const Path* path, InsertionScratch& scratch);
+
+// At the start of a tick: a tip that has let go finds the next surface or border at rest.
+void forget_dimple(Insertion& state);
 
 // For the rows of a spring across the shaft at a point: what it has crept (S/G, m), and what divides its compliance
 // (G). `memory`: of the point, null where the tissue does not relax: then nothing, and 1.

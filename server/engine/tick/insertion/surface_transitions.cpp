@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "server/engine/state/phase.h"
+#include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/path_growth.h"
 #include "server/engine/tick/insertion/tip_laws.h"
 
@@ -47,9 +48,7 @@ MaterialPoint new_mouth(const Transition& now, const Obstacle& obstacle, double 
 // The contact point after the slip of this tick.
 MaterialPoint slid_point(const Transition& now, const Obstacle& obstacle) {
   const TissueView& tissue = now.at.tissue;
-  const NeedleView& needle = now.at.needle;
-  const Vector3 moved = needle.tip().position - needle.start_tip() -
-                        mean_position(tissue.mesh, tissue.x, obstacle.patch->points) + obstacle.patch->middle;
+  const Vector3 moved = slip(now.at, obstacle);
   const Vector3& n = obstacle.at.normal;
   const Vector3 slid = moved - n.dot(moved) * n;
   if (slid.norm() < kLeastSlip) return obstacle.material;
@@ -145,8 +144,7 @@ void leave_contact_or_puncture(const Transition& now) {
   if (!path) return;  // the contact force stays at its cap
   const Obstacle& obstacle = *now.scratch.located.obstacle;
   const double puncture_force = now.at.tissue.interaction(obstacle.material).puncture_force;
-  now.report(EventKind::puncture, obstacle.region,
-             contact / tip_friction(now.at, obstacle, puncture_force, 0).puncture_share);
+  now.report(EventKind::puncture, obstacle.region, force_along_needle(now.at, obstacle, puncture_force, contact));
   open_path(now, *path, new_mouth(now, obstacle, contact));
   begin_cut(now, *path, contact);
 }
@@ -163,7 +161,8 @@ std::uint32_t go_through(const Transition& now, Path& path, bool beyond) {
   }
   if (!punctured) return 0;
   if (!path.has_room_for_part()) return kPathFull;  // the contact force stays at its cap
-  now.report(EventKind::puncture, obstacle->region, contact);
+  const double puncture_force = now.at.tissue.interaction(obstacle->material).puncture_force;
+  now.report(EventKind::puncture, obstacle->region, force_along_needle(now.at, *obstacle, puncture_force, contact));
   add_part(now, path, new_mouth(now, *obstacle, contact));
   begin_cut(now, path, contact);
   return 0;

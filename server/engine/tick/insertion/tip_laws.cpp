@@ -7,22 +7,20 @@
 
 namespace acus {
 
-double cutting_compliance(const InsertionView& at, const Path& path, double ahead) {
+double cutting_compliance(const InsertionView& at, const Path& path, const BorderAhead& border) {
   const double cutting_force = at.tissue.interaction(path.end).cutting_force;
   const double free = at.tissue.tip_compliance(path.end, at.parameters.outer_diameter, cutting_force);
-  return cutting_force > 0 ? std::min(free, std::max(0.0, ahead) / cutting_force) : free;
+  if (cutting_force == 0 || std::isinf(border.distance)) return free;
+  const double lead = free * cutting_force, to_go = std::max(0.0, border.distance + border.dimple);
+  const double near =
+      lead > border.dimple ? std::min(lead, border.dimple + to_go) : std::max(lead, border.dimple - to_go / 2);
+  return near / cutting_force;
 }
 
 double tip_lateral_compliance(const InsertionView& at, const MaterialPoint& material, double supported) {
   const double d = at.needle.model.diameter;
   const double end = 1 / at.tissue.end_compliance(material, d);
   return 1 / (end + supported / at.tissue.lateral_compliance(material, d));
-}
-
-double distance_ahead(const InsertionView& at, const Obstacle& obstacle, const Vector3& tip, const Vector3& place) {
-  constexpr double kGrazing = 1e-3;  // sine of the angle below which the direction misses the obstacle
-  const double towards = -obstacle.at.normal.dot(at.cutting_direction());
-  return towards > kGrazing ? obstacle.at.normal.dot(tip - place) / towards : kInfinity;
 }
 
 std::optional<double> face_angle(const Needle& needle) {
@@ -51,6 +49,10 @@ TipFriction tip_friction(const InsertionView& at, const Obstacle& obstacle, doub
   const NeedleView& needle = at.needle;
   const Vector3 along = curve_point(needle.model, needle.start, needle.model.length).tangent;
   return tip_friction(at.parameters, along, obstacle.at.normal, friction);
+}
+
+double force_along_needle(const InsertionView& at, const Obstacle& obstacle, double puncture_force, double contact) {
+  return contact / tip_friction(at, obstacle, puncture_force, 0).puncture_share;
 }
 
 }  // namespace acus

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Laws of the tip: its local compliance (m/N, models/local_compliance.h) and the friction of a sharp tip.
 //
-// Compliance ahead of a cutting tip, e. At the cutting force f_c the tip lags e f_c behind its path's end in the mesh;
-// the real end of the cut is between the two. Near a border that holds tips, only the tissue before the border can
-// yield: with D the tip's distance from the border along the cutting direction, e = min(e, D/f_c). So tip and path's
-// end reach the border together.
+// Compliance ahead of a cutting tip, e. At the cutting force f_c the tip is e f_c ahead of its path's end in the mesh;
+// the real end of the cut is between the two. On a border that holds tips it is ahead by its dimple's depth under the
+// same force, D (models/dimple.h). With y what the tip has still to go to where it is then, along the cutting
+// direction,
+//
+//   e f_c = min(e f_c, D + y) where that is above D,   max(e f_c, D - y/2) where it is below.
+//
+// So the tip has the same force and the same place before and after its path's end has come to the border, and the end
+// never moves back. At bone inside D = 0: tip and end come to it together.
 //
 // Friction of a sharp tip on a surface. The needle is at the angle theta to the surface normal, its face at beta to its
 // axis. The force of a slender needle acts along it: f cos theta along the normal, f sin theta across. A blunt tip
@@ -28,13 +33,10 @@
 
 namespace acus {
 
-// Of a tip at the end of its path, `ahead` (m) before a border.
-double cutting_compliance(const InsertionView& at, const Path& path, double ahead);
+// Of a tip at the end of its path, before a border.
+double cutting_compliance(const InsertionView& at, const Path& path, const BorderAhead& border);
 // Across the path, in the tissue at `material`: that of the tip's end and of its supported length (m) in parallel.
 double tip_lateral_compliance(const InsertionView& at, const MaterialPoint& material, double supported);
-
-// Distance (m) from a tip to an obstacle at `place` along the cutting direction; infinite if that leads away from it.
-double distance_ahead(const InsertionView& at, const Obstacle& obstacle, const Vector3& tip, const Vector3& place);
 
 // beta (rad); none for a blunt tip.
 std::optional<double> face_angle(const Needle& needle);
@@ -46,6 +48,9 @@ struct TipFriction {
 
 // `along`: unit tangent of the needle at the tip. `normal`: of the surface, unit, towards the tip.
 TipFriction tip_friction(const Needle& needle, const Vector3& along, const Vector3& normal, double friction);
+
+// The force along the needle whose part along the normal a tip bears, as it punctures an obstacle with f_p (N).
+double force_along_needle(const InsertionView& at, const Obstacle& obstacle, double puncture_force, double contact);
 
 // Against an obstacle with f_p (N) and mu, of the tip at the start of the tick. Bone, whose f_p is infinite, has mu' =
 // mu.

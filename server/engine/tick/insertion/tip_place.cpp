@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/path_direction.h"
-#include "server/engine/tick/insertion/tip_laws.h"
 
 namespace acus {
 
@@ -32,12 +32,6 @@ bool points_along(const InsertionView& at, const Path& path, const Vector3& cutt
   return cutting.dot(stretch) >= kLeastAlongStretch * stretch.norm();
 }
 
-Obstacle closest_on(const TissueView& tissue, int region, const Vector3& p) {
-  const Surface& surface = tissue.borders.surface(region);
-  const SurfacePoint at = surface.closest(tissue.x, p);
-  return {.region = region, .at = at, .material = surface.material(at), .patch = {}};
-}
-
 }  // namespace
 
 void place_tip(const InsertionView& at, const Path& path, InsertionScratch& scratch) {
@@ -56,8 +50,9 @@ void place_tip(const InsertionView& at, const Path& path, InsertionScratch& scra
   tip.cutting = at.cutting_direction();
   tip.in_tail = tail && !path.exited;
   const double past_end = tip.cutting.dot(at.needle.tip().position - at.tissue.position(path.end));
-  tip.at_end = tip.in_tail && past_end >= -end_clearance(at, path, held) &&
-               (held || points_along(at, path, tip.cutting));
+  // A loaded border moves along with a tip that is drawn back.
+  const bool near_end = (held && state.tip.contact > 0) || past_end >= -end_clearance(at, path, held);
+  tip.at_end = tip.in_tail && near_end && (held || points_along(at, path, tip.cutting));
   if (tip.at_end || next == 0 || path.air_behind(next - 1)) {
     tip.point = {tip.at_end ? path.end : path.vertices[next], {}, 0};
     tip.tangent = tip.at_end ? tip.cutting : needle_tangent;
@@ -72,35 +67,44 @@ void place_tip(const InsertionView& at, const Path& path, InsertionScratch& scra
   tip.tangent = ((1 - u) * from + u * to).normalized();
 }
 
+std::optional<BorderPlace> first_border(const TissueView& tissue, const Path& path, const Vector3& to) {
+  Vector3 from = tissue.position(path.end);
+  int start = path.end.tetrahedron, came_from = -1;
+  for (int i = 0; i < kMaxCrossings; ++i) {
+    const Trace trace = trace_segment(tissue.mesh, tissue.x, start, from, to, tissue.regions, came_from);
+    if (trace.next < 0) return std::nullopt;
+    from = tissue.position(trace.end);
+    const int region = tissue.regions[trace.next];
+    if (tissue.border(trace.end, region).holds) return BorderPlace{region, from};
+    came_from = trace.end.tetrahedron;
+    start = trace.next;
+  }
+  return std::nullopt;
+}
+
 void find_border(const InsertionView& at, const Path& path, InsertionScratch& scratch) {
   assert(!path.empty());
   const TissueView& tissue = at.tissue;
   TipPlace& tip = scratch.located.tip;
   if (!tip.in_tail || !tissue.borders.any()) return;
-  if (scratch.next.border >= 0 && tip.at_end) {
-    scratch.located.obstacle = closest_on(tissue, scratch.next.border, tissue.position(path.end));
+  Insertion& state = scratch.next;
+  std::optional<Obstacle>& obstacle = scratch.located.obstacle;
+  if (state.border >= 0 && tip.at_end) {
+    obstacle = border_ahead(at, state.border, tissue.position(path.end), state);
+    press_on_border(at, *obstacle, state.tip);
     return;
   }
   const Vector3 position = at.needle.tip().position, direction = at.cutting_direction();
-  Vector3 from = tissue.position(path.end);
-  const double lead = std::max(0.0, direction.dot(position - from));
+  const Vector3 end = tissue.position(path.end);
+  const double lead = std::max(0.0, direction.dot(position - end));
   const double reach = kContactMargin + 2 * (position - at.needle.start_tip()).norm() + lead;
-  const Vector3 to = from + reach * direction;
-  int start = path.end.tetrahedron, came_from = -1;
-  for (int i = 0; i < kMaxCrossings; ++i) {
-    const Trace trace = trace_segment(tissue.mesh, tissue.x, start, from, to, tissue.regions, came_from);
-    if (trace.next < 0) return;
-    from = tissue.position(trace.end);
-    const int region = tissue.regions[trace.next];
-    if (tissue.border(trace.end, region).holds) {
-      Obstacle& obstacle = scratch.located.obstacle.emplace(closest_on(tissue, region, from));
-      obstacle.under = tip.at_end && obstacle.at.normal.dot(position - obstacle.at.position) < 0;
-      tip.ahead = distance_ahead(at, obstacle, at.needle.start_tip(), tissue.start_position(obstacle.material));
-      return;
-    }
-    came_from = trace.end.tetrahedron;
-    start = trace.next;
-  }
+  const auto border = first_border(tissue, path, end + reach * direction);
+  if (!border) return;
+  if (border->region != state.border) state.tip.contact = 0;
+  obstacle = border_ahead(at, border->region, border->place, state);
+  obstacle->under = tip.at_end && height(at, *obstacle) + obstacle->dimple_before < 0;
+  tip.ahead = border_on_the_way(at, path, *obstacle, height_before(at, *obstacle));
+  if (obstacle->under) press_on_border(at, *obstacle, state.tip);
 }
 
 }  // namespace acus

@@ -3,6 +3,8 @@
 // that holds tips (state/borders.h) is a surface inside the tissue.
 #pragma once
 
+#include <optional>
+
 #include "server/engine/tick/insertion/insertion.h"
 
 namespace acus {
@@ -11,8 +13,16 @@ namespace acus {
 // vertices and end.
 void place_tip(const InsertionView& at, const Path& path, InsertionScratch& scratch);
 
+// The first border that holds tips on the straight way from a path's end to a place: its region, and where.
+struct BorderPlace {
+  int region = 0;
+  Vector3 place;  // m
+};
+std::optional<BorderPlace> first_border(const TissueView& tissue, const Path& path, const Vector3& to);
+
 // Sets located.obstacle to the border that the tip touches, or may reach in this tick. A tip that is not quite at the
-// end of its path may get there, and further, in this tick.
+// end of its path may get there, and further, in this tick. From where it presses on it, what the end of its path has
+// borne in the last tick is what the border has (press_on_border()).
 void find_border(const InsertionView& at, const Path& path, InsertionScratch& scratch);
 
 }  // namespace acus

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/engine/math/rotation.h"
+#include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tip_laws.h"
@@ -17,34 +18,12 @@ namespace {
 // Speed at which a tip behind a border is brought back.
 constexpr double kRecoverySpeed = 0.1;  // m/s
 
-// The point that an obstacle's contact acts on, at the start of the tick and now: a material point, or the mean of a
-// patch.
-struct ContactPoint {
-  Vector3 start, now;
-  double rise = 0;  // m, of the surface over it, along the obstacle's normal
-
-  ContactPoint(const TissueView& tissue, const Obstacle& obstacle, const TipState& tip) {
-    start = tissue.start_position(obstacle.material);
-    if (!obstacle.patch) {
-      now = tissue.position(obstacle.material);
-      return;
-    }
-    const Vector3 surface = start;
-    start = obstacle.patch->middle;
-    now = mean_position(tissue.mesh, tissue.x, obstacle.patch->points);
-    rise = tip.contact > 0 ? obstacle.patch->rise : obstacle.at.normal.dot(surface - start);
-  }
-};
-
 // Distance of the tip from the obstacle along its normal (m). A tip that was behind the obstacle at the start of the
 // tick by more than its dimple, torn out of its path or carried over a border, is brought back at `recovery` (m/s).
 // The offset of a loaded tip whose dimple or patch has changed is closed at kSettlingSpeed.
 double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const TipState& tip, double recovery) {
   const NeedleView& needle = at.needle;
-  const Vector3& n = obstacle.at.normal;
-  const ContactPoint contact_point(at.tissue, obstacle, tip);
-  const double start = obstacle.dimple_before + n.dot(needle.start_tip() - contact_point.start) - contact_point.rise;
-  const double apart = n.dot(needle.tip().position - contact_point.now) - contact_point.rise;
+  const double start = obstacle.dimple_before + height_before(at, obstacle), apart = height(at, obstacle);
   if (!obstacle.patch || tip.contact == 0) return apart - std::min(0.0, start + recovery * needle.h);
   // A tip that slides follows hollows and bulges of the surface.
   const double travelled = (needle.tip().position - needle.start_tip()).norm();
@@ -63,10 +42,11 @@ Row obstacle_row(const InsertionView& at, const Obstacle& obstacle, RowRole role
 bool add_contact(const InsertionView& at, const Obstacle& obstacle, const TipState& tip, double puncture_force,
                  double gap, Rows& rows) {
   Row row = obstacle_row(at, obstacle, RowRole::contact, obstacle.at.normal);
-  const double f = tip.contact, e = obstacle.dimple.compliance(f);
+  // The row has the whole force, or what is added to that of a cut.
+  const double f = tip.contact, e = obstacle.dimple.compliance(obstacle.bears);
   row.compliance = e;
-  row.gap = gap + obstacle.dimple.depth(f) - e * f;
-  row.stored = obstacle.dimple.energy(f) - e * f * f / 2;
+  row.gap = gap + obstacle.dimple.depth(obstacle.bears) - e * f;
+  if (f == obstacle.bears) row.stored = obstacle.dimple.energy(f) - e * f * f / 2;
   return rows.add(row, {LawKind::unilateral, puncture_force}, f);
 }
 
@@ -74,14 +54,14 @@ bool add_contact(const InsertionView& at, const Obstacle& obstacle, const TipSta
 bool add_contact_friction(const InsertionView& at, const Obstacle& obstacle, const TipState& tip, double friction,
                           double cohesion, int normal_row, Rows& rows) {
   if (friction == 0 && cohesion == 0) return true;
-  const ContactPoint contact_point(at.tissue, obstacle, tip);
-  const Vector3 moved = (at.needle.tip().position - contact_point.now) - (at.needle.start_tip() - contact_point.start);
+  const Vector3 moved = slip(at, obstacle);
   Vector3 across[2];
   perpendicular_basis(obstacle.at.normal, across[0], across[1]);
   bool all = true;
   for (int k = 0; k < 2; ++k) {
     Row row = obstacle_row(at, obstacle, RowRole::contact_friction, across[k]);
-    row.gap = row.n.dot(moved);
+    row.compliance = obstacle.compliance_along;
+    row.gap = row.n.dot(moved) - row.compliance * tip.lateral.dot(row.n);
     const Law law{.kind = k == 0 ? LawKind::disk_first : LawKind::disk_second,
                   .limit = friction,
                   .normal_row = normal_row,
@@ -96,7 +76,9 @@ bool add_border_contact(const InsertionView& at, const InsertionScratch& scratch
   const Border& border = at.tissue.border(obstacle.material, obstacle.region);
   const double gap = obstacle_gap(at, obstacle, scratch.next.tip, kRecoverySpeed);
   const double share = tip_friction(at, obstacle, border.puncture_force, border.friction_contact).puncture_share;
-  return add_contact(at, obstacle, scratch.next.tip, share * border.puncture_force, gap, rows);
+  const TipState& tip = scratch.next.tip;
+  const double by_cut = obstacle.bears - tip.contact;
+  return add_contact(at, obstacle, tip, std::max(0.0, share * border.puncture_force - by_cut), gap, rows);
 }
 
 // Cohesion of a tip on a border: f_c ahead and sideways, 0 within 60 degrees of the way back, by the direction of the
@@ -151,6 +133,10 @@ double cutting_gap(const InsertionView& at, const Path& path, const TipState& ti
   return apart - shrunk(start, kSettlingSpeed * at.needle.h);
 }
 
+bool lies_on_border(const TissueView& tissue, const TipPlace& place) {
+  return !place.at_end && place.point.u > 0 && tissue.border_face(place.point.a) && tissue.border_face(place.point.b);
+}
+
 bool add_surface_rows(const InsertionView& at, const InsertionScratch& scratch, Rows& rows) {
   assert(scratch.located.obstacle && (scratch.next.path < 0 || scratch.next.phase == Phase::through));
   const Obstacle& obstacle = *scratch.located.obstacle;
@@ -180,7 +166,7 @@ bool add_path_rows(const InsertionView& at, const Path& path, const InsertionScr
   if (scratch.located.obstacle) all = add_border_contact(at, scratch, rows) && all;
   all = add_lateral(at, scratch, rows) && all;
   const TipPlace& place = scratch.located.tip;
-  if (place.at_end) return all;
+  if (!lies_on_border(at.tissue, place)) return all;
   const MaterialPoint& nearest = place.point.u < 0.5 ? place.point.a : place.point.b;
   const Row support{at.needle_index, RowRole::tip_lateral, -1, at.needle.tip(), {nearest, {}, 0}, Vector3::Zero(), 0};
   return add_support(

@@ -7,19 +7,20 @@
 // its bevel.
 //
 // A border that holds tips (state/borders.h) is a surface inside the tissue. Ahead of a cutting tip it adds a contact
-// row, capped by f_p. A tip on the border, or one that the base moves there in this tick, has two rows of friction
-// along the border with the cohesion f_c (laws.h) instead of cutting and lateral rows: it slides, and cuts as it
-// slides, once the force along the border is above f_c + mu times the contact force. Back along its path nothing is
-// left to cut. With its cutting row instead, a tip that grazes the border would be wedged in.
+// row, for what the border bears beyond the cut, so that both together are capped by f_p. A tip on the border, or one
+// that the base moves there in this tick, has two rows of friction along the border with the cohesion f_c (laws.h)
+// instead of cutting and lateral rows: it slides, and cuts as it slides, once the force along the border is above f_c +
+// mu times the contact force. Back along its path nothing is left to cut. With its cutting row instead, a tip that
+// grazes the border would be wedged in.
 //
 // The lateral support of the tip is that of its end and its supported length (owned_lengths.h, tip_laws.h), at the end
 // of the path as behind it, so that there is no jump between the two.
 //
-// Springs in series (rows.h) are in the contact row of a surface (models/dimple.h) and in the cutting row
+// Springs in series (rows.h) are in the contact row of a surface or border (models/dimple.h) and in the cutting row
 // (models/local_compliance.h), there with the compliance e. The tip is beyond the mesh's surface, or beyond the path's
 // end, by as much as they yield: tissue that is really at the tip is behind it in the mesh. A cutting tip has its
-// path's end e f_c behind it, so that the force stays at f_c as the end moves. Towards a border that holds tips e falls
-// to 0 (tip_laws.h).
+// path's end e f_c behind it, so that the force stays at f_c as the end moves. Towards a border that holds tips that
+// becomes the dimple's depth (tip_laws.h).
 //
 // A law that cannot bear any force has no row. All functions return false if a row did not fit.
 #pragma once
@@ -37,17 +38,23 @@ bool add_border_rows(const InsertionView& at, const Path& path, const InsertionS
 bool add_path_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, Rows& rows);
 
 // A border that the path lies on keeps the needle out of the region behind it, however soft the tissue on this side is,
-// by a unilateral row at the point of `row`. compliance_at: the compliance (m/N) at a point behind the border.
+// by a unilateral row at the point of `row`. compliance_at: the compliance (m/N) at a point behind the border; `moved`
+// (m): beside_dimple().
 template <class ComplianceAt>
-bool add_support(const InsertionView& at, Row row, ComplianceAt compliance_at, Rows& rows) {
+bool add_support(const InsertionView& at, Row row, ComplianceAt compliance_at, Rows& rows,
+                 const Vector3& moved = Vector3::Zero()) {
   const TissueView& tissue = at.tissue;
   const auto face = tissue.border_face(row.in_tissue.a);
   if (!face) return true;
   row.n = face->normal;
-  row.gap = row.n.dot(row.on_needle.position - tissue.position(row.in_tissue.a));
+  row.gap = row.n.dot(row.on_needle.position - tissue.position(row.in_tissue.a) - moved);
   row.compliance = compliance_at(MaterialPoint{face->beyond, {}});
   return rows.add(row, {LawKind::unilateral, kInfinity}, 0);
 }
+
+// Whether a tip back inside is held out of a region by a border that its path lies on, ahead of it and behind: then it
+// has the support row of the nearer of the two vertices.
+bool lies_on_border(const TissueView& tissue, const TipPlace& place);
 
 // Speed at which the offset of a loaded contact is closed that a change of compliance from element to element leaves.
 // Forces change slowly with it.

@@ -37,7 +37,7 @@ void hold_ahead(const Model& model, Scratch& scratch, State& state) {
     std::size_t count = 0;
     next[count++] = ahead(0);
     if (next[0] >= 0) next[count++] = ahead(kHoldAhead * model.element_sizes[next[0]]);
-    if (const auto patch = patch_ahead(at, state.insertions[i], kSurfaceHeld))
+    if (const auto patch = patch_ahead(at, state.insertions[i], state.paths, kSurfaceHeld))
       for (const auto& point : patch->points) next[count++] = point.tetrahedron;
     hold_ahead(model.tissue_system, {next.data(), count}, scratch.tissue, state.tissue);
   }
@@ -53,7 +53,7 @@ void look_ahead(const Model& model, const State& state, Scratch& scratch) {
     };
     const int here = ahead(0);
     bool made = false;
-    if (const auto patch = patch_ahead(at, state.insertions[i], kSurfaceAhead))
+    if (const auto patch = patch_ahead(at, state.insertions[i], state.paths, kSurfaceAhead))
       made = std::ranges::any_of(patch->points, [&](const auto& p) {
         return prepare_tissue(model.tissue_system, p.tetrahedron, scratch.tissue);
       });

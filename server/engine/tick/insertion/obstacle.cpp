@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/insertion/obstacle.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace acus {
+
+namespace {
+
+// Fills in what depends on the place of an obstacle alone. `behind`: as in TissueView::dimple_spring().
+void bear_on_patch(const InsertionView& at, const Surface& surface, int behind, const Insertion& state,
+                   Obstacle& obstacle) {
+  const double d = at.parameters.outer_diameter;
+  const double radius = at.tissue.contact_radius(obstacle.material, d, behind);
+  obstacle.patch = make_contact_patch(at.tissue, surface, obstacle.material, radius);
+  obstacle.at.normal = obstacle.patch->normal;
+  obstacle.rise = obstacle.patch->rise;
+  obstacle.dimple = at.tissue.dimple_spring(obstacle.material, d, behind);
+  if (!at.tissue.relaxes()) return;
+  const RelaxationStep& law = at.tissue.relaxation_of(obstacle.material);
+  obstacle.dimple.relax(law.stiffening, law.given.dot(state.memory->dimple));
+}
+
+// Share of a force along the cutting direction that is against a border.
+double towards(const InsertionView& at, const Obstacle& border) {
+  return -border.at.normal.dot(at.cutting_direction());
+}
+
+// All that a tip inside bears, beside or on a border (N, world).
+Vector3 force_of_tip(const InsertionView& at, const Obstacle& border, const TipState& tip) {
+  return tip.contact * border.at.normal + tip.lateral - tip.cutting * at.cutting_direction();
+}
+
+// Of what bears the tip, at the start of the tick and now.
+Vector3 place_before(const TissueView& tissue, const Obstacle& obstacle) {
+  return obstacle.patch ? obstacle.patch->middle : tissue.start_position(obstacle.material);
+}
+Vector3 place(const TissueView& tissue, const Obstacle& obstacle) {
+  return obstacle.patch ? mean_position(tissue.mesh, tissue.x, obstacle.patch->points)
+                        : tissue.position(obstacle.material);
+}
+
+}  // namespace
+
+Obstacle surface_ahead(const InsertionView& at, const SurfacePoint& point, const Insertion& state) {
+  Obstacle obstacle;
+  obstacle.at = point;
+  obstacle.material = at.tissue.surface.material(point);
+  obstacle.region = at.tissue.region(obstacle.material);
+  bear_on_patch(at, at.tissue.surface, -1, state, obstacle);
+  obstacle.bears = state.tip.contact;
+  if (obstacle.bears == 0)
+    obstacle.rise = obstacle.at.normal.dot(at.tissue.start_position(obstacle.material) - obstacle.patch->middle);
+  obstacle.dimple_before = obstacle.dimple.depth(obstacle.bears);
+  return obstacle;
+}
+
+Obstacle border_ahead(const InsertionView& at, int region, const Vector3& p, const Insertion& state) {
+  const Surface& surface = at.tissue.borders.surface(region);
+  Obstacle obstacle;
+  obstacle.region = region;
+  obstacle.at = surface.closest(at.tissue.x, p);
+  obstacle.material = surface.material(obstacle.at);
+  const double puncture_force = at.tissue.puncture_force(obstacle.material, region);
+  if (std::isfinite(puncture_force)) bear_on_patch(at, surface, region, state, obstacle);
+  const Vector3 force = force_of_tip(at, obstacle, state.tip);
+  obstacle.bears = state.tip.contact;
+  if (state.tip.cutting > 0)
+    obstacle.bears =
+        std::clamp(obstacle.at.normal.dot(force), obstacle.bears, std::max(obstacle.bears, puncture_force));
+  obstacle.dimple_before = obstacle.dimple.depth(obstacle.bears);
+  const double size = std::min(force.norm(), puncture_force);
+  obstacle.compliance_along = size > 0 ? obstacle.dimple.depth(size) / size : obstacle.dimple.compliance(0);
+  return obstacle;
+}
+
+double height_before(const InsertionView& at, const Obstacle& obstacle) {
+  return obstacle.at.normal.dot(at.needle.start_tip() - place_before(at.tissue, obstacle)) - obstacle.rise;
+}
+
+double height(const InsertionView& at, const Obstacle& obstacle) {
+  return obstacle.at.normal.dot(at.needle.tip().position - place(at.tissue, obstacle)) - obstacle.rise;
+}
+
+Vector3 slip(const InsertionView& at, const Obstacle& obstacle) {
+  return (at.needle.tip().position - at.needle.start_tip()) -
+         (place(at.tissue, obstacle) - place_before(at.tissue, obstacle));
+}
+
+BorderAhead border_on_the_way(const InsertionView& at, const Path& path, const Obstacle& border, double height) {
+  constexpr double kGrazing = 1e-3;  // sine of the angle below which the direction misses the border
+  const double share = towards(at, border);
+  if (share <= kGrazing) return {};
+  const double cutting_force = at.tissue.interaction(path.end).cutting_force;
+  return {height / share, border.dimple.depth(share * cutting_force) / share};
+}
+
+void press_on_border(const InsertionView& at, const Obstacle& border, TipState& tip) {
+  if (tip.contact > 0 && tip.cutting == 0) return;
+  const Vector3 force = force_of_tip(at, border, tip);
+  const double contact = border.at.normal.dot(force);
+  tip = {.contact = std::max(0.0, contact), .cutting = 0, .lateral = force - contact * border.at.normal};
+}
+
+void cut_beside_border(const InsertionView& at, const Path& path, const Obstacle& border, TipState& tip) {
+  const Vector3 force = force_of_tip(at, border, tip), direction = at.cutting_direction();
+  const double most = at.tissue.interaction(path.end).cutting_force;
+  const double cutting = std::clamp(-direction.dot(force), 0.0, most);
+  tip = {.contact = 0, .cutting = cutting, .lateral = force - direction.dot(force) * direction};
+}
+
+Vector3 beside_dimple(const InsertionView& at, const Path& path, const InsertionScratch& scratch,
+                      const MaterialPoint& vertex) {
+  const std::optional<Obstacle>& border = scratch.located.obstacle;
+  const bool pressed = border && scratch.next.border == border->region && border->dimple_before > 0;
+  if (!pressed || !at.tissue.border_face(vertex)) return Vector3::Zero();
+  const LoadRadii radii = border->dimple.radii(border->bears);
+  if (radii.resolved()) return Vector3::Zero();
+  const Dent dent{at.tissue.position(path.end), -border->dimple_before * border->at.normal, radii};
+  return dent.share(at.tissue.position(vertex)) * dent.move;
+}
+
+}  // namespace acus
