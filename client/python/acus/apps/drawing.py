@@ -18,6 +18,7 @@ FORCE_STYLES = {
     "shaft friction, axial": {"color": "#0072b2", "linewidth": 1.0},
     "lateral (magnitude)": {"color": "#009e73", "linewidth": 1.0},
 }
+DEPTH_LABELS = {"travel": "depth past the first contact (mm)", "inserted": "needle inside the tissue (mm)"}
 EVENT_MARKERS = {"contact": "o", "release": "s", "puncture": "*", "crossing": "P", "reentry": "D", "exit": ">",
                  "withdrawal": "v"}
 EVENT_STYLE = {"color": "black", "markerfacecolor": "gold", "markeredgewidth": 0.8, "linestyle": "none"}
@@ -52,6 +53,14 @@ class Curves:
 
     def row_at(self, time):
         return min(int(np.searchsorted(self.time, time)), len(self.time) - 1)
+
+
+def depth_of(curves, kind):
+    """Depth (m) as `acus-plot --depth` names it."""
+    if kind == "inserted":
+        return curves.inserted
+    touching = np.flatnonzero(curves.phase != "free")
+    return curves.travel - (curves.travel[touching[0]] if touching.size else 0.0)
 
 
 class Event:

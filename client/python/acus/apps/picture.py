@@ -284,13 +284,14 @@ def draw_views(figure, cells, view, moments, recorded, events, curves):
 
 def draw_curves(axes, curves, moments, events):
     drawing.draw_forces(axes, curves, events)
-    handles = drawing.draw_depth(axes, curves, curves.inserted, "needle inside the tissue (mm)")
+    kind = "inserted" if np.any(curves.inserted > 0) else "travel"
+    handles = drawing.draw_depth(axes, curves, drawing.depth_of(curves, kind), drawing.DEPTH_LABELS[kind])
     drawing.draw_grid(axes)
     for letter, moment in zip(LETTERS, moments):
         axes.axvline(moment.time, color="#777777", linewidth=0.8, linestyle=":")
         axes.annotate(letter, (moment.time, 1), xycoords=("data", "axes fraction"), xytext=(0, 3),
                       textcoords="offset points", ha="center", fontsize=9.5)
-    axes.legend(*handles, loc="center left", bbox_to_anchor=(1.06, 0.5), frameon=False, fontsize=9)
+    axes.legend(*handles, loc="center left", bbox_to_anchor=(1.08, 0.5), frameon=False, fontsize=9)
 
 
 def legend_of_views(axes, recorded, moments):

@@ -45,15 +45,6 @@ PART_COLOURS = {
     "re-insertion": "#009e73",
     "withdrawal": "#d55e00",
 }
-DEPTH_LABELS = {"travel": "depth past the first contact (mm)", "inserted": "needle inside the tissue (mm)"}
-
-
-def depth_of(curves, kind):
-    """Depth (m) as the options of the same names say."""
-    if kind == "inserted":
-        return curves.inserted
-    touching = np.flatnonzero(curves.phase != "free")
-    return curves.travel - (curves.travel[touching[0]] if touching.size else 0.0)
 
 
 def direction_of_motion(curves):
@@ -110,8 +101,8 @@ def draw_against_time(axes, curves, depth, label, parts, events):
 
 
 def draw(curves, depth_kind, events, title):
-    depth = depth_of(curves, depth_kind)
-    label = DEPTH_LABELS[depth_kind]
+    depth = drawing.depth_of(curves, depth_kind)
+    label = drawing.DEPTH_LABELS[depth_kind]
     parts = parts_of(curves)
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(11, 9.5), constrained_layout=True)
     figure.suptitle(title, fontsize=13)
