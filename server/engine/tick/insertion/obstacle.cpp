@@ -32,6 +32,13 @@ Vector3 force_of_tip(const InsertionView& at, const Obstacle& border, const TipS
   return tip.contact * border.at.normal + tip.lateral - tip.cutting * at.cutting_direction();
 }
 
+// What a border bears along its normal of a tip that has contact with it, or cuts before it (N): not more than f_p.
+double contact_of(const InsertionView& at, const Obstacle& border, const TipState& tip) {
+  if (tip.cutting == 0) return tip.contact;
+  const double most = std::max(tip.contact, at.tissue.puncture_force(border.material, border.region));
+  return std::clamp(border.at.normal.dot(force_of_tip(at, border, tip)), tip.contact, most);
+}
+
 // Of what bears the tip, at the start of the tick and now.
 Vector3 place_before(const TissueView& tissue, const Obstacle& obstacle) {
   return obstacle.patch ? obstacle.patch->middle : tissue.start_position(obstacle.material);
@@ -64,13 +71,9 @@ Obstacle border_ahead(const InsertionView& at, int region, const Vector3& p, con
   obstacle.material = surface.material(obstacle.at);
   const double puncture_force = at.tissue.puncture_force(obstacle.material, region);
   if (std::isfinite(puncture_force)) bear_on_patch(at, surface, region, state, obstacle);
-  const Vector3 force = force_of_tip(at, obstacle, state.tip);
-  obstacle.bears = state.tip.contact;
-  if (state.tip.cutting > 0)
-    obstacle.bears =
-        std::clamp(obstacle.at.normal.dot(force), obstacle.bears, std::max(obstacle.bears, puncture_force));
+  obstacle.bears = contact_of(at, obstacle, state.tip);
   obstacle.dimple_before = obstacle.dimple.depth(obstacle.bears);
-  const double size = std::min(force.norm(), puncture_force);
+  const double size = std::min(force_of_tip(at, obstacle, state.tip).norm(), puncture_force);
   obstacle.compliance_along = size > 0 ? obstacle.dimple.depth(size) / size : obstacle.dimple.compliance(0);
   return obstacle;
 }
@@ -97,10 +100,9 @@ BorderAhead border_on_the_way(const InsertionView& at, const Path& path, const O
 }
 
 void press_on_border(const InsertionView& at, const Obstacle& border, TipState& tip) {
-  if (tip.contact > 0 && tip.cutting == 0) return;
-  const Vector3 force = force_of_tip(at, border, tip);
-  const double contact = border.at.normal.dot(force);
-  tip = {.contact = std::max(0.0, contact), .cutting = 0, .lateral = force - contact * border.at.normal};
+  if (tip.cutting == 0) return;
+  const Vector3 force = force_of_tip(at, border, tip), &n = border.at.normal;
+  tip = {.contact = contact_of(at, border, tip), .cutting = 0, .lateral = force - n.dot(force) * n};
 }
 
 void cut_beside_border(const InsertionView& at, const Path& path, const Obstacle& border, TipState& tip) {
