@@ -9,6 +9,7 @@
 #include "server/engine/state/limits.h"
 #include "server/engine/tick/insertion/path_wall.h"
 #include "server/engine/tick/insertion/shaft_contact.h"
+#include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/scratch.h"
 
 namespace acus {
@@ -35,10 +36,7 @@ void add_contact(const InsertionView& at, const Insertion& insertion, DrawnTissu
   const MaterialPoint& touched = insertion.touched;
   const Vector3 centre = at.tissue.position(touched);
   DimpleSpring dimple = at.tissue.dimple_spring(touched, at.parameters.outer_diameter);
-  if (at.tissue.relaxes()) {
-    const RelaxationStep& law = at.tissue.relaxation_of(touched);
-    dimple.relax(law.stiffening, law.given.dot(insertion.memory->dimple));
-  }
+  if (at.tissue.relaxes()) remember(at.tissue.relaxation_of(touched), *insertion.memory, dimple);
   add_dent(centre, at.needle.tip().position - centre, dimple.radii(insertion.tip.contact), drawn);
 }
 

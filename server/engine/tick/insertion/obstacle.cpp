@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/engine/tick/insertion/spring_memory.h"
+
 namespace acus {
 
 namespace {
@@ -17,9 +19,7 @@ void bear_on_patch(const InsertionView& at, const Surface& surface, int behind, 
   obstacle.at.normal = obstacle.patch->normal;
   obstacle.rise = obstacle.patch->rise;
   obstacle.dimple = at.tissue.dimple_spring(obstacle.material, d, behind);
-  if (!at.tissue.relaxes()) return;
-  const RelaxationStep& law = at.tissue.relaxation_of(obstacle.material);
-  obstacle.dimple.relax(law.stiffening, law.given.dot(state.memory->dimple));
+  if (at.tissue.relaxes()) remember(at.tissue.relaxation_of(obstacle.material), *state.memory, obstacle.dimple);
 }
 
 // Share of a force along the cutting direction that is against a border.
@@ -33,10 +33,11 @@ Vector3 force_of_tip(const InsertionView& at, const Obstacle& border, const TipS
 }
 
 // What a border bears along its normal of a tip that has contact with it, or cuts before it (N): not more than f_p.
-double contact_of(const InsertionView& at, const Obstacle& border, const TipState& tip) {
+// `force`: force_of_tip().
+double contact_of(const InsertionView& at, const Obstacle& border, const TipState& tip, const Vector3& force) {
   if (tip.cutting == 0) return tip.contact;
   const double most = std::max(tip.contact, at.tissue.puncture_force(border.material, border.region));
-  return std::clamp(border.at.normal.dot(force_of_tip(at, border, tip)), tip.contact, most);
+  return std::clamp(border.at.normal.dot(force), tip.contact, most);
 }
 
 // Of what bears the tip, at the start of the tick and now.
@@ -71,9 +72,10 @@ Obstacle border_ahead(const InsertionView& at, int region, const Vector3& p, con
   obstacle.material = surface.material(obstacle.at);
   const double puncture_force = at.tissue.puncture_force(obstacle.material, region);
   if (std::isfinite(puncture_force)) bear_on_patch(at, surface, region, state, obstacle);
-  obstacle.bears = contact_of(at, obstacle, state.tip);
+  const Vector3 force = force_of_tip(at, obstacle, state.tip);
+  obstacle.bears = contact_of(at, obstacle, state.tip, force);
   obstacle.dimple_before = obstacle.dimple.depth(obstacle.bears);
-  const double size = std::min(force_of_tip(at, obstacle, state.tip).norm(), puncture_force);
+  const double size = std::min(force.norm(), puncture_force);
   obstacle.compliance_along = size > 0 ? obstacle.dimple.depth(size) / size : obstacle.dimple.compliance(0);
   return obstacle;
 }
@@ -102,7 +104,7 @@ BorderAhead border_on_the_way(const InsertionView& at, const Path& path, const O
 void press_on_border(const InsertionView& at, const Obstacle& border, TipState& tip) {
   if (tip.cutting == 0) return;
   const Vector3 force = force_of_tip(at, border, tip), &n = border.at.normal;
-  tip = {.contact = contact_of(at, border, tip), .cutting = 0, .lateral = force - n.dot(force) * n};
+  tip = {.contact = contact_of(at, border, tip, force), .cutting = 0, .lateral = force - n.dot(force) * n};
 }
 
 void cut_beside_border(const InsertionView& at, const Path& path, const Obstacle& border, TipState& tip) {

@@ -216,8 +216,8 @@ std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion
     const Path& path = paths[static_cast<std::size_t>(state.path)];
     if (!tissue.borders.any() || path.exited) return std::nullopt;
     const Vector3 end = tissue.position(path.end);
-    if (state.border >= 0) return border_ahead(at, state.border, end, state).patch;
-    const auto border = first_border(tissue, path, end + distance * at.cutting_direction());
+    const auto border = state.border >= 0 ? std::optional(BorderPlace{state.border, end})
+                                          : first_border(tissue, path, end + distance * at.cutting_direction());
     return border ? border_ahead(at, border->region, border->place, state).patch : std::nullopt;
   }
   if (state.phase != Phase::free && state.phase != Phase::through) return std::nullopt;

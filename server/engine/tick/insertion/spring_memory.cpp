@@ -47,13 +47,17 @@ void relax_tip(const InsertionView& at, InsertionScratch& scratch) {
 void relax_dimple(const InsertionView& at, InsertionScratch& scratch) {
   if (!scratch.located.obstacle || !scratch.located.obstacle->patch) return;
   Obstacle& obstacle = *scratch.located.obstacle;
-  Branches& crept = scratch.next.memory->dimple;
+  SpringMemory& memory = *scratch.next.memory;
   const RelaxationStep& law = at.tissue.relaxation_of(obstacle.material);
-  crept += law.taken.cwiseProduct(Branches::Constant(obstacle.dimple.at_rest(obstacle.bears)) - crept);
-  obstacle.dimple.relax(law.stiffening, law.given.dot(crept));
+  memory.dimple += law.taken.cwiseProduct(Branches::Constant(obstacle.dimple.at_rest(obstacle.bears)) - memory.dimple);
+  remember(law, memory, obstacle.dimple);
 }
 
 }  // namespace
+
+void remember(const RelaxationStep& law, const SpringMemory& memory, DimpleSpring& dimple) {
+  dimple.relax(law.stiffening, law.given.dot(memory.dimple));
+}
 
 void forget_dimple(Insertion& state) {
   if (!touches(state) && state.border < 0) state.memory->dimple.setZero();

@@ -25,6 +25,9 @@ namespace acus {
 // `before`: of the last tick; `path`: the needle's, or null.
 void relax_springs(const InsertionView& at, const Insertion& before, const Path* path, InsertionScratch& scratch);
 
+// The dimple under a tip as its memory has it.
+void remember(const RelaxationStep& law, const SpringMemory& memory, DimpleSpring& dimple);
+
 // At the start of a tick: a tip that has let go finds the next surface or border at rest.
 void forget_dimple(Insertion& state);
 
