@@ -4,6 +4,11 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
 #include "server/engine/math/random.h"
 #include "server/engine/models/clusters.h"
 #include "server/engine/models/triangle.h"
@@ -287,6 +292,58 @@ TEST_CASE("inside no edge is sharp: along a border the normal turns bit by bit")
     before = normal;
   }
   CHECK(before.y() > 0.99);
+}
+
+// Largest difference of the normals of two triangles in the middle of an edge that they share, at most 40 degrees sharp
+// at rest.
+double largest_turn_at_edges(const TetrahedralMesh& mesh, const Matrix3X& x) {
+  const Surface surface(mesh);
+  const auto weights = [&](std::size_t t, int a, int b) {
+    Eigen::Vector3d w;
+    for (int k = 0; k < 3; ++k) w[k] = mesh.surface[t][k] == a || mesh.surface[t][k] == b ? 0.5 : 0;
+    return w;
+  };
+  const auto facing = [&](std::size_t t) {
+    const Vector3 a = mesh.nodes.col(mesh.surface[t][0]);
+    return Vector3((mesh.nodes.col(mesh.surface[t][1]) - a).cross(mesh.nodes.col(mesh.surface[t][2]) - a).normalized());
+  };
+  double most = 0;
+  for (std::size_t s = 0; s < mesh.surface.size(); ++s)
+    for (std::size_t t = 0; t < s; ++t) {
+      std::vector<int> shared;
+      for (const int node : mesh.surface[s])
+        if (std::ranges::count(mesh.surface[t], node) > 0) shared.push_back(node);
+      if (shared.size() != 2 || facing(s).dot(facing(t)) < std::cos(0.7)) continue;
+      const auto normal = [&](std::size_t u) {
+        return surface.normal(x, {.triangle = static_cast<int>(u), .weights = weights(u, shared[0], shared[1])});
+      };
+      most = std::max(most, (normal(s) - normal(t)).norm());
+    }
+  return most;
+}
+
+TEST_CASE("normals are the same on both sides of every shallow edge, on any mesh, however the tissue stands") {
+  Random random(14);
+  const TetrahedralMesh organ = read_gmsh_mesh(source_path("scenes/meshes/inclusion.msh"), 1);
+  TetrahedralMesh bumpy = make_box_mesh(2 * kHalf, {5, 4, 6});
+  bumpy.nodes += random.matrix(3, bumpy.nodes.cols(), 0.004);  // edges of all angles
+  for (const TetrahedralMesh& mesh : {organ, bumpy}) {
+    const double size = (mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff()).maxCoeff();
+    for (const double noise : {0.0, 0.01, 0.05})
+      CHECK(largest_turn_at_edges(mesh, mesh.nodes + random.matrix(3, mesh.nodes.cols(), noise * size)) < 1e-12);
+  }
+}
+
+TEST_CASE("the faces of a box are flat up to its edges, however it is bent") {
+  const TetrahedralMesh mesh = box();
+  const Surface surface(mesh);
+  const SurfacePoint at_edge = surface.closest(mesh.nodes, {0.0499, 0.003, 0.07});
+  CHECK((at_edge.normal - Vector3::UnitZ()).norm() < 1e-12);
+  // Sheared until that edge has 30 degrees only: it stays an edge.
+  Matrix3 f = Matrix3::Identity();
+  f(0, 2) = -std::tan(std::numbers::pi / 3);
+  const Matrix3X sheared = f * mesh.nodes;
+  CHECK((surface.normal(sheared, at_edge) - Vector3::UnitZ()).norm() < 1e-12);
 }
 
 TEST_CASE("without regions a surface inside is empty, and nothing lies beyond the mesh's own") {

@@ -87,6 +87,29 @@ Scene thin_layers(double puncture_force) {
   return scene;
 }
 
+// Nodes stand above and below z = 0, none on it. A tilted needle bends and slides there before it crosses.
+Scene stiff_border_in_steps() {
+  Scene scene = two_layers();
+  scene.tissue.box = {.size = {0.12, 0.12, 0.1}, .cells = {9, 9, 9}};
+  scene.tissue.fixed.assign(1, Volume{});
+  scene.tissue.fixed[0].half_space = HalfSpace{Vector3(0, 0, -0.0499), Vector3::UnitZ()};
+  for (Region& region : scene.tissue.regions) {
+    region.material = {.young_modulus = 32e3, .poisson_ratio = 0.34, .rayleigh_stiffness = 0.02};
+    region.interaction = {.puncture_force = 2, .cutting_force = 0.48, .pressure = 16e3, .foundation_stiffness = {}};
+    region.interaction.friction_static = 0.12;
+    region.interaction.friction_dynamic = 0.1;
+  }
+  scene.tissue.regions[kUpper].interaction.puncture_force = 0.46;
+  scene.tissue.regions[kUpper].interaction.cutting_force = 0.03;
+  Needle& needle = scene.needles[0];
+  needle.length = 0.14;
+  needle.material.young_modulus = 200e9;
+  const Vector3 axis = Vector3(0.727, -0.072, -0.683).normalized(), target(-1e-3, 5e-3, -1.5e-3);
+  needle.base.orientation = Eigen::Quaterniond::FromTwoVectors(Vector3::UnitX(), axis);
+  needle.base.position = target - (0.01 + (target.z() - 0.05) / axis.z() + needle.length) * axis;
+  return scene;
+}
+
 // "4 3 2": the regions of events in their order.
 std::string regions_of(const std::vector<Event>& events) {
   std::string all;
@@ -246,6 +269,30 @@ TEST_CASE(
       }
     }
   }
+}
+
+TEST_CASE("a tip that slid along a border that the mesh has in steps goes straight on as it crosses" *
+          doctest::test_suite("gate")) {
+  Bench bench(stiff_border_in_steps());
+  Vector3 before = Vector3::Zero();
+  double step = 0, pressed = 0, behind = 0;
+  int ticks_behind = 0;
+  bench.each_tick = [&] {
+    const Vector3 force = bench.needle().base_force;
+    if (bench.events(EventKind::crossing).empty()) {
+      pressed = force.norm();
+    } else if (++ticks_behind > 2) {
+      behind = std::max(behind, force.norm());
+      step = std::max(step, (force - before).norm());
+    }
+    before = force;
+  };
+  bench.push(0, 0.105, 0.0144);
+  CHECK(bench.events(EventKind::crossing).size() == 1);
+  CHECK(pressed > 3);
+  CHECK(behind < pressed / 2);
+  CHECK(step < 0.02);
+  CHECK(bench.finite());
 }
 
 TEST_CASE("a border gives way as far on a coarse mesh as on a fine one" * doctest::test_suite("gate")) {

@@ -20,6 +20,9 @@ struct Corners {
   Vector3 area_normal() const { return (b - a).cross(c - a); }
 };
 
+// Within 45 degrees.
+bool face_alike(const Vector3& a, const Vector3& b) { return a.dot(b) > std::numbers::sqrt2 / 2 * a.norm() * b.norm(); }
+
 // How far coordinates as large as these may be off by rounding (m), with a wide margin.
 double rounding(const Vector3& a, const Vector3& b) {
   return 1e-12 * std::max(a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff());
@@ -74,15 +77,40 @@ Surface::Surface(const TetrahedralMesh& mesh, std::span<const int> regions, int 
 
 void Surface::index_nodes() {
   if (empty()) return;
-  node_triangles_.resize(static_cast<std::size_t>(mesh_.node_count()));
-  for (int t = 0; t < triangle_count(); ++t)
-    for (int node : triangles_[t]) node_triangles_[node].push_back(t);
-  for (int i = 0; i < mesh_.node_count(); ++i)
-    if (!node_triangles_[i].empty()) nodes_.push_back(i);
+  for (const auto& triangle : triangles_) nodes_.insert(nodes_.end(), triangle.begin(), triangle.end());
+  std::ranges::sort(nodes_);
+  nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
+  index_corners();
   put_outermost_first();
   clusters_ = Clusters(mesh_.nodes, triangles_, kClusterTriangles);
   for (int cluster = 0; cluster < clusters_.count(); ++cluster)
     rest_bounds_.push_back(clusters_.bounds(mesh_.nodes, cluster));
+}
+
+// Around a node, triangles belong together that smooth edges join, one after the other: so normals are continuous
+// across every smooth edge, and a triangle's own does not choose.
+void Surface::index_corners() {
+  std::vector<std::vector<int>> around(static_cast<std::size_t>(mesh_.node_count()));
+  for (int t = 0; t < triangle_count(); ++t)
+    for (const int node : triangles_[t]) around[node].push_back(t);
+  const auto normal = [&](int t) { return Corners(triangles_[t], mesh_.nodes).area_normal(); };
+  const auto joined = [&](int s, int t, int node) {
+    const auto shares = [&](int other) { return other != node && std::ranges::count(triangles_[t], other) > 0; };
+    return std::ranges::any_of(triangles_[s], shares) && (!sharp_edges_ || face_alike(normal(s), normal(t)));
+  };
+  std::vector<int> group;
+  for (int t = 0; t < triangle_count(); ++t) {
+    for (const int node : triangles_[t]) {
+      corner_begin_.push_back(static_cast<int>(corner_triangles_.size()));
+      group.assign(1, t);
+      for (std::size_t i = 0; i < group.size(); ++i)
+        for (const int other : around[node])
+          if (std::ranges::count(group, other) == 0 && joined(group[i], other, node)) group.push_back(other);
+      std::ranges::sort(group);
+      corner_triangles_.insert(corner_triangles_.end(), group.begin(), group.end());
+    }
+  }
+  corner_begin_.push_back(static_cast<int>(corner_triangles_.size()));
 }
 
 // The six nodes that span the box at rest, so that near() finds most points in it at once.
@@ -111,21 +139,12 @@ double Surface::largest_move(const Matrix3X& from, const Matrix3X& to) const {
   return std::sqrt(largest2);
 }
 
-namespace {
-
-// Within 45 degrees.
-bool face_alike(const Vector3& a, const Vector3& b) { return a.dot(b) > std::numbers::sqrt2 / 2 * a.norm() * b.norm(); }
-
-}  // namespace
-
-// Mean normal of the triangles around a node; where edges are sharp, of those that face within 45 degrees of `facing`:
-// curved surfaces are smooth, and the faces of a box flat up to its edges.
-Vector3 Surface::corner_normal(const Matrix3X& x, int node, const Vector3& facing) const {
+// Mean normal of the triangles that meet at a triangle's corner across no sharp edge: curved surfaces are smooth, and
+// the faces of a box flat up to its edges.
+Vector3 Surface::corner_normal(const Matrix3X& x, int triangle, int corner) const {
+  const auto from = corner_triangles_.begin(), at = corner_begin_.begin() + 3 * triangle + corner;
   Vector3 sum = Vector3::Zero();
-  for (int t : node_triangles_[node]) {
-    const Vector3 n = Corners(triangles_[t], x).area_normal();
-    if (!sharp_edges_ || face_alike(n, facing)) sum += n;
-  }
+  for (auto t = from + at[0]; t != from + at[1]; ++t) sum += Corners(triangles_[*t], x).area_normal();
   return sum.normalized();
 }
 
@@ -134,12 +153,11 @@ SurfacePoint Surface::make_point(const Matrix3X& x, int triangle, const Eigen::V
   SurfacePoint point;
   point.triangle = triangle;
   point.weights = weights;
-  const Vector3 facing = Corners(triangles_[triangle], x).area_normal();
   Vector3 normal = Vector3::Zero();
   for (int k = 0; k < 3; ++k) {
     const int node = triangles_[triangle][k];
     point.position += weights[k] * x.col(node);
-    normal += weights[k] * corner_normal(x, node, facing);
+    normal += weights[k] * corner_normal(x, triangle, k);
   }
   point.normal = normal.normalized();
   point.distance = point.normal.dot(query - point.position);

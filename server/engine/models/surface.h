@@ -25,7 +25,8 @@ struct SurfacePoint {
 // with a coordinate that is not finite are left out.
 class Surface {
  public:
-  // The mesh's boundary; outside is where there is no tissue. Its edges are sharp above 45 degrees.
+  // The mesh's boundary; outside is where there is no tissue. Its edges are sharp where they are above 45 degrees at
+  // rest.
   explicit Surface(const TetrahedralMesh& mesh);
   // The faces that a region shares with others; outside is the rest of the tissue. `regions` per tetrahedron; without
   // them the surface is empty. No edge is sharp: a mesh that does not follow a border has it in steps.
@@ -68,6 +69,7 @@ class Surface {
   };
 
   void index_nodes();
+  void index_corners();
   void put_outermost_first();
   // Those at rest, which contact patches ask for many times a tick, are kept.
   Bounds bounds(const Matrix3X& x, int cluster) const {
@@ -78,7 +80,7 @@ class Surface {
   template <class Counts>
   Nearest find_nearest(const Matrix3X& x, const Vector3& p, const Counts& counts) const;
   SurfacePoint make_point(const Matrix3X& x, int triangle, const Eigen::Vector3d& weights, const Vector3& query) const;
-  Vector3 corner_normal(const Matrix3X& x, int node, const Vector3& facing) const;
+  Vector3 corner_normal(const Matrix3X& x, int triangle, int corner) const;
 
   const TetrahedralMesh& mesh_;
   bool sharp_edges_;
@@ -87,7 +89,8 @@ class Surface {
   std::vector<int> nodes_;                         // of the triangles; outermost ones first
   Clusters clusters_;                              // of the triangles
   std::vector<Bounds> rest_bounds_;                // of the clusters
-  std::vector<std::vector<int>> node_triangles_;   // per mesh node
+  std::vector<int> corner_begin_;                  // per triangle and corner, in corner_triangles_; one more at the end
+  std::vector<int> corner_triangles_;              // that meet there, across no sharp edge
 };
 
 // Follows the straight segment from `from` (inside tetrahedron `start`) to `to` through the tetrahedra it crosses, at

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -32,13 +33,30 @@ TEST_CASE("a blunt tip, and any that is pushed straight, punctures at f_p and ha
 TEST_CASE("a sharp tip that is tilted punctures at f_p along the needle, and sticks until its face lies flat") {
   for (const TipShape tip : {TipShape::bevel, TipShape::pencil, TipShape::trocar}) {
     const double flat = 90 - *face_angle(with_tip(tip)) / kDegree;
-    for (const double tilt : {15.0, 45.0, flat - 1}) {
+    for (const double tilt : {15.0, 45.0, flat - 2.1}) {
       const TipFriction found = tip_friction(with_tip(tip), tilted(tilt), Vector3::UnitZ(), 0.3);
       CHECK(found.puncture_share == doctest::Approx(std::cos(tilt * kDegree)));
       CHECK(found.friction > std::tan(tilt * kDegree));
     }
-    CHECK(tip_friction(with_tip(tip), tilted(flat + 1), Vector3::UnitZ(), 0.3).friction == 0.3);
-    CHECK(tip_friction(with_tip(tip), tilted(flat - 1), Vector3::UnitZ(), 20).friction == 20);
+    CHECK(tip_friction(with_tip(tip), tilted(flat + 2.1), Vector3::UnitZ(), 0.3).friction == 0.3);
+    CHECK(tip_friction(with_tip(tip), tilted(flat - 2.1), Vector3::UnitZ(), 20).friction == 20);
+  }
+}
+
+TEST_CASE("a sharp tip whose face comes to lie flat lets go over some degrees, not at one") {
+  for (const TipShape tip : {TipShape::bevel, TipShape::pencil, TipShape::trocar}) {
+    TipFriction before = tip_friction(with_tip(tip), tilted(0), Vector3::UnitZ(), 0.3);
+    double largest = 0;
+    for (double tilt = 0; tilt < 90; tilt += 0.01) {
+      const TipFriction found = tip_friction(with_tip(tip), tilted(tilt), Vector3::UnitZ(), 0.3);
+      CHECK(found.friction <= before.friction);
+      largest =
+          std::max({largest, before.friction - found.friction, std::abs(found.puncture_share - before.puncture_share)});
+      before = found;
+    }
+    CHECK(before.friction == 0.3);
+    CHECK(before.puncture_share == 1);
+    CHECK(largest < 0.02);
   }
 }
 

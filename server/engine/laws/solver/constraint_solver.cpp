@@ -8,6 +8,18 @@
 
 namespace acus {
 
+namespace {
+
+// Whether a contact with friction is pressed. Friction may hold it where it would open by itself: then both are
+// answers, and the one goes on from which the forces come.
+bool holds_by_friction(std::span<const Law> laws, std::span<const double> lambda) {
+  for (int i = 0; i < static_cast<int>(laws.size()); ++i)
+    if (is_contact(laws, i) && lambda[static_cast<std::size_t>(i)] > 0) return true;
+  return false;
+}
+
+}  // namespace
+
 ConstraintSolver::ConstraintSolver(int capacity) : attempts_(capacity), reduced_(capacity) {
   const auto n = static_cast<std::size_t>(capacity);
   scale_.resize(n);
@@ -67,10 +79,12 @@ SolverResult ConstraintSolver::solve_again(LawMethod method, Eigen::Ref<const Ma
   const LawState state{lambda, delta};
   reduced_.replace_laws(full);
   reduced_.gather(lambda);
+  const bool held = holds_by_friction(laws, lambda);
   std::fill(lambda.begin(), lambda.end(), 0.0);
   std::copy(delta_free.begin(), delta_free.end(), delta.begin());
+  const double open = law_residual(full, state);
   SolverResult result;
-  result.residual = law_residual(full, state);
+  result.residual = held && std::isfinite(open) ? std::numeric_limits<double>::infinity() : open;
   const bool direct = method == LawMethod::direct;
   if (reducible_ && direct) {
     solve_rounds(kDirect, std::numeric_limits<double>::infinity(), {.share = kDirectEnd}, full, state, budget, result);
@@ -80,6 +94,11 @@ SolverResult ConstraintSolver::solve_again(LawMethod method, Eigen::Ref<const Ma
       direct && (budget.spent() || result.residual <= std::max(tolerance, kDirectEnd * force_scale(lambda)));
   // Half the tolerance, for what the elimination leaves over.
   if (reducible_ && !ends) solve_rounds(kGaussSeidel, tolerance / 2, {.force = tolerance}, full, state, budget, result);
+  if (held && open < result.residual && !(result.residual <= tolerance)) {
+    result.residual = open;
+    std::fill(lambda.begin(), lambda.end(), 0.0);
+    std::copy(delta_free.begin(), delta_free.end(), delta.begin());
+  }
   result.fell_back = method == LawMethod::direct && result.sweeps > 0;
   result.method = result.fell_back ? LawMethod::gauss_seidel : method;
   result.converged = result.residual <= tolerance;

@@ -60,18 +60,44 @@ BorderAhead ahead_of(const Transition& now, const Path& path) {
   return ahead;
 }
 
-// The cut goes on behind a border, with its own force.
-std::uint32_t go_through_border(const Transition& now, Path& path, const Obstacle& border) {
+// The end of the cut of a tip that has gone through a border with the cutting force (N): behind the tip by what yields
+// ahead of it, in the region behind the border. `mouth`: of that region, on the border.
+MaterialPoint end_behind(const Transition& now, const MaterialPoint& mouth, double cutting) {
   const TissueView& tissue = now.at.tissue;
-  const int from = path.end.tetrahedron;
-  const std::uint32_t flags =
-      lay_vertices(now, path, from, tissue.position(path.end), tissue.position(border.material));
+  const auto reach = [&](const MaterialPoint& from, const Vector3& to) {
+    return trace_segment(tissue.mesh, tissue.x, from.tetrahedron, tissue.position(from), to, tissue.regions).end;
+  };
+  const MaterialPoint at_tip = reach(mouth, now.at.needle.tip().position);
+  const double lag = tissue.tip_compliance(mouth, now.at.needle.model.diameter, cutting) * cutting;
+  return reach(at_tip, tissue.position(at_tip) - lag * now.at.cutting_direction());
+}
+
+// The cut goes on behind a border, with its own force. Vertices that the tip laid on the border as it slid, and the
+// path's end, were displaced by the dimple (beside_dimple()). With the dimple gone the path goes from the last vertex
+// before it straight to the tip.
+std::uint32_t go_through_border(const Transition& now, Path& path, const Obstacle& border) {
+  constexpr double kBeside = 0.05;  // of the dimple's depth
+  const TissueView& tissue = now.at.tissue;
+  const std::size_t least = static_cast<std::size_t>(path.last_mouth()) + 1;
+  while (path.vertices.size() > least &&
+         beside_dimple(now.at, path, now.scratch, path.vertices.back()).norm() > kBeside * border.dimple_before)
+    path.vertices.pop_back();
+  // Vertices of the straight piece take over the traction of those before them.
+  now.state.last_alongside = std::min(now.state.last_alongside, static_cast<int>(path.vertices.size()) - 1);
   const int behind = tissue.borders.surface(border.region).beyond(border.at);
   path.end = {behind, barycentric(tissue.mesh, tissue.x, behind, tissue.position(border.material))};
   cut_beside_border(now.at, path, border, now.state.tip);
+  path.end = end_behind(now, path.end, now.state.tip.cutting);
+  path.tail = 0;
+  const MaterialPoint& last = path.vertices.back();
+  const std::uint32_t flags =
+      lay_vertices(now, path, last.tetrahedron, tissue.position(last), tissue.position(path.end));
   now.state.border = -1;
-  if (now.state.memory) now.state.memory->dimple.setZero();
-  return flags | grow(now, path, behind, border.material.tetrahedron);
+  if (now.state.memory) {
+    now.state.memory->dimple.setZero();
+    now.state.memory->tip = {};
+  }
+  return flags | grow(now, path, path.end.tetrahedron, -1);
 }
 
 // The tip punctures a border, presses on it, slides along it or leaves it.

@@ -7,6 +7,13 @@
 
 namespace acus {
 
+namespace {
+
+// Of the angle of a tip's face, of the standard.
+constexpr double kFaceTolerance = 2 * std::numbers::pi / 180;  // rad
+
+}  // namespace
+
 double cutting_compliance(const InsertionView& at, const Path& path, const BorderAhead& border) {
   const double cutting_force = at.tissue.interaction(path.end).cutting_force;
   const double free = at.tissue.tip_compliance(path.end, at.parameters.outer_diameter, cutting_force);
@@ -39,9 +46,12 @@ std::optional<double> face_angle(const Needle& needle) {
 
 TipFriction tip_friction(const Needle& needle, const Vector3& along, const Vector3& normal, double friction) {
   const std::optional<double> face = face_angle(needle);
+  if (!face) return {friction, 1};
   const double inwards = std::min(-along.dot(normal), 1.0);  // cos theta
-  if (!face || inwards <= std::sin(*face)) return {friction, 1};
-  return {std::max(friction, 1 / std::tan(*face)), inwards};
+  const double flat = std::sin(*face - kFaceTolerance), sticks = std::sin(*face + kFaceTolerance);
+  const double share = std::clamp((inwards - flat) / (sticks - flat), 0.0, 1.0);
+  const double most = std::max(friction, 1 / std::tan(*face));
+  return {friction + share * (most - friction), 1 + share * (inwards - 1)};
 }
 
 TipFriction tip_friction(const InsertionView& at, const Obstacle& obstacle, double puncture_force, double friction) {

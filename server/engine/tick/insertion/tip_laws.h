@@ -18,7 +18,9 @@
 //
 //   mu' = max(mu, cot beta)      where theta < pi/2 - beta, else mu,
 //
-// and the tip punctures when the force along the needle is f_p, that is f_p cos theta along the normal.
+// and the tip punctures when the force along the needle is f_p, that is f_p cos theta along the normal. One goes over
+// into the other, evenly by cos theta, from 2 degrees before that angle to 2 degrees beyond it. So a tip that comes to
+// lie flat, as its needle bends, begins to slide smoothly; from tick to tick it would stick and slip.
 //
 // beta: hypodermic bevels 11 +- 2 degrees, short ones 17 +- 2 (ISO 7864:2016). Pencil points are cones of about 15
 // degrees half angle, trocars have three faces at about 20; these are typical values, no standard. A scene may give its
