@@ -43,7 +43,7 @@ if(TARGET acus-view)
 endif()
 # The Python programs are modules of the package, and links to one launcher.
 install(PROGRAMS client/python/launch DESTINATION ${CMAKE_INSTALL_DATADIR}/acus/client COMPONENT client)
-foreach(script plot picture top study cloud)
+foreach(script plot picture top study fit cloud)
   file(RELATIVE_PATH target ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_DATADIR}/acus/client/launch)
   file(CREATE_LINK ${target} ${PROJECT_BINARY_DIR}/acus-${script} SYMBOLIC)
   install(FILES ${PROJECT_BINARY_DIR}/acus-${script} DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT client)

@@ -56,7 +56,8 @@ what comes back, acus-plot and acus-picture draw that,
 acus-top shows how a running server does, acus-view shows it in a browser,
 acus-keygen makes keys for server and clients, and acus-haptic puts a haptic
 device, a gamepad or a simulated hand on a needle. acus-study runs programs with
-studies on a cluster, acus-cloud shows where a tip may be.")
+studies on a cluster, acus-fit finds the parameters of a scene from measured
+curves, acus-cloud shows where a tip may be.")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Python package for Acus servers
 Acus simulates needles in soft tissue in real time. This package has the
 Python module acus: a client of its server, servers of one's own, scenes,

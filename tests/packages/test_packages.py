@@ -20,7 +20,7 @@ PACKAGES = ["acus-client", "acus-scenes", "acus-server", "libacus-dev", "libacus
 SOME_FILES = {
     "acus-server": ["usr/bin/acus-server", "usr/bin/acus-mesh", "usr/bin/acus-export",
                     "usr/lib/systemd/system/acus-server@.service", "usr/share/man/man1/acus-server.1.gz"],
-    "acus-client": ["usr/bin/acus-view", "usr/share/acus/view/view.js", "usr/bin/acus-replay", "usr/bin/acus-haptic", "usr/bin/acus-keygen", "usr/bin/acus-plot", "usr/bin/acus-top", "usr/bin/acus-study", "usr/bin/acus-cloud",
+    "acus-client": ["usr/bin/acus-view", "usr/share/acus/view/view.js", "usr/bin/acus-replay", "usr/bin/acus-haptic", "usr/bin/acus-keygen", "usr/bin/acus-plot", "usr/bin/acus-top", "usr/bin/acus-study", "usr/bin/acus-fit", "usr/bin/acus-cloud",
                     "usr/share/acus/client/launch", "usr/share/man/man1/acus-keygen.1.gz",
                     "usr/share/man/man1/acus-top.1.gz"],
     "libacus-dev": ["usr/include/acus/client/link/client.h", "usr/include/acus/client/haptics/kit.h",

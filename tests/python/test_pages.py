@@ -22,6 +22,10 @@ class Pages(InTemporaryFolder):
     def test_what_the_page_of_studies_shows(self):
         self.run_page("studies.md", 3)
 
+    @unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
+    def test_what_the_page_of_fits_shows(self):
+        self.run_page("fitting.md", 1)
+
     def run_page(self, name, least):
         with open(os.path.join(ROOT, "docs", name), encoding="utf-8") as file:
             blocks = re.findall(r"```python\n(.*?)```", file.read(), re.DOTALL)

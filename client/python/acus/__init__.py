@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Needles in soft tissue, simulated by acus-server or in this process: docs/python.md says how this package is used."""
 
-from . import engine, plan, study
+from . import engine, fit, plan, study
 from .client import Client
 from .drawn import Dents
-from .errors import (AcusError, ClientError, EnvError, KeyFileError, KeysRefused, PlanError, ProgramNotFound, ProtocolMismatch, Refused,
+from .errors import (AcusError, ClientError, EnvError, FitError, KeyFileError, KeysRefused, PlanError, ProgramNotFound, ProtocolMismatch, Refused,
                      RunError, SceneError, ServerFailed, StudyError, Vanished)
 from .keys import Keys
 from .messages import (DescribeReply, Done, Event, Force, Guide, Haptics, HashReply, HelloReply, Needle,

@@ -69,5 +69,9 @@ class StudyError(AcusError):
     """A study that cannot be made, run or continued; names the parameter, output or file."""
 
 
+class FitError(AcusError):
+    """Parameters cannot be fitted; names the data, the parameter or the argument and says what to change."""
+
+
 class PlanError(AcusError):
     """A plan cannot be made; names the argument and says what to change."""

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""acus.fit at length: twenty truths, with noise, found again; liver and gelatin as they were measured, what is fitted told
+from what is predicted. Prints what it finds. Measured data are looked for in ../shared/data."""
+
+import csv
+import math
+import os
+import unittest
+
+import numpy as np
+from small_scene import ROOT, InTemporaryFolder
+from test_fit import CUTTING, PUNCTURE, PUSH, STIFFNESS, with_truth
+
+import acus
+from acus import engine
+from acus.fit import Fit, Measurement, read_measurement, simulated
+
+DATA = os.path.join(os.path.dirname(ROOT), "shared", "data")
+LIVER, GELATIN, BEVEL = "tissue.regions[liver].", "tissue.regions[gelatin].", "needles[0].cutting_direction[1]"
+
+
+def needs(name):
+    path = os.path.join(DATA, name)
+    return unittest.skipUnless(os.path.exists(path), f"without {path}")
+
+
+@unittest.skipUnless(engine.available(), "without the engine")
+class Truths(InTemporaryFolder):
+    def test_twenty(self):
+        """Each with noise of 1 % of its range."""
+        scene = acus.Scene.read(self.write_scene())
+        ranges = {STIFFNESS: (2e3, 30e3), PUNCTURE: (0.1, 1.0), CUTTING: (0.03, 0.6)}
+        random, errors, inside, doubts = np.random.default_rng(7), [], 0, 0
+        for case in range(20):
+            truth = {name: float(math.exp(random.uniform(math.log(1.3 * low), math.log(0.77 * high)))) for name, (low, high) in ranges.items()}
+            truth[CUTTING] = min(truth[CUTTING], 0.6 * truth[PUNCTURE])  # above, a tip does not puncture but cuts
+            noise = 0.01 * simulated(with_truth(scene, truth), PUSH).size
+            data = simulated(with_truth(scene, truth), PUSH, noise=noise, seed=case)
+            done = Fit(scene, data, ranges).run(progress=False)
+            for name, value in truth.items():
+                low, high = done.intervals[name]
+                errors.append(abs(done.values[name] / value - 1))
+                inside += low <= value <= high
+                doubts += name in done.doubts
+        print(f"20 truths: errors median {np.median(errors):.2%}, largest {max(errors):.2%}; {inside} of 60 within their intervals; {doubts} not identified")
+        self.assertLess(np.median(errors), 0.01)
+        self.assertLess(max(errors), 0.1)
+        self.assertGreaterEqual(inside, 48)
+        self.assertEqual(doubts, 0)
+
+
+@unittest.skipUnless(engine.available(), "without the engine")
+class Measured(unittest.TestCase):
+    @needs("axial_force_liver/depth_force.csv")
+    def test_liver(self):
+        """Up to 28 mm fitted; further on that needle met what a homogeneous slab does not have, and the prediction fails."""
+        data = read_measurement(os.path.join(DATA, "axial_force_liver", "depth_force.csv"), acus.Insertion(0.049, 0.003), until=0.028)
+        done = Fit("liver_insertion", data, {LIVER + "material.young_modulus": (4e3, 40e3), LIVER + "interaction.puncture_force": (0.5, 3),
+                                             LIVER + "interaction.deep_indentation": (0.2, 3), LIVER + "interaction.pressure": (4e3, 60e3),
+                                             "data.shift": (-4e-3, 8e-3)}).run(progress=False)
+        print(done)
+        self.assertLess(abs(done.values[LIVER + "interaction.puncture_force"] / 1.41 - 1), 0.05)
+        self.assertLess(done.relative[0], 0.04)
+        self.assertEqual(done.doubts, {})
+        self.assertLess(done.predictions[0].within, 0.3)
+
+    @needs("bevel_steering/timeseries.csv")
+    def test_gelatin(self):
+        """Three insertions fitted together, four predicted."""
+        trials = gelatin_trials()
+        scene = acus.Scene.read(acus.find_scene("steering_arc"))
+        done = Fit(scene, trials[:3], {BEVEL: (0.01, 0.2)}).run(progress=False)
+        print(done)
+        predicted = [done.predict(each) for each in trials[3:]]
+        print(*predicted, sep="\n")
+        self.assertEqual(done.doubts, {})
+        self.assertLess(np.median([each.relative for each in predicted]), 0.15)
+        both = Fit(scene, trials[:3], {BEVEL: (0.01, 0.2), GELATIN + "material.young_modulus": (2e3, 50e3)}).run(progress=False)
+        print(both)
+        self.assertLess(both.correlation[0][1], -0.9)  # a softer gelatin with a larger angle bends the needle as much
+
+
+def gelatin_trials():
+    """A Measurement of each insertion into gelatin without steering: how far the tip is off, over the way of the base."""
+    with open(os.path.join(DATA, "bevel_steering", "timeseries.csv"), newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["medium"] == "gelatin4" and row["mode"] == "open"]
+    push, trials = acus.Insertion(0.1, 0.02, entry=(0.002, -0.01, 0.0601), clearance=0.0), []
+    for name in sorted({row["trial"] for row in rows}):
+        x, off = np.array([[-float(row["cmd_depth_mm"]), math.hypot(float(row["tip_x_mm"]) - float(row["guide_x_mm"]),
+                                                                  float(row["tip_z_mm"]) - float(row["guide_z_mm"]))]
+                           for row in rows if row["trial"] == name]).T / 1e3
+        trials.append(Measurement(x, off - np.mean(off[x <= 5e-3]), "travel", "deflection", push, name=name))
+    return trials
+
+
+if __name__ == "__main__":
+    unittest.main()
