@@ -13,6 +13,7 @@ from small_scene import ROOT, SCENE, InTemporaryFolder
 import acus
 from acus import engine
 from acus.fit import Fit, Measurement, read_measurement, simulated
+from acus.fit.curve import Curve
 from acus.fit.features import features, first_peak, misfit
 from acus.fit.identify import doubts, identify, independent_points
 
@@ -54,13 +55,18 @@ class Data(InTemporaryFolder):
                                      ("time_s,force_N\n" + rows, {"columns": ["t_s"]}, "no column t_s; it has time_s, force_N"),
                                      ("# a\ntime_s,force_N\n0,1\nx,2\n", {}, "csv:4: column time_s: expected a number, found 'x'"),
                                      ("time_s,force_N\n0,1\n1\n", {}, "csv:3: column force_N: expected a number, found none"), ("time_s,force_N\n0,1\n", {}, "at least 4"),
-                                     ("time_s,force_N\n0,1\n1,1\n2,1\n3,1\n", {}, "nothing to fit"),
+                                     ("time_s,force_N\n0,1\n1,1\n2,1\n3,1\n", {}, "nothing to fit"), ("time_s,force_N\n0,0\n1,0\n2,0\n3,0\n4,1\n", {"until": 3}, "nothing to fit"),
                                      ("time_s,force_N\n" + rows, {"until": 1}, "fewer than 4 points are before it"),
                                      ("time_s,force_N\n" + rows, {"until": 30}, "all data are before it, they end at 3 s")):
             with self.subTest(what), self.assertRaisesRegex(acus.AcusError, what):
                 self.read(text, **settings)
         with self.assertRaisesRegex(acus.AcusError, "No such file"):
             read_measurement(self.path("none.csv"), PUSH)
+
+    def test_over_travel_it_is_the_first_way_in(self):
+        x = np.concatenate([np.linspace(0, 1, 50), np.linspace(1, 0, 50)])
+        data = Measurement(x, np.arange(100.0), "travel", "force", PUSH)
+        self.assertLess(data.y.max(), 54)
 
     def test_dense_parts_of_a_digitised_curve_do_not_count_more(self):
         x = np.concatenate([np.linspace(0, 1, 50), np.full(5000, 0.5), [2.0]])
@@ -89,8 +95,33 @@ class Features(unittest.TestCase):
     def test_a_curve_without_the_puncture_of_the_other_is_far_off(self):
         x = np.linspace(0, 1, 201)
         y = np.where(x <= 0.4, x / 0.4, 0.3)
-        self.assertGreater(np.linalg.norm(misfit(features(x, y), features(x, x))), 1.5)
+        misplaced = np.where(x <= 0.8, x / 0.8, 0.3)
+        self.assertGreater(np.linalg.norm(misfit(features(x, y), features(x, x))), np.linalg.norm(misfit(features(x, y), features(x, misplaced))))
         self.assertEqual(np.linalg.norm(misfit(features(x, y), features(x, y))), 0)
+
+
+class Curves(unittest.TestCase):
+    def test_points_are_as_far_off_as_they_are_across_the_curve(self):
+        x = np.linspace(0, 1, 101)
+        step = Curve([0, 0.5, 0.5, 1], [0, 0, 1, 1])  # a tenth of the range of x is as long as that of y
+        data = Measurement(x, (x > 0.52).astype(float), "time", "force", PUSH)
+        off = step.misfit(data, data.fitted)
+        np.testing.assert_allclose(off[:50], 0, atol=2e-3)
+        self.assertAlmostEqual(np.abs(off).max(), 0.2, places=2)  # 0.02 to the side
+        flat = Curve([0, 1], [0.3, 0.3])
+        np.testing.assert_allclose(flat.misfit(data, data.fitted)[[0, 100]], [-0.3, 0.7], atol=1e-9)
+
+    def test_before_it_begins_and_after_it_ends_a_curve_is_level(self):
+        x = np.linspace(0, 1, 101)
+        data = Measurement(x, np.clip(x - 0.3, 0, 0.5), "time", "force", PUSH)
+        np.testing.assert_allclose(Curve([0.3, 0.8], [0, 0.5]).misfit(data, data.fitted), 0, atol=1e-3)
+
+    def test_a_peak_that_is_too_high_is_seen_from_the_curve(self):
+        x = np.linspace(0, 1, 101)
+        data = Measurement(x, x, "time", "force", PUSH)
+        spike = Curve([0, 0.5, 0.5, 0.5, 1], [0, 0.5, 1.5, 0.5, 1])
+        self.assertLess(np.abs(spike.misfit(data, data.fitted)).max(), 0.01)
+        self.assertGreater(np.abs(spike.excess(data, data.fitted)).max(), 0.9)
 
 
 class Known(unittest.TestCase):
@@ -119,8 +150,11 @@ class Known(unittest.TestCase):
 
     def test_points_that_follow_each_other_count_less(self):
         random = np.random.default_rng(5)
-        self.assertGreater(independent_points(random.normal(size=1000)), 850)
-        self.assertLess(independent_points(np.cumsum(random.normal(size=1000))), 30)
+        each = np.arange(1000)
+        self.assertGreater(independent_points(each, random.normal(size=1000)), 850)
+        self.assertLess(independent_points(each, np.cumsum(random.normal(size=1000))), 30)
+        self.assertLess(independent_points(each, 0.1 + random.normal(0, 0.01, 1000)), 20)  # all of them off alike
+        self.assertLess(independent_points(np.concatenate([np.arange(50), np.full(2000, 25)]), random.normal(size=2050)), 55)
 
 
 @unittest.skipUnless(engine.available(), "without the engine")

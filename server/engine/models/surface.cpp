@@ -98,16 +98,26 @@ void Surface::index_corners() {
     const auto shares = [&](int other) { return other != node && std::ranges::count(triangles_[t], other) > 0; };
     return std::ranges::any_of(triangles_[s], shares) && (!sharp_edges_ || face_alike(normal(s), normal(t)));
   };
-  std::vector<int> group;
+  std::vector<std::vector<std::vector<int>>> groups(around.size());  // per node, each with its triangles in order
+  for (const int node : nodes_) {
+    std::vector<int>& left = around[node];
+    while (!left.empty()) {
+      std::vector<int>& group = groups[node].emplace_back(1, left.back());
+      left.pop_back();
+      for (std::size_t i = 0; i < group.size(); ++i) {
+        const auto more = std::partition(left.begin(), left.end(), [&](int t) { return !joined(group[i], t, node); });
+        group.insert(group.end(), more, left.end());
+        left.erase(more, left.end());
+      }
+      std::ranges::sort(group);
+    }
+  }
   for (int t = 0; t < triangle_count(); ++t) {
     for (const int node : triangles_[t]) {
+      const auto own = std::ranges::find_if(
+          groups[node], [t](const std::vector<int>& group) { return std::ranges::binary_search(group, t); });
       corner_begin_.push_back(static_cast<int>(corner_triangles_.size()));
-      group.assign(1, t);
-      for (std::size_t i = 0; i < group.size(); ++i)
-        for (const int other : around[node])
-          if (std::ranges::count(group, other) == 0 && joined(group[i], other, node)) group.push_back(other);
-      std::ranges::sort(group);
-      corner_triangles_.insert(corner_triangles_.end(), group.begin(), group.end());
+      corner_triangles_.insert(corner_triangles_.end(), own->begin(), own->end());
     }
   }
   corner_begin_.push_back(static_cast<int>(corner_triangles_.size()));

@@ -60,6 +60,16 @@ TEST_CASE("a sharp tip whose face comes to lie flat lets go over some degrees, n
   }
 }
 
+TEST_CASE("a tip ground nearly to a needle's line has the friction of a surface that it lies along or leaves") {
+  Needle thin = with_tip(TipShape::bevel);
+  thin.tip_angle = 0.01;
+  for (const double tilt : {90.0, 91.0, 120.0}) {
+    const TipFriction found = tip_friction(thin, tilted(tilt), Vector3::UnitZ(), 0.3);
+    CHECK(found.friction == doctest::Approx(0.3));
+    CHECK(found.puncture_share == doctest::Approx(1));
+  }
+}
+
 TEST_CASE("a tip that is drawn off does not bite, and a scene may say how it is ground") {
   CHECK(tip_friction(with_tip(TipShape::bevel), tilted(180), Vector3::UnitZ(), 0.3).puncture_share == 1);
   Needle short_bevel = with_tip(TipShape::bevel);

@@ -27,6 +27,7 @@ from acus.errors import AcusError, FitError
 from acus.fit import Fit, read_measurement
 from acus.fit.fitted import make_folder
 from acus.study import Insertion
+from acus.study.pictures import figure
 
 UNIDENTIFIED, INTERRUPTED = 2, 130
 
@@ -117,6 +118,7 @@ def main():
         folder = arguments.folder or os.path.join("fits", os.path.splitext(data.name)[0])
         fit = Fit(arguments.scene, data, dict(arguments.free))
         make_folder(folder)
+        figure(1, 1, 1, 1)  # which tells if there is no matplotlib, before all runs
         done = fit.run(seed=arguments.seed, workers=arguments.workers, progress=not arguments.quiet)
         print(done)
         done.write(folder)

@@ -29,19 +29,23 @@ class Curve:
     def shifted(self, by):
         return Curve(self.x + by, self.y)
 
+    def over(self, first, last):
+        """Its points between two x; where it does not reach so far, level."""
+        within = (self.x > first) & (self.x < last)
+        ends = self.at(np.array([first, last]))
+        return np.column_stack([[first, *self.x[within], last], [ends[0], *self.y[within], ends[1]]])
+
     def misfit(self, measurement, points):
         """Signed distances of those points of a measurement from the curve, as shares of its size: above the curve positive,
         and before it where it rises."""
-        scale = scale_of(measurement)
-        return distances(evenly(np.column_stack([self.x, self.y]) / scale, POINTS), data_of(measurement, points) / scale)
+        scale, x = scale_of(measurement), measurement.x
+        line = self.over(min(x[0], self.x[0]), max(x[-1], self.x[-1]))
+        return distances(evenly(line / scale, POINTS), data_of(measurement, points) / scale)
 
     def excess(self, measurement, points):
         """The same the other way: of points evenly along the curve, as far as those of the measurement go, from its line."""
         scale, x = scale_of(measurement), measurement.x[points]
-        within = (self.x >= x[0]) & (self.x <= x[-1])
-        if np.count_nonzero(within) < 2:
-            return np.zeros(LOOKS)
-        own = evenly(np.column_stack([self.x, self.y])[within] / scale, LOOKS)
+        own = evenly(self.over(x[0], x[-1]) / scale, LOOKS)
         return distances(evenly(data_of(measurement, points) / scale, POINTS), own)
 
 

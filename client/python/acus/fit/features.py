@@ -2,6 +2,8 @@
 """What a curve of force looks like, in a few numbers. Two curves whose punctures are a little apart differ by newtons
 there, and a small change of a parameter makes that no better; their features differ by that little. A fit begins with them."""
 
+import math
+
 import numpy as np
 
 PROMINENCE = 0.15  # of a peak, as a share of the curve's range
@@ -51,6 +53,7 @@ def first_peak(y, least):
 
 
 def misfit(measured, simulated):
-    """Differences of the features that the measured curve has, each as a share of its size; 1 where the simulated curve
-    has none."""
-    return np.array([(simulated[name][0] - value) / size if name in simulated else 1.0 for name, (value, size) in measured.items()])
+    """Differences of the features that the measured curve has, each as a share of its size and never above 1, which stands
+    for a feature that the simulated curve has not."""
+    apart = [(simulated[name][0] - value) / size if name in simulated else math.inf for name, (value, size) in measured.items()]
+    return np.array([each / math.hypot(1, each) if math.isfinite(each) else 1.0 for each in apart])

@@ -31,7 +31,7 @@ from .curve import LOOKS
 from .features import features, misfit
 from .fitted import Fitted
 from .identify import doubts, identify, independent_points
-from .measurement import OVER, Measurement
+from .measurement import OVER, Measurement, shares_of
 from .simulated import simulated_curve
 
 SHIFT = "data.shift"  # s or m: where the measured curve has the beginning of the motion
@@ -43,6 +43,7 @@ FURTHEST = 0.15  # of a step of the search, in units of the range
 SMALLEST = 0.1  # at which it ends, as a share of its first steps
 NEAR = 0.05  # of a curve's size: misfits below count by their squares
 WIDENED, WIDER = 6, 1.5  # times, by so much each, an interval at most
+NARROWEST = 1e-3  # half of an interval, in units of the range
 BEYOND = 0.2  # of the range of x, that data may go on after the motion has ended
 FAILED = 10.0  # misfit of a run that fails, in sizes of the curve
 
@@ -64,10 +65,10 @@ class Fit:
         places = {}
         for name, parameter in self.parameters.items():
             self._check(name, parameter)
-            place = name if name == SHIFT or name.startswith(MOTION) else self.scene.counted(name)
+            place = name if name == SHIFT or name.startswith(MOTION) else (self.measurements[0].scene or self.scene).counted(name)
             if (other := places.setdefault(place, name)) != name:
                 raise FitError(f"parameters: '{other}' and '{name}' are the same field")
-        self._cache, self._lock = {}, threading.Lock()
+        self._cache, self._lock, self._workers = {}, threading.Lock(), processors()
         self.runs = 0
 
     def _check(self, name, parameter):
@@ -126,6 +127,10 @@ class Fit:
         with concurrent.futures.ThreadPoolExecutor(self._workers) as pool:
             return list(pool.map(self._run, places))
 
+    def runs_that_can_be(self, places):
+        """Curves of each place of several that can be run."""
+        return [each for each in self._run_all(places) if not isinstance(each, AcusError)]
+
     def _residuals(self, stage, found):
         if isinstance(found, AcusError):
             return np.full(self._count(stage), FAILED)
@@ -136,9 +141,8 @@ class Fit:
             parts = []
             for curve, each in zip(found, self.measurements):
                 weights = each.weights[each.fitted]
-                parts.append(curve.misfit(each, each.fitted) * np.sqrt(0.5 * weights / np.sum(weights)))
-                excess = curve.excess(each, each.fitted)
-                parts.append(excess * math.sqrt(0.5 / len(excess)))
+                parts.append(softened(curve.misfit(each, each.fitted)) * np.sqrt(0.5 * weights / np.sum(weights)))
+                parts.append(softened(curve.excess(each, each.fitted)) * math.sqrt(0.5 / LOOKS))
         return np.concatenate(parts)
 
     def _count(self, stage):
@@ -147,17 +151,25 @@ class Fit:
         return sum(np.count_nonzero(each.fitted) + LOOKS for each in self.measurements)
 
     def _slopes(self, stage, place, both_sides=False):
-        """d residuals / d place, by differences; beyond a limit to the other side."""
-        step, count = STEP, len(place)
-        up = [np.array(place) + step * np.eye(count)[k] * (1 if place[k] + step <= 1 else -1) for k in range(count)]
-        down = [np.array(place) - step * np.eye(count)[k] if both_sides and step <= place[k] <= 1 - step else np.array(place)
-                for k in range(count)]
-        found = self._run_all([*up, *down])
-        columns = []
-        for k in range(count):
-            width = up[k][k] - down[k][k]
-            columns.append((self._residuals(stage, found[k]) - self._residuals(stage, found[count + k])) / width)
+        """d residuals / d place, by differences: to the side, or sides, where a run can be made; 0 where none can."""
+        ways = [[sign * STEP for sign in (1, -1) if 0 <= q + sign * STEP <= 1] for q in place]
+        sides = [(k, way) for k, each in enumerate(ways) for way in (each if both_sides else each[:1])]
+        values = self._differences(stage, place, sides)
+        left = [(k, way) for k, each in enumerate(ways) for way in each if not any(each_k == k for each_k, _ in values)]
+        values.update(self._differences(stage, place, left))
+        here, columns = self._residuals(stage, self._run(place)), []
+        for k in range(len(place)):
+            found = {way: value for (each, way), value in values.items() if each == k}
+            if len(found) == 2:
+                columns.append((found[STEP] - found[-STEP]) / (2 * STEP))
+            else:
+                columns.append(next(((value - here) / way for way, value in found.items()), np.zeros(len(here))))
         return np.column_stack(columns)
+
+    def _differences(self, stage, place, sides):
+        """{(parameter, way): residuals} of the runs beside a place that can be made."""
+        found = self._run_all([place + way * np.eye(len(place))[k] for k, way in sides])
+        return {side: self._residuals(stage, each) for side, each in zip(sides, found) if not isinstance(each, AcusError)}
 
     # ---- The stages ----
 
@@ -168,7 +180,7 @@ class Fit:
             import scipy.optimize  # pylint: disable=import-outside-toplevel,unused-import  # takes a second
         except ImportError:
             raise FitError("a fit needs scipy (apt install python3-scipy)") from None
-        self._workers = workers or processors()
+        self._workers = workers or self._workers
         self._features = [features(*fitted_part(each, each.y)) for each in self.measurements]
         tell = Teller(self, progress)
         place = self._spread_out(SPREAD * len(self.parameters) if spread is None else spread, seed, tell)
@@ -205,18 +217,12 @@ class Fit:
             tell(stage, f"step {len(steps)}", q, float(np.sum(self._residuals(stage, self._run(q))**2)))
             return self._slopes(stage, q)
 
-        loss = {"loss": "soft_l1", "f_scale": self._near()} if stage == "curves" else {"loss": "soft_l1"}
         answer = least_squares(lambda q: self._residuals(stage, self._run(q)), np.clip(place, 1e-6, 1 - 1e-6), slopes, bounds=(0, 1),
-                               max_nfev=MOST, xtol=1e-4, ftol=1e-4, **loss)
+                               max_nfev=MOST, xtol=1e-4, ftol=1e-4)
         return np.clip(answer.x, 0, 1)
 
-    def _near(self):
-        return NEAR / math.sqrt(self._count("curves"))
-
     def _cost(self, place):
-        """As least squares with soft L1 have it."""
-        shares = (self._residuals("curves", self._run(place)) / self._near())**2
-        return float(np.sum(2 * (np.sqrt(1 + shares) - 1))) * self._near()**2
+        return float(np.sum(self._residuals("curves", self._run(place))**2))
 
     def _search(self, place, tell):
         """To and fro along the singular directions of the slopes, and to some places at random, as far as the misfit allows,
@@ -239,7 +245,7 @@ class Fit:
                 place, best = places[nearest], costs[nearest]
             else:
                 size /= 2
-            tell("search", f"round {rounds}", place, float(np.sum(self._residuals("curves", self._run(place))**2)))
+            tell("search", f"round {rounds}", place, best)
         return place
 
     def _fitted(self, place):
@@ -247,23 +253,28 @@ class Fit:
         if isinstance(found, AcusError):
             raise FitError(f"the best case cannot be run: {found}")
         residuals = self._residuals("curves", found)
-        independent = sum(independent_points(found[k].misfit(each, each.fitted)) for k, each in enumerate(self.measurements))
+        independent = sum(independent_points(shares_of(each.x)[each.fitted], found[k].misfit(each, each.fitted))
+                          for k, each in enumerate(self.measurements))
         slopes = self._slopes("curves", place, both_sides=True)
         known = identify(residuals, slopes, independent)
-        low, high = (self._end(place, known, residuals, sign) for sign in (-1, 1))
-        return Fitted(self, place, found, known, low, high, doubts(self.names, place, low, high, known.correlation, slopes, residuals))
+        (low, open_low), (high, open_high) = (self._end(place, known, residuals, sign) for sign in (-1, 1))
+        why = doubts(self.names, place, low, high, known.correlation, slopes, residuals)
+        for k in open_low + open_high:
+            why.setdefault(self.names[k], "misfits do not rise where its interval should end")
+        return Fitted(self, place, found, known, low, high, why)
 
     def _end(self, place, known, residuals, sign):
-        """Of all intervals, to one side: as far as linear theory says, and on to where misfits have really risen by as much."""
-        count, wanted = len(place), residuals @ residuals + known.rise
-        reach, open_ends = known.half_width.copy(), list(range(count))
-        for _ in range(WIDENED):
-            places = [np.clip(place + sign * reach[k] * known.towards(k), 0, 1) for k in open_ends]
-            found = [np.sum(self._residuals("curves", each)**2) for each in self._run_all(places)]
-            open_ends = [k for k, rise in zip(open_ends, found) if rise < wanted and 0 < place[k] + sign * reach[k] < 1]
-            for k in open_ends:
+        """Of all intervals, to one side: as far as linear theory says, and on to where misfits have really risen by as much;
+        and the parameters for which that is nowhere near."""
+        wanted, reach = residuals @ residuals + known.rise, np.maximum(known.half_width, NARROWEST)
+        going_on = list(range(len(place)))
+        for widened in range(WIDENED + 1):
+            places = [np.clip(place + sign * reach[k] * known.towards(k), 0, 1) for k in going_on]
+            costs = [np.sum(self._residuals("curves", each)**2) for each in self._run_all(places)]
+            going_on = [k for k, cost in zip(going_on, costs) if cost < wanted and 0 < place[k] + sign * reach[k] < 1]
+            for k in going_on if widened < WIDENED else ():
                 reach[k] *= WIDER
-        return np.clip(place + sign * reach, 0, 1)
+        return np.clip(place + sign * reach, 0, 1), going_on
 
 
 @dataclasses.dataclass(frozen=True)
@@ -294,6 +305,11 @@ def check_range(name, schema, given):
     most = min(schema.get("maximum", math.inf), schema.get("exclusiveMaximum", math.inf))
     if given.low < least or given.high > most or given.low == schema.get("exclusiveMinimum") or given.high == schema.get("exclusiveMaximum"):
         raise FitError(f"{name}: expected a range within {least:g} to {most:g}, found {given.low:g} to {given.high:g}")
+
+
+def softened(misfits):
+    """Whose squares grow like misfits where these are above NEAR (soft L1)."""
+    return np.sign(misfits) * NEAR * np.sqrt(2 * (np.sqrt(1 + (misfits / NEAR)**2) - 1))
 
 
 def fitted_part(measurement, y):

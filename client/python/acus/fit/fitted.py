@@ -18,7 +18,7 @@ DRAWN = 12  # sets of values that the data allow, for the spread of a prediction
 
 @dataclasses.dataclass
 class Prediction:
-    """Of a curve that was not fitted: root mean square misfit (curve.py), in the unit of y and as a share of the curve's
+    """Of a curve that was not fitted, with the values of all parameters, also of motions and data: root mean square misfit (curve.py), in the unit of y and as a share of the curve's
     size; share of the points within the `low` and `high` of the curves that the fit allows, widened by twice its own misfit."""
 
     name: str
@@ -50,7 +50,7 @@ class Fitted:
         self.doubts = doubts
         self.rms = [rms_of(each, each.fitted, curve) for each, curve in zip(fit.measurements, curves)]
         self.relative = [rms / each.size for rms, each in zip(self.rms, fit.measurements)]
-        self._spread = None
+        self._low, self._high, self._spread = low, high, None
         self.predictions = [self._predicted(k, ~each.fitted) for k, each in enumerate(fit.measurements) if not np.all(each.fitted)]
 
     @property
@@ -68,7 +68,7 @@ class Fitted:
     def predict(self, measurement):
         """The Prediction of a Measurement that was not fitted."""
         other = type(self.fit)(self.fit.scene, measurement, {name: each.range for name, each in self.fit.parameters.items()})
-        curves = [other.curves(values)[0] for values in (self.values, *self._allowed())]
+        curves = [other.curves(self.values)[0], *(each[0] for each in other.runs_that_can_be(self._allowed()))]
         return predicted(measurement, np.ones(len(measurement.x), bool), curves, self._rms_like(measurement))
 
     def _rms_like(self, measurement):
@@ -76,15 +76,15 @@ class Fitted:
         return max((rms for rms, each in zip(self.rms, self.fit.measurements) if each.of == measurement.of), default=0.0)
 
     def _allowed(self):
-        """Sets of values that the data allow, drawn by their covariance."""
-        random = np.random.default_rng(0)
-        covariance = np.outer(self.known.deviation, self.known.deviation) * self.known.correlation
-        return [self.fit.values(place) for place in
-                np.clip(random.multivariate_normal(self.place, covariance, DRAWN, check_valid="ignore"), 0, 1)]
+        """Places that the data allow, drawn by correlations and intervals."""
+        deviation = (self._high - self._low) / 4  # of an interval of 95 %
+        covariance = np.outer(deviation, deviation) * self.known.correlation
+        drawn = np.random.default_rng(0).multivariate_normal(self.place, covariance, DRAWN, check_valid="ignore")
+        return list(np.clip(drawn, 0, 1))
 
     def _predicted(self, k, points):
         if self._spread is None:
-            self._spread = [self.fit.curves(values) for values in self._allowed()]
+            self._spread = self.fit.runs_that_can_be(self._allowed())
         return predicted(self.fit.measurements[k], points, [self.curves[k], *(each[k] for each in self._spread)], self.rms[k])
 
     def __str__(self):
@@ -152,10 +152,10 @@ def make_folder(folder):
     """Raises FitError for one that cannot be written into."""
     try:
         os.makedirs(folder, exist_ok=True)
-        with open(os.path.join(folder, "fit.json"), "a", encoding="utf-8"):
-            pass
     except OSError as error:
         raise FitError(f"{error.filename or folder}: {error.strerror}") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise FitError(f"{folder}: it cannot be written into")
 
 
 def rms_of(measurement, points, curve):

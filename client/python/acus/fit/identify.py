@@ -4,7 +4,7 @@
 The answer is q; near it the misfits are r + J (q' - q), and (JᵀJ)⁻¹ |r|²/(n - p) is the covariance of p parameters, n being the
 number of independent points (the linear theory of nonlinear least squares: Bates, Watts 1988, "Nonlinear Regression
 Analysis and Its Applications", ch. 2). Misfits of neighbouring points are alike where a model is not quite the
-experiment: with the correlation rho from one to the next, N points tell as much as N (1 - rho)/(1 + rho). At the end of a
+experiment: with rho = sum r_i r_i+1 / sum r_i², N points tell as much as N (1 - rho)/(1 + rho). At the end of a
 parameter's interval, the others following it, |r|² has risen by t² |r|²/(n - p), t of Student's distribution; where runs
 show that it has not, the interval goes on to where it has.
 """
@@ -52,12 +52,13 @@ def identify(residuals, slopes, independent):
     return Identified(deviation, deviation * factor, correlation, factor**2 * (residuals @ residuals) / freedom, float(independent))
 
 
-def independent_points(misfits):
-    """How many points these are as good as."""
-    centred = misfits - misfits.mean()
-    power = centred @ centred
-    rho = float(np.clip(centred[1:] @ centred[:-1] / power, 0, 0.999)) if power > 0 else 0.0
-    return len(misfits) * (1 - rho) / (1 + rho)
+def independent_points(share, misfits):
+    """How many points these are as good as, where all in one `share` of the range of x (a number of each) count as one."""
+    filled = np.bincount(share)
+    means = np.bincount(share, weights=misfits)[filled > 0] / filled[filled > 0]
+    power = means @ means
+    rho = float(np.clip(means[1:] @ means[:-1] / power, 0, 0.999)) if power > 0 else 0.0
+    return len(means) * (1 - rho) / (1 + rho)
 
 
 def doubts(names, place, low, high, correlation, slopes, residuals):

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import FitError
 
+BACK = 0.05  # of the range of x, from which a way in has ended
 SHARES = 200  # of the range of x that count alike
 OVER = {"time": "s", "travel": "m"}  # what a curve may be over: the abscissa
 OF = {"force": "N", "deflection": "m"}
@@ -45,14 +46,17 @@ class Measurement:
         for value, known, what in ((self.over, OVER, "over"), (self.of, OF, "of")):
             if value not in known:
                 raise FitError(f"{self.name}: {what}: expected {' or '.join(known)}, found {value!r}")
+        if self.over == "travel":
+            way_in = first_way_in(x)
+            x, y = x[way_in], y[way_in]
         order = np.argsort(x, kind="stable")
         x, y = x[order], y[order]
-        if np.ptp(y) == 0:
-            raise FitError(f"{self.name}: all values are {y[0]:g}; there is nothing to fit")
         if math.isfinite(self.until) and x[-1] <= self.until:
             raise FitError(f"{self.name}: until {self.until:g} {OVER[self.over]}: all data are before it, they end at {x[-1]:g} {OVER[self.over]}")
         if np.count_nonzero(x <= self.until) < 4:
             raise FitError(f"{self.name}: until {self.until:g}: fewer than 4 points are before it")
+        if np.ptp(y[x <= self.until]) == 0 or np.ptp(x[x <= self.until]) == 0:
+            raise FitError(f"{self.name}: all values are alike; there is nothing to fit")
         object.__setattr__(self, "x", x)
         object.__setattr__(self, "y", y)
         object.__setattr__(self, "weights", even_weights(x))
@@ -68,10 +72,21 @@ class Measurement:
         return float(np.ptp(self.y[self.fitted]))
 
 
+def first_way_in(x):
+    """The points before x first falls by more than a twentieth of its range: digitised ones may jitter."""
+    back = np.maximum.accumulate(x) - x > BACK * np.ptp(x)
+    return slice(None, int(np.argmax(back)) if np.any(back) else len(x))
+
+
+def shares_of(x):
+    """Of each point, which share of the range of x it lies in."""
+    return np.minimum((SHARES * (x - x[0]) / max(np.ptp(x), 1e-300)).astype(int), SHARES - 1)
+
+
 def even_weights(x):
     """Of the points, so that each share of the range of x counts alike: a digitised curve has many points where it is
     steep."""
-    place = np.minimum((SHARES * (x - x[0]) / max(np.ptp(x), 1e-300)).astype(int), SHARES - 1)
+    place = shares_of(x)
     return 1.0 / np.bincount(place, minlength=SHARES)[place]
 
 

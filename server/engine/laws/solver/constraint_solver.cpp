@@ -96,6 +96,7 @@ SolverResult ConstraintSolver::solve_again(LawMethod method, Eigen::Ref<const Ma
   if (reducible_ && !ends) solve_rounds(kGaussSeidel, tolerance / 2, {.force = tolerance}, full, state, budget, result);
   if (held && open < result.residual && !(result.residual <= tolerance)) {
     result.residual = open;
+    result.capped = false;
     std::fill(lambda.begin(), lambda.end(), 0.0);
     std::copy(delta_free.begin(), delta_free.end(), delta.begin());
   }

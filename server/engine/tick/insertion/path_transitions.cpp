@@ -61,14 +61,14 @@ BorderAhead ahead_of(const Transition& now, const Path& path) {
 }
 
 // The end of the cut of a tip that has gone through a border with the cutting force (N): behind the tip by what yields
-// ahead of it, in the region behind the border. `mouth`: of that region, on the border.
-MaterialPoint end_behind(const Transition& now, const MaterialPoint& mouth, double cutting) {
+// ahead of it, in the region behind the border. The path ends on the border, in that region.
+MaterialPoint end_behind(const Transition& now, const Path& path, double cutting) {
   const TissueView& tissue = now.at.tissue;
   const auto reach = [&](const MaterialPoint& from, const Vector3& to) {
     return trace_segment(tissue.mesh, tissue.x, from.tetrahedron, tissue.position(from), to, tissue.regions).end;
   };
-  const MaterialPoint at_tip = reach(mouth, now.at.needle.tip().position);
-  const double lag = tissue.tip_compliance(mouth, now.at.needle.model.diameter, cutting) * cutting;
+  const MaterialPoint at_tip = reach(path.end, now.at.needle.tip().position);
+  const double lag = cutting_compliance(now.at, path, {}) * cutting;
   return reach(at_tip, tissue.position(at_tip) - lag * now.at.cutting_direction());
 }
 
@@ -87,7 +87,7 @@ std::uint32_t go_through_border(const Transition& now, Path& path, const Obstacl
   const int behind = tissue.borders.surface(border.region).beyond(border.at);
   path.end = {behind, barycentric(tissue.mesh, tissue.x, behind, tissue.position(border.material))};
   cut_beside_border(now.at, path, border, now.state.tip);
-  path.end = end_behind(now, path.end, now.state.tip.cutting);
+  path.end = end_behind(now, path, now.state.tip.cutting);
   path.tail = 0;
   const MaterialPoint& last = path.vertices.back();
   const std::uint32_t flags =

@@ -48,7 +48,7 @@ TipFriction tip_friction(const Needle& needle, const Vector3& along, const Vecto
   const std::optional<double> face = face_angle(needle);
   if (!face) return {friction, 1};
   const double inwards = std::min(-along.dot(normal), 1.0);  // cos theta
-  const double flat = std::sin(*face - kFaceTolerance), sticks = std::sin(*face + kFaceTolerance);
+  const double flat = std::sin(std::max(0.0, *face - kFaceTolerance)), sticks = std::sin(*face + kFaceTolerance);
   const double share = std::clamp((inwards - flat) / (sticks - flat), 0.0, 1.0);
   const double most = std::max(friction, 1 / std::tan(*face));
   return {friction + share * (most - friction), 1 + share * (inwards - 1)};
