@@ -115,12 +115,13 @@ class Package(unittest.TestCase):
 class Page(unittest.TestCase):
     def test_docs_name_everything_that_is_public(self):
         words = set()
-        for page in ("python.md", "studies.md", "plans.md"):
+        for page in ("python.md", "studies.md", "plans.md", "fitting.md"):
             with open(os.path.join(ROOT, "docs", page), encoding="utf-8") as file:
                 words.update(re.findall(r"\w+", file.read()))
         for of in (acus, acus.Client, acus.Server, acus.Run, acus.Track, acus.Scene, rotation, env, env.NeedleEnv, study, acus.Study,
                    study.World, study.Result, acus.plan, acus.plan.Plans, acus.plan.Plan,
-                   acus.plan.Steering, acus.plan.Implant, acus.plan.Cloud):
+                   acus.plan.Steering, acus.plan.Implant, acus.plan.Cloud, acus.fit, acus.fit.Fit, acus.fit.Fitted,
+                   acus.fit.Measurement, acus.fit.Prediction):
             names = set(public_names(of)) - {"np", "close"}
             self.assertEqual(names - words, set(), of.__name__)
 

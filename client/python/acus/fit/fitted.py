@@ -111,7 +111,7 @@ class Fitted:
                 json.dump(self.told(), file, indent=2)
                 file.write("\n")
             with open(os.path.join(folder, "scene.yaml"), "w", encoding="utf-8") as file:
-                file.write(yaml(self.scene_elsewhere().fields))
+                file.write(yaml(self._scene_elsewhere().fields))
             with open(os.path.join(folder, "curves.csv"), "w", newline="", encoding="utf-8") as file:
                 rows = csv.writer(file)
                 rows.writerow(["data", "x", "measured", "simulated", "fitted"])
@@ -122,7 +122,7 @@ class Fitted:
             raise FitError(f"{error.filename or folder}: {error.strerror}") from None
         self.draw(os.path.join(folder, "fit.png"))
 
-    def scene_elsewhere(self):
+    def _scene_elsewhere(self):
         """With its mesh file found from any folder."""
         scene = self.scene()
         gmsh = scene.fields.get("tissue", {}).get("mesh", {}).get("gmsh")
