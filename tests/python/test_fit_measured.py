@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""acus.fit at length: twenty truths, with noise, found again; liver and gelatin as they were measured, what is fitted told
-from what is predicted. Prints what it finds. Measured data are looked for in ../shared/data."""
+"""acus.fit at length: twenty truths, with noise, found again; gelatin as it was measured, what is fitted told from what is
+predicted. Prints what it finds. Measured data are looked for in ../shared/data."""
 
 import csv
 import math
@@ -13,10 +13,10 @@ from test_fit import CUTTING, PUNCTURE, PUSH, STIFFNESS, with_truth
 
 import acus
 from acus import engine
-from acus.fit import Fit, Measurement, read_measurement, simulated
+from acus.fit import Fit, Measurement, simulated
 
 DATA = os.path.join(os.path.dirname(ROOT), "shared", "data")
-LIVER, GELATIN, BEVEL = "tissue.regions[liver].", "tissue.regions[gelatin].", "needles[0].cutting_direction[1]"
+BEVEL = "needles[0].cutting_direction[1]"
 
 
 def needs(name):
@@ -51,19 +51,6 @@ class Truths(InTemporaryFolder):
 
 @unittest.skipUnless(engine.available(), "without the engine")
 class Measured(unittest.TestCase):
-    @needs("axial_force_liver/depth_force.csv")
-    def test_liver(self):
-        """Up to 28 mm fitted; further on that needle met what a homogeneous slab does not have, and the prediction fails."""
-        data = read_measurement(os.path.join(DATA, "axial_force_liver", "depth_force.csv"), acus.Insertion(0.049, 0.003), until=0.028)
-        done = Fit("liver_insertion", data, {LIVER + "material.young_modulus": (4e3, 40e3), LIVER + "interaction.puncture_force": (0.5, 3),
-                                             LIVER + "interaction.deep_indentation": (0.2, 3), LIVER + "interaction.pressure": (4e3, 60e3),
-                                             "data.shift": (-4e-3, 8e-3)}).run(progress=False)
-        print(done)
-        self.assertLess(abs(done.values[LIVER + "interaction.puncture_force"] / 1.41 - 1), 0.05)
-        self.assertLess(done.relative[0], 0.04)
-        self.assertEqual(done.doubts, {})
-        self.assertLess(done.predictions[0].within, 0.3)
-
     @needs("bevel_steering/timeseries.csv")
     def test_gelatin(self):
         """Three insertions fitted together, four predicted."""
@@ -75,9 +62,6 @@ class Measured(unittest.TestCase):
         print(*predicted, sep="\n")
         self.assertEqual(done.doubts, {})
         self.assertLess(np.median([each.relative for each in predicted]), 0.15)
-        both = Fit(scene, trials[:3], {BEVEL: (0.01, 0.2), GELATIN + "material.young_modulus": (2e3, 50e3)}).run(progress=False)
-        print(both)
-        self.assertLess(both.correlation[0][1], -0.9)  # a softer gelatin with a larger angle bends the needle as much
 
 
 def gelatin_trials():
