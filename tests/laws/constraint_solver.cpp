@@ -180,14 +180,20 @@ TEST_CASE("a start at the answer needs no sweep") {
   CHECK(solve(p, LawMethod::gauss_seidel, {.tolerance = 1e-9}, first.lambda).result.sweeps == 0);
 }
 
-TEST_CASE("of two answers, a contact held by friction and an open one, it is the one that the forces come from") {
+// One contact, whose friction presses it on; `held`: the forces that would hold it.
+Problem dragged_contact(double friction, const Vector3& held) {
   Problem p;
   p.W = Matrix3{{1, -0.9, 0}, {-0.9, 1, 0}, {0, 0, 1}};
   p.laws = {{LawKind::unilateral, kInfinity},
-            {.kind = LawKind::disk_first, .limit = 5, .normal_row = 0},
-            {.kind = LawKind::disk_second, .limit = 5, .normal_row = 0}};
-  const Vector3 held(1, 1.2, 0);
+            {.kind = LawKind::disk_first, .limit = friction, .normal_row = 0},
+            {.kind = LawKind::disk_second, .limit = friction, .normal_row = 0}};
   p.delta_free = -p.W * held;
+  return p;
+}
+
+TEST_CASE("of two answers, a contact held by friction and an open one, it is the one that the forces come from") {
+  const Vector3 held(1, 1.2, 0);
+  const Problem p = dragged_contact(5, held);
   REQUIRE(p.delta_free[0] > 0);  // without friction it opens
   for (const LawMethod method : kBothMethods) {
     CHECK((solve(p, method, {}, Vector3(0.97, 1.15, 0.02)).lambda - held).norm() < 1e-9);
@@ -196,12 +202,7 @@ TEST_CASE("of two answers, a contact held by friction and an open one, it is the
 }
 
 TEST_CASE("a pressed contact opens where friction cannot hold it") {
-  Problem p;
-  p.W = Matrix3{{1, -0.9, 0}, {-0.9, 1, 0}, {0, 0, 1}};
-  p.laws = {{LawKind::unilateral, kInfinity},
-            {.kind = LawKind::disk_first, .limit = 0.5, .normal_row = 0},
-            {.kind = LawKind::disk_second, .limit = 0.5, .normal_row = 0}};
-  p.delta_free = -p.W * Vector3(1, 1.2, 0);
+  const Problem p = dragged_contact(0.5, {1, 1.2, 0});
   for (const LawMethod method : kBothMethods) {
     const Answer a = solve(p, method, {}, Vector3(0.97, 1.15, 0.02));
     CHECK(a.lambda.isZero(0));

@@ -18,6 +18,13 @@ class Arguments(argparse.ArgumentParser):
         self.exit(BAD_ARGUMENTS, f"{self.prog}: {message}\n")
 
 
+def whole_number(text, most=100_000):
+    """Of an argument: above 0."""
+    if not text.isdecimal() or not 0 < int(text) <= most:
+        raise argparse.ArgumentTypeError(f"expected a whole number above 0, found '{text}'")
+    return int(text)
+
+
 def add_server(parser):
     """Where the server is, and the keys for it."""
     parser.add_argument("--commands", default=COMMANDS, help="the server's endpoint (default: %(default)s)")

@@ -8,8 +8,8 @@
       --free data.shift=0:0.5 --until 8
 
 The file has a header with units: time_s or travel_mm (of the base), and force_N (axial resistance) or deflection_mm (of the
-tip); s, ms, m, mm, um, N, mN. --until and data.shift are in s or m. The needle goes in along its axis at --speed, as far as the data go, or moves as --motion
-says; its motion begins where the data have 0, or at data.shift if that is free.
+tip); s, ms, m, mm, um, N, mN. --until and data.shift are in s or m. The needle goes in along its axis at --speed, as far as
+the data go, or moves as --motion says; its motion begins where the data have 0, or at data.shift if that is free.
 
 Writes fit.json (values, 95 % intervals, correlations, and which parameters the data cannot identify, and why), scene.yaml
 (the scene with the values), curves.csv and fit.png. docs/fitting.md explains how it is done.
@@ -18,11 +18,12 @@ Exit status: 0; 1 bad arguments, data or scene; 2 a parameter cannot be identifi
 """
 
 import argparse
+import dataclasses
 import math
 import os
 import sys
 
-from acus.apps.arguments import BAD_ARGUMENTS, Arguments
+from acus.apps.arguments import BAD_ARGUMENTS, Arguments, whole_number
 from acus.errors import AcusError, FitError
 from acus.fit import Fit, read_measurement
 from acus.fit.fitted import make_folder
@@ -54,12 +55,6 @@ def positive(text):
     return value
 
 
-def whole(text):
-    if not text.isdecimal() or not 0 < int(text) <= 10_000:
-        raise argparse.ArgumentTypeError(f"expected a whole number above 0, found '{text}'")
-    return int(text)
-
-
 def seed(text):
     if not text.isdecimal():
         raise argparse.ArgumentTypeError(f"expected a whole number, found '{text}'")
@@ -84,7 +79,7 @@ def parse_arguments():
     parser.add_argument("--columns", type=lambda text: text.split(","), metavar="NAMES",
                         help="the two that count, such as time_s,force_N, where there are more; all of a file without a header")
     parser.add_argument("--folder", metavar="DIR", help="for results (default: fits/DATA, by the name of the data)")
-    parser.add_argument("--workers", type=whole, help="runs at once (default: one for each processor)")
+    parser.add_argument("--workers", type=lambda text: whole_number(text, most=10_000), help="runs at once (default: one for each processor)")
     parser.add_argument("--seed", type=seed, default=0, help="of the cases that it begins with (default: 0)")
     parser.add_argument("--quiet", action="store_true", help="no progress on stderr")
     arguments = parser.parse_args()
@@ -97,18 +92,16 @@ def parse_arguments():
 
 def measured(arguments):
     """The Measurement with its motion."""
-    settings = {"columns": arguments.columns, "until": arguments.until}
-    if arguments.motion:
-        return read_measurement(arguments.data, arguments.motion, **settings)
-    end = arguments.depth
-    if not end:
-        data = read_measurement(arguments.data, Insertion(1.0), columns=arguments.columns)
-        if data.x[-1] <= 0:
-            raise FitError(f"{arguments.data}: no value of {data.over} is above 0; give --depth")
-        end = float(data.x[-1]) if data.over == "travel" else (float(data.x[-1]) - (arguments.hold or 0.0)) * arguments.speed
-        if end <= 0:
-            raise FitError(f"{arguments.data}: it ends before --hold does; give --depth")
-    return read_measurement(arguments.data, Insertion(end, arguments.speed, hold=arguments.hold or 0.0), **settings)
+    motion = arguments.motion or Insertion(arguments.depth or 1.0, arguments.speed, hold=arguments.hold or 0.0)
+    data = read_measurement(arguments.data, motion, columns=arguments.columns, until=arguments.until)
+    if arguments.motion or arguments.depth:
+        return data
+    if data.x[-1] <= 0:
+        raise FitError(f"{arguments.data}: no value of {data.over} is above 0; give --depth")
+    end = float(data.x[-1]) if data.over == "travel" else (float(data.x[-1]) - motion.hold) * arguments.speed
+    if end <= 0:
+        raise FitError(f"{arguments.data}: it ends before --hold does; give --depth")
+    return dataclasses.replace(data, motion=dataclasses.replace(motion, depth=end))
 
 
 def main():

@@ -29,7 +29,7 @@ import sys
 import tempfile
 import time
 
-from acus.apps.arguments import BAD_ARGUMENTS, Arguments
+from acus.apps.arguments import BAD_ARGUMENTS, Arguments, whole_number
 from acus.errors import AcusError
 from acus.guard import Guard
 from acus.study import Study
@@ -50,12 +50,6 @@ PASSED_ON = ("PYTHONPATH", "ACUS_SERVER", "PATH")  # to workers on other machine
 
 class NoCluster(AcusError):
     """What could not be started; str() is a sentence."""
-
-
-def whole_number(text):
-    if not text.isdecimal() or not 0 < int(text) <= 100_000:
-        raise argparse.ArgumentTypeError(f"expected a whole number above 0, found '{text}'")
-    return int(text)
 
 
 def parse_arguments():

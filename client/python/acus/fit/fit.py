@@ -13,7 +13,6 @@ whole runs, made side by side on all processors.
 import concurrent.futures
 import dataclasses
 import math
-import os
 import sys
 import threading
 
@@ -21,11 +20,11 @@ import numpy as np
 
 from ..distributions import LogUniform, Uniform
 from ..errors import AcusError, FitError
-from ..programs import find_scene
-from ..scene import Scene
 from ..study.case import MOTION
 from ..study.designs import latin_hypercube
 from ..study.motions import check_motion_name, policy_of, with_values
+from ..study.pictures import short
+from ..study.study import scene_of
 from ..study.workers import processors
 from .curve import LOOKS
 from .features import features, misfit
@@ -54,7 +53,7 @@ class Fit:
     FitError, SceneError."""
 
     def __init__(self, scene, measurements, parameters):
-        self.scene = scene if isinstance(scene, Scene) else Scene.read(scene if os.path.exists(scene) else find_scene(scene))
+        self.scene = scene_of(scene)
         self.measurements = [measurements] if isinstance(measurements, Measurement) else list(measurements)
         if not self.measurements:
             raise FitError("measurements: expected at least one")
@@ -214,20 +213,20 @@ class Fit:
 
         def slopes(q):
             steps.append(q)
-            tell(stage, f"step {len(steps)}", q, float(np.sum(self._residuals(stage, self._run(q))**2)))
+            tell(stage, f"step {len(steps)}", q, self._cost(stage, q))
             return self._slopes(stage, q)
 
         answer = least_squares(lambda q: self._residuals(stage, self._run(q)), np.clip(place, 1e-6, 1 - 1e-6), slopes, bounds=(0, 1),
                                max_nfev=MOST, xtol=1e-4, ftol=1e-4)
         return np.clip(answer.x, 0, 1)
 
-    def _cost(self, place):
-        return float(np.sum(self._residuals("curves", self._run(place))**2))
+    def _cost(self, stage, place):
+        return float(np.sum(self._residuals(stage, self._run(place))**2))
 
     def _search(self, place, tell):
         """To and fro along the singular directions of the slopes, and to some places at random, as far as the misfit allows,
         then less and less."""
-        best, rounds, size, random = self._cost(place), 0, 1.0, np.random.default_rng(len(place))
+        best, rounds, size, random = self._cost("curves", place), 0, 1.0, np.random.default_rng(len(place))
         _, strengths, directions = np.linalg.svd(self._slopes("curves", place, both_sides=True), full_matrices=False)
         reach = np.minimum(math.sqrt(best) / np.maximum(strengths, 1e-12), FURTHEST)
         while size > SMALLEST and rounds < 2 * MOST:
@@ -236,10 +235,10 @@ class Fit:
             moves += [size * (random.normal(size=len(reach)) * reach) @ directions for _ in place]
             places = [np.clip(place + move, 0, 1) for move in moves]
             self._run_all(places)
-            costs = [self._cost(each) for each in places]
+            costs = [self._cost("curves", each) for each in places]
             together = np.clip(place + sum((move for move, cost in zip(moves, costs) if cost < best), np.zeros(len(place))), 0, 1)
             places.append(together)
-            costs.append(self._cost(together))
+            costs.append(self._cost("curves", together))
             nearest = int(np.argmin(costs))
             if costs[nearest] < (1 - 1e-3) * best:
                 place, best = places[nearest], costs[nearest]
@@ -270,7 +269,8 @@ class Fit:
         going_on = list(range(len(place)))
         for widened in range(WIDENED + 1):
             places = [np.clip(place + sign * reach[k] * known.towards(k), 0, 1) for k in going_on]
-            costs = [np.sum(self._residuals("curves", each)**2) for each in self._run_all(places)]
+            self._run_all(places)
+            costs = [self._cost("curves", each) for each in places]
             going_on = [k for k, cost in zip(going_on, costs) if cost < wanted and 0 < place[k] + sign * reach[k] < 1]
             for k in going_on if widened < WIDENED else ():
                 reach[k] *= WIDER
@@ -333,7 +333,3 @@ class Teller:
     def end(self):
         if self._shown and self._terminal:
             sys.stderr.write("\n")
-
-
-def short(name):
-    return name.rpartition(".")[2]

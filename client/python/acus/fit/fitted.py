@@ -10,7 +10,6 @@ import os
 import numpy as np
 
 from ..errors import FitError
-from ..scene import yaml
 from .identify import CONFIDENCE
 
 DRAWN = 12  # sets of values that the data allow, for the spread of a prediction
@@ -110,8 +109,7 @@ class Fitted:
             with open(os.path.join(folder, "fit.json"), "w", encoding="utf-8") as file:
                 json.dump(self.told(), file, indent=2)
                 file.write("\n")
-            with open(os.path.join(folder, "scene.yaml"), "w", encoding="utf-8") as file:
-                file.write(yaml(self._scene_elsewhere().fields))
+            self.scene().save(os.path.join(folder, "scene.yaml"))
             with open(os.path.join(folder, "curves.csv"), "w", newline="", encoding="utf-8") as file:
                 rows = csv.writer(file)
                 rows.writerow(["data", "x", "measured", "simulated", "fitted"])
@@ -121,14 +119,6 @@ class Fitted:
         except OSError as error:
             raise FitError(f"{error.filename or folder}: {error.strerror}") from None
         self.draw(os.path.join(folder, "fit.png"))
-
-    def _scene_elsewhere(self):
-        """With its mesh file found from any folder."""
-        scene = self.scene()
-        gmsh = scene.fields.get("tissue", {}).get("mesh", {}).get("gmsh")
-        if gmsh and scene.folder:
-            gmsh["file"] = os.path.join(scene.folder, gmsh["file"])
-        return scene
 
     def told(self):
         """As fit.json has it."""

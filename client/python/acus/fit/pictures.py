@@ -3,7 +3,6 @@
 
 import numpy as np
 
-from ..errors import FitError
 from ..study.pictures import BLUE, GREY, ORANGE, figure, save, short
 
 SHOWN = {"s": (1.0, "s"), "m": (1e3, "mm"), "N": (1.0, "N")}
@@ -16,8 +15,6 @@ def draw_fit(fitted, path, predictions):
     shown = [*zip(fitted.fit.measurements, fitted.curves)][:MOST]
     others = [each for each in predictions if each.name not in {measurement.name for measurement, _ in shown}]
     panels = len(shown) + len(others)
-    if not panels:
-        raise FitError("a picture needs a measurement")
     made, axes = figure(5.2 * panels + 3.4, 4.2, 1, panels + 1, width_ratios=[1.6] * panels + [1])
     for place, (measurement, curve) in zip(axes[0], shown):
         draw_curves(place, measurement, curve, [each for each in predictions if each.name == measurement.name])

@@ -80,8 +80,11 @@ SolverResult ConstraintSolver::solve_again(LawMethod method, Eigen::Ref<const Ma
   reduced_.replace_laws(full);
   reduced_.gather(lambda);
   const bool held = holds_by_friction(laws, lambda);
-  std::fill(lambda.begin(), lambda.end(), 0.0);
-  std::copy(delta_free.begin(), delta_free.end(), delta.begin());
+  const auto open_all = [&] {
+    std::fill(lambda.begin(), lambda.end(), 0.0);
+    std::copy(delta_free.begin(), delta_free.end(), delta.begin());
+  };
+  open_all();
   const double open = law_residual(full, state);
   SolverResult result;
   result.residual = held && std::isfinite(open) ? std::numeric_limits<double>::infinity() : open;
@@ -97,8 +100,7 @@ SolverResult ConstraintSolver::solve_again(LawMethod method, Eigen::Ref<const Ma
   if (held && open < result.residual && !(result.residual <= tolerance)) {
     result.residual = open;
     result.capped = false;
-    std::fill(lambda.begin(), lambda.end(), 0.0);
-    std::copy(delta_free.begin(), delta_free.end(), delta.begin());
+    open_all();
   }
   result.fell_back = method == LawMethod::direct && result.sweeps > 0;
   result.method = result.fell_back ? LawMethod::gauss_seidel : method;
