@@ -73,17 +73,18 @@ inline constexpr std::array<const char*, 4> kPhaseNames{"free", "contact", "insi
 
 // What happened to a needle; travels as the enumerator's name.
 enum class EventKind : std::uint8_t {
-  contact,    // the tip touched a surface, or inside the tissue a border between regions that holds it
-  release,    // the tip left it without having gone through it
-  puncture,   // the tip went through a surface and began a new path
-  crossing,   // the tip went from one region into another, inside the tissue
-  reentry,    // the tip went back into a path that was cut before, by either end
-  exit,       // the tip came out on another side
-  withdrawal, // the tip came out backwards, through the mouth of its path
-  intrusion   // the tip was found in the tissue without having punctured it; a path was opened along its way
+  contact,     // the tip touched a surface, or inside the tissue a border between regions that holds it
+  release,     // the tip left it without having gone through it
+  puncture,    // the tip went through a surface and began a new path
+  crossing,    // the tip went from one region into another, inside the tissue
+  reentry,     // the tip went back into a path that was cut before, by either end
+  exit,        // the tip came out on another side
+  withdrawal,  // the tip came out backwards, through the mouth of its path
+  intrusion,   // the tip was found in the tissue without having punctured it; a path was opened along its way
+  tear         // the shaft, or the tip, began to tear its path sideways
 };
-inline constexpr std::array<const char*, 8> kEventKindNames{"contact", "release", "puncture",   "crossing",
-                                                            "reentry", "exit",    "withdrawal", "intrusion"};
+inline constexpr std::array<const char*, 9> kEventKindNames{"contact", "release",    "puncture",  "crossing", "reentry",
+                                                            "exit",    "withdrawal", "intrusion", "tear"};
 
 // What solved the laws of a tick; travels as the enumerator's name.
 enum class LawSolver : std::uint8_t { gauss_seidel, direct };

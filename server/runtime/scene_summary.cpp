@@ -87,12 +87,12 @@ std::string viscous_friction(const Interaction& law) {
 
 std::string laws(const Scene& scene) {
   TextTable table;
-  table.add({"laws", "f_p (N)", "beta", "f_c (N)", "p (Pa)", "mu_s", "mu_d", "b (N s/m^2)", "back", "k (Pa)",
+  table.add({"laws", "f_p (N)", "beta", "f_c (N)", "t (N/m)", "p (Pa)", "mu_s", "mu_d", "b (N s/m^2)", "back", "k (Pa)",
              "mu of the tip"});
   for (const Region& region : scene.tissue.regions) {
     const Interaction& law = region.interaction;
     table.add({"  " + region.name, five_digits(law.puncture_force), five_digits(law.deep_indentation),
-               five_digits(law.cutting_force),
+               five_digits(law.cutting_force), five_digits(law.tear_strength),
                five_digits(shaft_pressure(region)) + (law.pressure ? "" : " (estimated)"),
                five_digits(law.friction_static), five_digits(law.friction_dynamic), viscous_friction(law),
                five_digits(law.friction_back),
@@ -145,11 +145,34 @@ std::string needles(const Scene& scene) {
     const double lateral = 3 * bending / (length * length * length);                                // N/m
     const double buckling = std::numbers::pi * std::numbers::pi * bending / (4 * length * length);  // N
     table.add({"  " + needle.name, name_of(needle.rung), std::to_string(needle.beams), five_digits(1e3 * length),
-               five_digits(1e3 * needle.outer_diameter), shape(needle), vector(needle.cutting_direction),
+               five_digits(1e3 * needle.outer_diameter), shape(needle),
+               needle.point_side ? "as its bevel steers" : vector(needle.cutting_direction),
                rigid ? "-" : five_digits(bending), rigid ? "-" : five_digits(lateral),
                rigid ? "-" : five_digits(buckling)});
   }
   return table.text();
+}
+
+// Arcs through each region, from the geometry of the bevel.
+std::string bevels(const Simulation& simulation) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  const Scene& scene = simulation.scene();
+  TextTable table;
+  table.add({"bevels", "through", "to", "face (deg)", "radius (mm)", "cuts off its axis by (deg)"});
+  bool any = false;
+  for (std::size_t i = 0; i < scene.needles.size(); ++i) {
+    const Needle& needle = scene.needles[i];
+    if (!needle.point_side) continue;
+    any = true;
+    for (const Region& region : scene.tissue.regions) {
+      const BevelPath path = steered_path(needle, simulation.model().needles[i], region);
+      table.add({"  " + needle.name, region.name, vector(*needle.point_side),
+                 five_digits(*face_angle(needle) / kDegree),
+                 path.curvature > 0 ? five_digits(1e3 / path.curvature) : "straight",
+                 five_digits(std::atan(path.slope) / kDegree)});
+    }
+  }
+  return any ? table.text() : "";
 }
 
 std::string holds(const Scene& scene) {
@@ -343,6 +366,7 @@ std::string summarise(const Simulation& simulation, const std::vector<SceneWarni
                             tissue ? laws(scene) : "",
                             tissue ? borders(simulation) : "",
                             needles(scene),
+                            tissue ? bevels(simulation) : "",
                             holds(scene),
                             guides(scene),
                             warned,

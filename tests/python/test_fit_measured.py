@@ -16,7 +16,8 @@ from acus import engine
 from acus.fit import Fit, Measurement, simulated
 
 DATA = os.path.join(os.path.dirname(ROOT), "shared", "data")
-BEVEL = "needles[0].cutting_direction[1]"
+GELATIN = "tissue.regions[gelatin].material.young_modulus"
+CLEARANCE = 0.01  # m, of the needle above the gelatin, in the scene
 
 
 def needs(name):
@@ -56,7 +57,7 @@ class Measured(unittest.TestCase):
         """Three insertions fitted together, four predicted."""
         trials = gelatin_trials()
         scene = acus.Scene.read(acus.find_scene("steering_arc"))
-        done = Fit(scene, trials[:3], {BEVEL: (0.01, 0.2)}).run(progress=False)
+        done = Fit(scene, trials[:3], {GELATIN: (10e3, 300e3)}).run(progress=False)
         print(done)
         predicted = [done.predict(each) for each in trials[3:]]
         print(*predicted, sep="\n")
@@ -65,15 +66,15 @@ class Measured(unittest.TestCase):
 
 
 def gelatin_trials():
-    """A Measurement of each insertion into gelatin without steering: how far the tip is off, over the way of the base."""
+    """A Measurement of each insertion into gelatin without steering: how far the tip is off, over its depth."""
     with open(os.path.join(DATA, "bevel_steering", "timeseries.csv"), newline="", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if row["medium"] == "gelatin4" and row["mode"] == "open"]
-    push, trials = acus.Insertion(0.1, 0.02, entry=(0.002, -0.01, 0.0601), clearance=0.0), []
+    push, trials = acus.Insertion(0.11, 0.02), []
     for name in sorted({row["trial"] for row in rows}):
-        x, off = np.array([[-float(row["cmd_depth_mm"]), math.hypot(float(row["tip_x_mm"]) - float(row["guide_x_mm"]),
+        x, off = np.array([[-float(row["tip_y_mm"]), math.hypot(float(row["tip_x_mm"]) - float(row["guide_x_mm"]),
                                                                   float(row["tip_z_mm"]) - float(row["guide_z_mm"]))]
                            for row in rows if row["trial"] == name]).T / 1e3
-        trials.append(Measurement(x, off - np.mean(off[x <= 5e-3]), "travel", "deflection", push, name=name))
+        trials.append(Measurement(x + CLEARANCE, off - np.mean(off[x <= 5e-3]), "travel", "deflection", push, name=name))
     return trials
 
 

@@ -213,6 +213,10 @@ class Insertions(OfPlans):
         self.assertAlmostEqual(self.scene["needles[0].cutting_direction[1]"], 0.3)
         self.assertEqual(self.scene["needles[0].cutting_direction[0]"], 1)
         self.scene.check()
+        arc = acus.Scene.read(acus.find_scene("steering_arc"))
+        uncertain.Factors()(arc, {"bevel": 1.2})
+        self.assertEqual(arc["needles[0].point_offset"], 1.2)
+        arc.check()
 
     def test_the_interval_of_a_share_is_wilsons(self):
         np.testing.assert_allclose(uncertain.wilson(8, 10), (0.4902, 0.9433), atol=1e-4)

@@ -106,8 +106,8 @@ TEST_CASE("the check says what a scene contains") {
         "solutions 20 in one tick, at most, of up to 1000 steps of the laws; a tick that stops there is flagged");
   CHECK(line_of(text, "  deep   24") == "deep 24 500 12000 0.2 1000 0, 0.01 none");
   CHECK(line_of(text, "  deep  1 ") ==
-        "deep 1 2.1 0.5 10000 (estimated) 0.8 0.6 3, thins at 0.002 m/s (n 0.3) 0.5 estimated 1");
-  CHECK(line_of(text, "  skin  .inf") == "skin .inf 2.1 0.75 0 0.8 0.6 0 1 .inf 1");
+        "deep 1 2.1 0.5 .inf 10000 (estimated) 0.8 0.6 3, thins at 0.002 m/s (n 0.3) 0.5 estimated 1");
+  CHECK(line_of(text, "  skin  .inf") == "skin .inf 2.1 0.75 .inf 0 0.8 0.6 0 1 .inf 1");
 }
 
 TEST_CASE("the check says which borders hold the tip") {
@@ -125,6 +125,23 @@ TEST_CASE("the check says how stiff needles are, and what guides hold them") {
         "curved rigid 50 150 1 solid, last 50 mm bent to radius 50 mm [1, 0, 0] - - -");
   CHECK(line_of(text, "  collar") == "collar hollow [0, 0, 0.08] 0.1 0");
   CHECK(line_of(summary_of(""), "guides") == "");
+}
+
+TEST_CASE("the check says how bevels steer, in each region") {
+  CHECK(line_of(summary_of(""), "bevels") == "");
+  const std::string text = summary_of(
+      "tissue: {regions: [{name: gel, material: {young_modulus: 75e3}}, "
+      "{name: wax, box: {min: [0, -.inf, -.inf]}, interaction: {tear_strength: 1e-6}}]}\n"
+      "needles: [{name: wire, tip: bevel, point_side: [0, 1, 0], material: {young_modulus: 60e9}}]");
+  CHECK(line_of(text, "  wire   flex").find("as its bevel steers") != std::string::npos);
+  std::istringstream arc(line_of(text, "  wire  gel"));
+  std::string wire, gel, x, y, z, face;
+  double radius = 0, angle = 0;
+  arc >> wire >> gel >> x >> y >> z >> face >> radius >> angle;
+  CHECK(face == "11");
+  CHECK(radius == doctest::Approx(500).epsilon(0.05));
+  CHECK(angle == doctest::Approx(1.9).epsilon(0.1));
+  CHECK(line_of(text, "  wire  wax").find("wire wax [0, 1, 0] 11 ") == 0);
 }
 
 TEST_CASE("the check says what a scene will cost") {

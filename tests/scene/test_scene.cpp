@@ -343,6 +343,55 @@ TEST_CASE("shapes and directions that are none") {
         "+x");
 }
 
+TEST_CASE("a point side is a bevel's, off its axis, and instead of a cutting direction") {
+  CHECK(*parse("needles: [{tip: bevel, point_side: [0, 2, 0]}]").needles[0].point_side == Vector3(0, 2, 0));
+  CHECK(!parse("needles: [{tip: bevel}]").needles[0].point_side);
+  CHECK(error_of("needles: [{tip: trocar, point_side: [0, 1, 0]}]") ==
+        "scene.yaml:2:37: needles[0].point_side: expected none at a needle whose tip is no bevel; set tip: bevel, or "
+        "leave point_side out");
+  CHECK(
+      error_of("needles: [{tip: bevel, cutting_direction: [1, 0.1, 0], point_side: [0, 1, 0]}]") ==
+      "scene.yaml:2:68: needles[0].point_side: expected none beside cutting_direction, which says where the tip cuts; "
+      "leave one of them out");
+  CHECK(error_of("needles: [{tip: bevel, point_side: [1, 0, 0]}]") ==
+        "scene.yaml:2:36: needles[0].point_side: expected a vector off the needle's axis, as [0, 1, 0]; only its part "
+        "across x counts");
+}
+
+TEST_CASE("a bevel steers by how the tissue's elasticity holds its shaft") {
+  const std::string bevel = "needles: [{tip: bevel, point_side: [0, 1, 0]}]\n";
+  const std::string why =
+      ", as the arc follows from how the tissue's elasticity holds the shaft; leave out one of them";
+  CHECK(error_of(bevel + "tissue: {local_compliance: none}") ==
+        "scene.yaml:2:36: needles[0].point_side: expected none with tissue.local_compliance: none" + why);
+  CHECK(error_of(bevel + "tissue: {regions: [{name: gel, interaction: {foundation_stiffness: 1e4}}]}") ==
+        "scene.yaml:2:36: needles[0].point_side: expected none with foundation_stiffness of region \"gel\"" + why);
+  CHECK(
+      error_of("needles: [{tip: bevel, point_offset: 0.5}]") ==
+      "scene.yaml:2:38: needles[0].point_offset: expected none without point_side, which says to which side it is; add "
+      "it");
+}
+
+TEST_CASE("a path's strength is a force per length, or none") {
+  const auto strength = [](const std::string& text) {
+    return parse("tissue: {regions: [{interaction: {" + text + "}}]}").tissue.regions[0].interaction.tear_strength;
+  };
+  CHECK(std::isinf(strength("")));
+  CHECK(strength("tear_strength: 20") == 20);
+  CHECK(strength("tear_strength: 20, foundation_stiffness: 1e4") == 20);
+  CHECK(error_of("tissue: {regions: [{interaction: {tear_strength: 0}}]}") ==
+        "scene.yaml:2:50: tissue.regions[0].interaction.tear_strength: expected a number in [1e-06, 1e+09] or .inf, "
+        "found "
+        "0");
+  CHECK(error_of("tissue: {regions: [{interaction: {tear_strength: 5, foundation_stiffness: .inf}}]}") ==
+        "scene.yaml:2:50: tissue.regions[0].interaction.tear_strength: expected .inf with foundation_stiffness: .inf, "
+        "beside which nothing tears, found 5");
+  CHECK(
+      error_of("tissue: {local_compliance: none, regions: [{interaction: {tear_strength: 5}}]}") ==
+      "scene.yaml:2:74: tissue.regions[0].interaction.tear_strength: expected .inf with tissue.local_compliance: none, "
+      "beside which nothing tears, found 5");
+}
+
 TEST_CASE("a curved end is not longer than its needle") {
   CHECK(
       error_of("needles: [{length: 0.1, curved_length: 0.11}]") ==

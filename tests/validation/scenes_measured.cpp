@@ -71,6 +71,7 @@ double foundation_radius(double bending_stiffness, double slope) {
     Needle& needle = scene.needles[0];
     const double d = needle.outer_diameter;
     needle.material.young_modulus = bending_stiffness / (std::numbers::pi / 64 * d * d * d * d);
+    needle.point_side.reset();
     needle.cutting_direction = {1, slope, 0};
     needle.constraint_spacing = 2e-3;
     needle.beams = 100;

@@ -6,9 +6,9 @@ import acus
 from acus import study
 
 gelatin = "tissue.regions[gelatin]."
-uncertain = {gelatin + "material.young_modulus": study.LogUniform(5e3, 20e3),  # Pa
+uncertain = {gelatin + "material.young_modulus": study.LogUniform(40e3, 160e3),  # Pa
              gelatin + "interaction.friction_dynamic": (0.05, 0.19),
-             "needles[0].cutting_direction[1]": study.Normal(0.053, 0.008),  # of the bevel
+             "needles[0].point_offset": study.Normal(1, 0.1),  # of the bevel's point, over the needle's radius
              "motion.tilt": study.Normal(0, 0.01), "motion.azimuth": (0, 3.14159)}  # rad, of the hand
 
 # %% A second run finds all rows in studies/steering_arc.

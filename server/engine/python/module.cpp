@@ -291,7 +291,7 @@ py::list needles_of(const EngineModel& of) {
         py::arg("name") = of.scene().needles[i].name, py::arg("length") = of.model().needles[i].length,
         py::arg("diameter") = of.model().needles[i].diameter, py::arg("nodes") = of.model().needles[i].nodes(),
         py::arg("base_position") = array_of(base.position), py::arg("base_orientation") = array_of(base.orientation),
-        py::arg("cutting_direction") = array_of(of.scene().needles[i].cutting_direction.normalized())));
+        py::arg("cutting_direction") = array_of(of.model().cutting_direction(static_cast<int>(i)))));
   }
   return needles;
 }

@@ -39,6 +39,7 @@ struct Interaction {
   double puncture_force = 1.0;     // f_p (N), >= 0, .inf for bone
   double deep_indentation = 2.1;   // beta (-), >= 0: force of a deep dimple over E D², see models/dimple.h
   double cutting_force = 0.5;      // f_c (N), >= 0
+  double tear_strength = kInfinity;  // t (N/m), > 0, .inf: never: sideways force per length of path at which it tears
   std::optional<double> pressure;  // p (Pa), >= 0, of the tissue on the shaft; absent: 2 G, see shaft_pressure()
   double friction_static = 0.8;    // mu_s (-), >= friction_dynamic
   double friction_dynamic = 0.6;   // mu_d (-), >= 0
@@ -163,6 +164,9 @@ struct Needle : NeedleBody {
   NeedleRung rung = NeedleRung::flexible;
   Pose base;  // first node in the world at the start; the needle lies along its +x axis
   Vector3 cutting_direction = Vector3::UnitX();  // in the tip's frame, along which a pushed tip cuts; any length, x > 0
+  // Of a bevel: off the axis in the tip's frame, towards which its edge lies; it cuts as models/bevel.h says
+  std::optional<Vector3> point_side;
+  double point_offset = 1;  // -, >= 0, of that edge from the axis, over the needle's radius
   TipShape tip = TipShape::blunt;
   std::optional<double> tip_angle;   // rad, in (0, pi/2), of a sharp tip's face against the axis; none: of its shape
   double torsional_friction = 0;     // -, >= 0: share of the shaft's friction that resists spin; 0 leaves it out
@@ -174,6 +178,11 @@ struct Needle : NeedleBody {
                                     // the time between two of them
   std::optional<BaseHold> hold;     // none: the base is where it is told
 };
+
+// Of a tip's face against the needle's axis (rad); none for a blunt tip. Without tip_angle: hypodermic bevels 11 +- 2
+// degrees (ISO 7864:2016; short ones have 17 +- 2); pencil points, cones of about 15 degrees half angle, and trocars,
+// of three faces at about 20, follow no standard.
+std::optional<double> face_angle(const Needle& needle);
 
 // A hole through which a needle slides without turning it: a template, or the collar of a robot. Takes commands by its
 // name like a needle; without any it stays where it is.

@@ -168,6 +168,11 @@ class Checker {
     check_curvature(needle, child_path(path, "curvature"));
     check_curved_length(needle, child_path(path, "curved_length"));
     check_cutting_direction(needle.cutting_direction, child_path(path, "cutting_direction"));
+    if (needle.point_side)
+      check_point_side(needle, child_path(path, "point_side"));
+    else if (needle.point_offset != Needle{}.point_offset)
+      fail(child_path(path, "point_offset"),
+           "expected none without point_side, which says to which side it is; add it");
   }
 
   // A beam is measured from the chord of its arc, which half a turn would reverse.
@@ -191,6 +196,16 @@ class Checker {
          "expected a number > 0, found " + format_number(direction.x()) + "; a tip cuts forwards, along +x");
   }
 
+  void check_point_side(const Needle& needle, const std::string& path) const {
+    const Vector3& side = *needle.point_side;
+    if (needle.tip != TipShape::bevel)
+      fail(path, "expected none at a needle whose tip is no bevel; set tip: bevel, or leave point_side out");
+    if (needle.cutting_direction != Vector3::UnitX())
+      fail(path, "expected none beside cutting_direction, which says where the tip cuts; leave one of them out");
+    if (!has_direction(Vector3(0, side.y(), side.z())))
+      fail(path, "expected a vector off the needle's axis, as [0, 1, 0]; only its part across x counts");
+  }
+
   void check_rules(const BoxMesh& box, const std::string& path) const {
     const auto [x, y, z] = box.cells;
     const std::int64_t count = std::int64_t{x} * y * z;
@@ -204,12 +219,27 @@ class Checker {
     check_distinct(tissue.regions, child_path(path, "regions"), names, "region");
     check_interfaces(tissue.interfaces, names, child_path(path, "interfaces"));
     if (tissue.window > 0) check_window(tissue, child_path(path, "window"));
-    for (std::size_t i = 0; i < tissue.regions.size(); ++i)
+    for (std::size_t i = 0; i < tissue.regions.size(); ++i) {
+      const std::string region = child_path(child_path(path, "regions"), i);
       if (!tissue.regions[i].material.relaxation.empty())
-        check_relaxation(tissue, child_path(child_path(child_path(path, "regions"), i), "material.relaxation"));
+        check_relaxation(tissue, child_path(region, "material.relaxation"));
+      check_tears(tissue, tissue.regions[i].interaction, child_path(region, "interaction.tear_strength"));
+    }
     if (tissue.window_thread && tissue.window == 0)
       fail(child_path(path, "window_thread"),
            "expected false without a window, found true; set window to 16 ms in ticks");
+  }
+
+  // A path moves by what gives way beside its shaft (tick/insertion/tearing.h).
+  void check_tears(const Tissue& tissue, const Interaction& law, const std::string& path) const {
+    if (std::isinf(law.tear_strength)) return;
+    const auto refuse = [&](const std::string& with) {
+      fail(path,
+           "expected .inf with " + with + ", beside which nothing tears, found " + format_number(law.tear_strength));
+    };
+    if (law.foundation_stiffness && std::isinf(*law.foundation_stiffness)) refuse("foundation_stiffness: .inf");
+    if (!law.foundation_stiffness && tissue.local_compliance == LocalCompliance::none)
+      refuse("tissue.local_compliance: none");
   }
 
   // What the deferred field cannot do, or not stably: near nu = 0.5 its defect would grow from window to window.
@@ -239,7 +269,22 @@ class Checker {
     check_distinct(scene.needles, child_path(path, "needles"), names, "needle");
     check_guides(scene, names, child_path(path, "guides"));
     check_distinct(scene.guides, child_path(path, "guides"), names, "needle or guide");
-    if (!scene.tissue.left_out()) check_constraint_points(scene.needles, child_path(path, "needles"));
+    if (scene.tissue.left_out()) return;
+    check_constraint_points(scene.needles, child_path(path, "needles"));
+    for (std::size_t i = 0; i < scene.needles.size(); ++i)
+      if (scene.needles[i].point_side)
+        check_shaft_is_held(scene.tissue, child_path(child_path(path, "needles"), i) + ".point_side");
+  }
+
+  // The arc of a bevel follows from how the tissue's own elasticity holds the shaft (models/bevel.h).
+  void check_shaft_is_held(const Tissue& tissue, const std::string& path) const {
+    const auto refuse = [&](const std::string& with) {
+      fail(path, "expected none with " + with +
+                     ", as the arc follows from how the tissue's elasticity holds the shaft; leave out one of them");
+    };
+    if (tissue.local_compliance == LocalCompliance::none) refuse("tissue.local_compliance: none");
+    for (const Region& region : tissue.regions)
+      if (region.interaction.foundation_stiffness) refuse("foundation_stiffness of region \"" + region.name + "\"");
   }
 
   // What they need grows with the square of their number. Any needle may pick up the path with the smallest spacing.

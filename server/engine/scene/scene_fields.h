@@ -74,6 +74,8 @@ struct FieldsOf<Interaction> {
           "beta, force of a tip on the surface over E D^2 where its dimple's depth D is many times its radius; 0.2 for "
           "neo-Hookean tissue, more the more it stiffens with strain"},
       Field{"cutting_force", &Interaction::cutting_force, "N", kForce, "f_c, force of the tip at which its path grows"},
+      Field{"tear_strength", &Interaction::tear_strength, "N/m", or_infinite(between(1e-6, 1e9)),
+            "t, force per length of path, sideways, at which the shaft tears it; .inf: never"},
       Field{"pressure", &Interaction::pressure, "Pa", between(0, 1e12),
             "p, of the tissue on the shaft; absent: estimated from the stiffness as E/(1 + nu)"},
       Field{"friction_static", &Interaction::friction_static, "-", kFrictionCoefficient,
@@ -289,6 +291,13 @@ struct FieldsOf<Needle> {
       Field{"cutting_direction", &Needle::cutting_direction, "-", kDirection,
             "[x, y, z] in the tip's frame, along which the tip cuts when it is pushed: [1, 0, 0] for a symmetric tip, "
             "[1, 0.1, 0] for a bevel that steers towards +y; any length, x > 0"},
+      Field{
+          "point_side", &Needle::point_side, "-", kDirection,
+          "[x, y, z] in the tip's frame, of a bevel instead of cutting_direction: to which side of the axis its point "
+          "lies, and so steers by its geometry, the needle's stiffness and the tissue's: [0, 1, 0]; any length"},
+      Field{"point_offset", &Needle::point_offset, "-", between(0, 2),
+            "how far off the axis that point lies, over the needle's radius: 1 for a plane bevel, less for a lancet "
+            "point"},
       Field{"tip", &Needle::tip, "", any(),
             "blunt (slides on surfaces as friction lets it) or sharp: bevel (its face 11 degrees off the axis), pencil "
             "(15) or trocar (20), which bite where they are pushed more steeply than that"},

@@ -67,6 +67,8 @@ template <class Value>
 bool is_finite(const Value& value) {
   if constexpr (std::is_same_v<Value, Vector3>) {
     return value.allFinite();
+  } else if constexpr (std::is_floating_point_v<Value>) {
+    return std::isfinite(value);
   } else {
     return true;
   }

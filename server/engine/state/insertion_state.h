@@ -112,6 +112,7 @@ struct Insertion {
   int path = -1;                         // the needle's path, -1: none
   double depth = 0;                      // m of needle in the tissue
   int border = -1;                       // region whose border holds the tip, inside; -1: none
+  bool tearing = false;                  // the needle tears its path sideways
   TipState tip;
   MaterialPoint touched;                 // of the surface, while a tip outside, or through, presses on it
   double end_s = 0;                      // m, place of the path's end along the needle, or ahead of it
@@ -127,6 +128,7 @@ struct Insertion {
     visit("path", self.path);
     visit("depth", self.depth);
     visit("border", self.border);
+    visit("tearing", self.tearing);
     visit("tip", self.tip);
     visit("touched", self.touched);
     visit("end_s", self.end_s);

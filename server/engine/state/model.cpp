@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "server/engine/scene/fingerprint.h"
 #include "server/engine/scene/scene_error.h"
@@ -67,6 +68,21 @@ std::vector<NeedleModel> needles_of(const Scene& scene) {
   return models;
 }
 
+// In the tip's frame, unit, through tissue of the region.
+Vector3 cutting_direction(const Needle& needle, const NeedleModel& model, const Region& region) {
+  if (!needle.point_side) return needle.cutting_direction.normalized();
+  const Vector3 side = Vector3(0, needle.point_side->y(), needle.point_side->z()).normalized();
+  return (Vector3::UnitX() + steered_path(needle, model, region).slope * side).normalized();
+}
+
+std::vector<std::vector<Vector3>> cutting_directions_of(const Scene& scene, std::span<const NeedleModel> models) {
+  std::vector<std::vector<Vector3>> cuts(models.size());
+  for (std::size_t i = 0; i < models.size(); ++i)
+    for (const Region& region : scene.tissue.regions)
+      cuts[i].push_back(cutting_direction(scene.needles[i], models[i], region));
+  return cuts;
+}
+
 template <class Body>
 std::vector<BaseLimits> limits_of(const std::vector<Body>& bodies) {
   std::vector<BaseLimits> limits;
@@ -123,6 +139,19 @@ void refuse_tip_inside(const Model& model, int needle) {
 
 }  // namespace
 
+const Vector3& Model::cutting_direction(int needle) const {
+  const auto& of_regions = cutting_directions[static_cast<std::size_t>(needle)];
+  return *std::ranges::min_element(of_regions, {}, [](const Vector3& direction) { return direction.x(); });
+}
+
+BevelPath steered_path(const Needle& needle, const NeedleModel& model, const Region& region) {
+  if (model.rigid) return {};
+  const Interaction& law = region.interaction;
+  const double d = needle.outer_diameter;
+  return bevel_path({d, model.stiffness.bending, *face_angle(needle), needle.point_offset * d / 2},
+                    {region.material, law.cutting_force, law.tear_strength});
+}
+
 int max_tissue_rows(const Scene& scene, const Needle& needle) {
   const bool borders = scene.tissue.regions.size() > 1;
   return scene.tissue.left_out() ? 0 : max_insertion_rows(needle, least_spacing(scene.needles), borders);
@@ -151,6 +180,7 @@ Model::Model(const Scene& s, const Progress& progress, std::optional<Tetrahedral
           progress, "factor",
           [&] { return TissueSystem(tissue, h, matrix_of(s.tissue.rung), s.tissue.window, s.tissue.window_thread); })),
       needles(announced(progress, "needles", [&] { return needles_of(s); })),
+      cutting_directions(cutting_directions_of(s, needles)),
       needle_limits(limits_of(s.needles)),
       guide_limits(limits_of(s.guides)),
       guide_needles(needles_in_guides(s)),

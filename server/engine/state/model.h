@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "server/engine/models/bevel.h"
 #include "server/engine/models/needle.h"
 #include "server/engine/models/surface.h"
 #include "server/engine/models/tissue_system.h"
@@ -29,6 +30,8 @@ struct Model {
   int guide_count() const { return static_cast<int>(scene.guides.size()); }
   // Whether the rung iterates to a tolerance.
   bool iterates() const { return scene.tissue.rung == TissueRung::refined || scene.tissue.rung == TissueRung::exact; }
+  // Of the region through which the needle steers most.
+  const Vector3& cutting_direction(int needle) const;
   // Solutions of a tick at most, each a step of stages 2 to 8.
   int max_tick_steps() const { return iterates() ? scene.newton.max_iterations : kMaxTickSteps; }
 
@@ -46,11 +49,15 @@ struct Model {
   Borders borders;
   TissueSystem tissue_system;
   std::vector<NeedleModel> needles;
+  std::vector<std::vector<Vector3>> cutting_directions;  // per needle and region, in the tip's frame, unit
   std::vector<BaseLimits> needle_limits, guide_limits;  // of the bases' and the guides' motions
   std::vector<int> guide_needles;          // per guide, the needle in it
   int path_vertices = 0;                   // that a path can have: any needle may pick it up
   int max_rows = 0;                        // scalar rows of the laws in one tick
 };
+
+// How a needle with `point_side` steers through tissue of the region: straight on if it is rigid.
+BevelPath steered_path(const Needle& needle, const NeedleModel& model, const Region& region);
 
 // Rows between a needle and the tissue, and of all guides, in one tick, at most.
 int max_tissue_rows(const Scene& scene, const Needle& needle);

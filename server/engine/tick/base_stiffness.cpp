@@ -292,12 +292,13 @@ void BaseStiffnessSolver::look_for_limits(const Rows& rows, const Vector3& axis,
       continue;
     }
     if (law.kind != LawKind::unilateral && law.kind != LawKind::friction) continue;
+    const auto end = [&](bool most) { return law.kind == LawKind::friction ? ModelLimit::slip : end_of(role, most); };
     if (!is_between(law, lambda)) {
-      meet(delta, moved[i], 0, end_of(role, lambda > 0), result);
+      meet(delta, moved[i], 0, end(lambda > 0), result);
       continue;
     }
-    meet(lambda, force[i], law.limit, end_of(role, true), result);
-    meet(lambda, force[i], law.kind == LawKind::friction ? -law.limit : 0, end_of(role, false), result);
+    meet(lambda, force[i], law.limit, end(true), result);
+    meet(lambda, force[i], law.kind == LawKind::friction ? -law.limit : 0, end(false), result);
   }
 }
 

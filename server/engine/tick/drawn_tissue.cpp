@@ -122,7 +122,8 @@ void draw_tissue(const Model& model, const State& state, DrawnTissue& drawn) {
   const TissueView tissue = tissue_view(model, state.tissue.x, state.tissue.x);
   const auto view = [&](int i) {
     const NeedleShape& shape = drawn.shapes[static_cast<std::size_t>(i)];
-    return InsertionView{i, model.scene.needles[i], {model.needles[i], shape, shape, model.h}, tissue};
+    return InsertionView{
+        i, model.scene.needles[i], {model.needles[i], shape, shape, model.h}, tissue, tip_cutting(model, state, i)};
   };
   for (int i = 0; i < model.needle_count(); ++i) {
     put_shape(state.needles[i], drawn.shapes[i]);

@@ -46,10 +46,16 @@ TissueView tissue_view(const Model& model, const Matrix3X& x_start, const Matrix
           model.relaxation};
 }
 
+const Vector3& tip_cutting(const Model& model, const State& state, int needle) {
+  const int path = state.insertions[needle].path;
+  return model.cutting_directions[needle][path < 0 ? 0 : model.regions[state.paths[path].end.tetrahedron]];
+}
+
 InsertionView insertion_view(const Model& model, const State& state, const Scratch& scratch, int needle) {
   TissueView tissue = tissue_view(model, state.tissue.x, scratch.tissue.x);
   tissue.surface_moved = state.surface_moved;
-  return {needle, model.scene.needles[needle], needle_view(model, scratch, needle), tissue};
+  return {needle, model.scene.needles[needle], needle_view(model, scratch, needle), tissue,
+          tip_cutting(model, state, needle)};
 }
 
 }  // namespace acus

@@ -93,6 +93,8 @@ struct Scratch {
 // What the laws see of a needle and of the tissue at the current iterate.
 NeedleView needle_view(const Model& model, const Scratch& scratch, int needle);
 TissueView tissue_view(const Model& model, const Matrix3X& x_start, const Matrix3X& x);
+// In the tip's frame, unit: where the path of the needle ends, or without a path in the first region.
+const Vector3& tip_cutting(const Model& model, const State& state, int needle);
 InsertionView insertion_view(const Model& model, const State& state, const Scratch& scratch, int needle);
 
 }  // namespace acus

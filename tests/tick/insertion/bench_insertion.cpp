@@ -117,7 +117,8 @@ Path& InsertionBench::add_straight_path(double z, double spacing) {
 InsertionView InsertionBench::view() const {
   return {0, parameters, NeedleView{model, start, shape, kH},
           TissueView{mesh, surface, borders, scene.tissue.regions, interactions, element_sizes, regions, x, x,
-                     scene.tissue.local_compliance == LocalCompliance::all}};
+                     scene.tissue.local_compliance == LocalCompliance::all},
+          parameters.cutting_direction.normalized()};
 }
 
 double InsertionBench::give() const {

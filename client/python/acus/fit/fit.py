@@ -39,7 +39,8 @@ SPREAD = 8  # cases of the first stage, per parameter
 STEP = 0.03  # of slopes, in units of the range
 MOST = 12  # steps of a stage
 FURTHEST = 0.15  # of a step of the search, in units of the range
-SMALLEST = 0.1  # at which it ends, as a share of its first steps
+SMALLEST = 0.1  # at which it ends, as a share of its first steps,
+SEARCHED, FEWEST_ROUNDS = 100, 4  # or after so many runs, but as many rounds
 NEAR = 0.05  # of a curve's size: misfits below count by their squares
 WIDENED, WIDER = 6, 1.5  # times, by so much each, an interval at most
 NARROWEST = 1e-3  # half of an interval, in units of the range
@@ -229,7 +230,8 @@ class Fit:
         best, rounds, size, random = self._cost("curves", place), 0, 1.0, np.random.default_rng(len(place))
         _, strengths, directions = np.linalg.svd(self._slopes("curves", place, both_sides=True), full_matrices=False)
         reach = np.minimum(math.sqrt(best) / np.maximum(strengths, 1e-12), FURTHEST)
-        while size > SMALLEST and rounds < 2 * MOST:
+        most = max(FEWEST_ROUNDS, SEARCHED // (3 * len(place) + 1))
+        while size > SMALLEST and rounds < most:
             rounds += 1
             moves = [sign * size * length * direction for length, direction in zip(reach, directions) for sign in (1, -1)]
             moves += [size * (random.normal(size=len(reach)) * reach) @ directions for _ in place]

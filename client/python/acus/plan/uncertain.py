@@ -17,7 +17,7 @@ FRICTION = ("friction_static", "friction_dynamic", "friction_viscous")
 @dataclasses.dataclass(frozen=True)
 class Factors:
     """A study's `prepare`: multiplies Young's moduli of all regions ("stiffness"), friction of all ("friction"), and how far a
-    needle's cutting direction is off its axis ("bevel")."""
+    needle's cutting direction, or the point of its bevel, is off its axis ("bevel")."""
 
     needle: str = None
 
@@ -27,9 +27,11 @@ class Factors:
             for name in FRICTION:
                 scale(scene, f"tissue.regions[{region}].interaction.{name}", values.get("friction", 1))
         for number, needle in enumerate(scene["needles"]):
-            if "cutting_direction" in needle and self.needle in (None, needle.get("name", UNNAMED)):
-                for axis in (1, 2):
-                    scale(scene, f"needles[{number}].cutting_direction[{axis}]", values.get("bevel", 1))
+            if self.needle not in (None, needle.get("name", UNNAMED)):
+                continue
+            places = [f"cutting_direction[{axis}]" for axis in (1, 2) if "cutting_direction" in needle]
+            for place in places + ["point_offset"] * ("point_side" in needle):
+                scale(scene, f"needles[{number}].{place}", values.get("bevel", 1))
 
 
 def number_of(scene, name):

@@ -6,10 +6,6 @@
 
 namespace acus {
 
-Vector3 InsertionView::cutting_direction() const {
-  return needle.shape.frames.back() * parameters.cutting_direction.normalized();
-}
-
 InsertionScratch::InsertionScratch(int shaft_capacity, int path_capacity, int shaft_cells, bool remembers)
     : next(make_insertion(path_capacity, shaft_cells, remembers)), turned(path_capacity) {
   located.contacts = Bounded<ShaftContact>(static_cast<std::size_t>(shaft_cells));

@@ -42,9 +42,10 @@ struct InsertionView {
   const Needle& parameters;
   NeedleView needle;
   TissueView tissue;
+  Vector3 tip_cutting = Vector3::UnitX();  // cutting direction in the tip's frame, unit
 
   // Unit, world.
-  Vector3 cutting_direction() const;
+  Vector3 cutting_direction() const { return needle.shape.frames.back() * tip_cutting; }
 };
 
 // A path vertex alongside the shaft in this tick.
@@ -94,7 +95,9 @@ struct BorderAhead {
 struct TipPlace {
   bool in_tail = false;  // between the last vertex and the end of a path that has one
   bool at_end = false;   // at the end of its path, not back inside it
-  TissuePoint point;     // of the path, that supports the tip laterally
+  TissuePoint point;     // of the path, that supports the tip laterally, between
+  int behind = -1;       // this vertex, -1: it is the next one alone,
+  int next = -1;         // and this one, -1: the path's end
   double supported = 0;  // m, supported length
   Vector3 tangent = Vector3::UnitX();  // of the path there, unit
   Vector3 cutting = Vector3::UnitX();  // cutting direction at the start of the tick, unit

@@ -9,6 +9,7 @@
 #include "server/engine/tick/insertion/path_growth.h"
 #include "server/engine/tick/insertion/path_wall.h"
 #include "server/engine/tick/insertion/surface_transitions.h"
+#include "server/engine/tick/insertion/tearing.h"
 #include "server/engine/tick/insertion/tip_laws.h"
 #include "server/engine/tick/insertion/tip_place.h"
 
@@ -50,6 +51,14 @@ void leave_last_part(const Transition& now, Path& path) {
   change_phase(state, is_beyond(now.at, path) ? Phase::through : Phase::inside);
   state.tip = TipState{};
   state.touched = MaterialPoint{};
+}
+
+// The needle is out of the tissue.
+void leave_path(const Transition& now, Path& path) {
+  now.report(EventKind::withdrawal, now.at.tissue.region(path.vertices[path.last_mouth()]), 0);
+  path.needle = -1;
+  path.left = now.tick;
+  forget(now.state);
 }
 
 BorderAhead ahead_of(const Transition& now, const Path& path) {
@@ -208,13 +217,11 @@ std::uint32_t change_state(const Transition& now) {
   }
   while (is_withdrawn(now.at, path, now.state)) {
     const int mouth = path.last_mouth();
-    now.report(EventKind::withdrawal, now.at.tissue.region(path.vertices[mouth]), 0);
     if (mouth == 0) {
-      path.needle = -1;
-      path.left = now.tick;
-      forget(now.state);
+      leave_path(now, path);
       return 0;
     }
+    now.report(EventKind::withdrawal, now.at.tissue.region(path.vertices[mouth]), 0);
     leave_last_part(now, path);
     if (now.state.phase == Phase::through) return 0;
   }
@@ -225,12 +232,17 @@ std::uint32_t change_state(const Transition& now) {
 }  // namespace
 
 void Transition::report(EventKind kind, int region, double force) const {
+  report(kind, region, force, at.needle.tip().position);
+}
+
+void Transition::report(EventKind kind, int region, double force, const Vector3& position) const {
   if (events.size() == events.capacity()) return;
-  events.push_back({tick, at.needle_index, kind, region, at.needle.tip().position, force});
+  events.push_back({tick, at.needle_index, kind, region, position, force});
 }
 
 std::uint32_t insertion_transitions(const Transition& now) {
   const std::uint32_t flags = change_state(now);
+  if (!tear_path(now)) leave_path(now, now.paths[now.state.path]);
   measure_depth(now);
   return flags;
 }

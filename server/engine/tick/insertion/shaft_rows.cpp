@@ -10,6 +10,7 @@
 #include "server/engine/math/rotation.h"
 #include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/spring_memory.h"
+#include "server/engine/tick/insertion/tearing.h"
 #include "server/engine/tick/insertion/tip_rows.h"
 
 namespace acus {
@@ -20,8 +21,6 @@ namespace {
 constexpr double kLeastOwned = 0.1;
 // Stretch of a spring, as a share of its owned length, from which it is far strained.
 constexpr double kFarStrained = 0.25;
-// Least supported length.
-constexpr double kLeastSupported = 1e-6;  // m
 
 // lambda_n (N) of a vertex with the owned length (m); axial: m²/N.
 double strained_force(const VertexState& state, double owned, double axial) {
@@ -73,6 +72,10 @@ bool add_friction(const InsertionView& at, const Path& path, const VertexState& 
 
 }  // namespace
 
+double beside_compliance(const TissueView& tissue, const MaterialPoint& p, double d, double supported) {
+  return tissue.lateral_compliance(p, d) / std::max(supported, kLeastSupported);
+}
+
 bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, const ShaftPoint& point,
                     Rows& rows) {
   assert(point.vertex >= 0 && point.vertex < static_cast<int>(path.vertices.size()) && point.owned >= 0);
@@ -86,16 +89,12 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionSc
   const Vector3 apart = on_needle.position - tissue.position(material) - dimpled + spring.crept;
   Row row{at.needle_index, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0};
   const auto beside = [&](const MaterialPoint& p) {
-    return tissue.lateral_compliance(p, at.needle.model.diameter) / std::max(point.supported, kLeastSupported);
+    return beside_compliance(tissue, p, at.needle.model.diameter, point.supported);
   };
-  Vector3 across[2];
-  perpendicular_basis(point.tangent, across[0], across[1]);
-  bool all = true;
-  for (const Vector3& n : across) {
-    row.n = n;
-    row.gap = n.dot(apart);
-    all = rows.add(row, {.compliance = beside(material) / spring.stiffening}, state.lateral.dot(n)) && all;
-  }
+  const double compliance = beside(material) / spring.stiffening;
+  const auto tear = tear_limit(at, {material, point.tangent, apart, compliance},
+                               tear_strength(tissue, material, point.supported), state.lateral);
+  bool all = add_across(row, apart, compliance, point.tangent, tear, state.lateral, rows);
   // A tip nearer to this vertex than to the next has the support row itself.
   const TipPlace& tip = scratch.located.tip;
   const bool at_tip = &point == &scratch.located.shaft.back() && tip.point.u < 0.5 && lies_on_border(tissue, tip);

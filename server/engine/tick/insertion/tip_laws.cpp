@@ -30,20 +30,6 @@ double tip_lateral_compliance(const InsertionView& at, const MaterialPoint& mate
   return 1 / (end + supported / at.tissue.lateral_compliance(material, d));
 }
 
-std::optional<double> face_angle(const Needle& needle) {
-  constexpr double kDegree = std::numbers::pi / 180;
-  if (needle.tip == TipShape::blunt) return std::nullopt;
-  if (needle.tip_angle) return needle.tip_angle;
-  switch (needle.tip) {
-    case TipShape::pencil:
-      return 15 * kDegree;
-    case TipShape::trocar:
-      return 20 * kDegree;
-    default:
-      return 11 * kDegree;
-  }
-}
-
 TipFriction tip_friction(const Needle& needle, const Vector3& along, const Vector3& normal, double friction) {
   const std::optional<double> face = face_angle(needle);
   if (!face) return {friction, 1};

@@ -22,9 +22,7 @@
 // into the other, evenly by cos theta, from 2 degrees before that angle to 2 degrees beyond it. So a tip that comes to
 // lie flat, as its needle bends, begins to slide smoothly; from tick to tick it would stick and slip.
 //
-// beta: hypodermic bevels 11 +- 2 degrees, short ones 17 +- 2 (ISO 7864:2016). Pencil points are cones of about 15
-// degrees half angle, trocars have three faces at about 20; these are typical values, no standard. A scene may give its
-// own.
+// beta: face_angle().
 #pragma once
 
 #include <optional>
@@ -39,9 +37,6 @@ namespace acus {
 double cutting_compliance(const InsertionView& at, const Path& path, const BorderAhead& border);
 // Across the path, in the tissue at `material`: that of the tip's end and of its supported length (m) in parallel.
 double tip_lateral_compliance(const InsertionView& at, const MaterialPoint& material, double supported);
-
-// beta (rad); none for a blunt tip.
-std::optional<double> face_angle(const Needle& needle);
 
 struct TipFriction {
   double friction = 0;        // mu' (-)

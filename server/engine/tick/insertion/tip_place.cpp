@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 #include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/path_direction.h"
@@ -53,6 +54,7 @@ void place_tip(const InsertionView& at, const Path& path, InsertionScratch& scra
   // A loaded border moves along with a tip that is drawn back.
   const bool near_end = (held && state.tip.contact > 0) || past_end >= -end_clearance(at, path, held);
   tip.at_end = tip.in_tail && near_end && (held || points_along(at, path, tip.cutting));
+  tip.next = tip.at_end || tail ? -1 : next;
   if (tip.at_end || next == 0 || path.air_behind(next - 1)) {
     tip.point = {tip.at_end ? path.end : path.vertices[next], {}, 0};
     tip.tangent = tip.at_end ? tip.cutting : needle_tangent;
@@ -60,6 +62,7 @@ void place_tip(const InsertionView& at, const Path& path, InsertionScratch& scra
   }
   const double from_s = state.vertices[next - 1].s;
   const double u = next_s > from_s ? std::clamp((length - from_s) / (next_s - from_s), 0.0, 1.0) : 1;
+  tip.behind = next - 1;
   tip.point = {path.vertices[next - 1], tail ? path.end : path.vertices[next], u};
   const Vector3 from = path_tangent(at.tissue, path, next - 1, needle_tangent);
   const Vector3 to = tail ? end_tangent(at.tissue, path, needle_tangent)
@@ -67,19 +70,27 @@ void place_tip(const InsertionView& at, const Path& path, InsertionScratch& scra
   tip.tangent = ((1 - u) * from + u * to).normalized();
 }
 
-std::optional<BorderPlace> first_border(const TissueView& tissue, const Path& path, const Vector3& to) {
-  Vector3 from = tissue.position(path.end);
-  int start = path.end.tetrahedron, came_from = -1;
+Reached reach_to(const TissueView& tissue, const MaterialPoint& from, const Vector3& to, bool torn) {
+  MaterialPoint end = from;
+  int start = from.tetrahedron, came_from = -1;
   for (int i = 0; i < kMaxCrossings; ++i) {
-    const Trace trace = trace_segment(tissue.mesh, tissue.x, start, from, to, tissue.regions, came_from);
-    if (trace.next < 0) return std::nullopt;
-    from = tissue.position(trace.end);
+    const Trace trace =
+        trace_segment(tissue.mesh, tissue.x, start, tissue.position(end), to, tissue.regions, came_from);
+    end = trace.end;
+    if (trace.next < 0) return {end, -1, trace.left};
     const int region = tissue.regions[trace.next];
-    if (tissue.border(trace.end, region).holds) return BorderPlace{region, from};
-    came_from = trace.end.tetrahedron;
+    const Border& border = tissue.border(end, region);
+    if (torn ? std::isinf(border.puncture_force) : border.holds) return {end, region, false};
+    came_from = end.tetrahedron;
     start = trace.next;
   }
-  return std::nullopt;
+  return {end, -1, false};
+}
+
+std::optional<BorderPlace> first_border(const TissueView& tissue, const Path& path, const Vector3& to) {
+  const Reached reached = reach_to(tissue, path.end, to);
+  if (reached.border < 0) return std::nullopt;
+  return BorderPlace{reached.border, tissue.position(reached.end)};
 }
 
 void find_border(const InsertionView& at, const Path& path, InsertionScratch& scratch) {

@@ -13,6 +13,15 @@ namespace acus {
 // vertices and end.
 void place_tip(const InsertionView& at, const Path& path, InsertionScratch& scratch);
 
+// The last point of the segment from `from` to `to` that a path can reach: it ends where the tissue does, and at
+// borders that hold tips, or, `torn`, at those of bone; then `border` is the region behind, else -1.
+struct Reached {
+  MaterialPoint end;
+  int border = -1;
+  bool left = false;  // it ends where the tissue does
+};
+Reached reach_to(const TissueView& tissue, const MaterialPoint& from, const Vector3& to, bool torn = false);
+
 // The first border that holds tips on the straight way from a path's end to a place: its region, and where.
 struct BorderPlace {
   int region = 0;

@@ -9,6 +9,7 @@
 #include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/spring_memory.h"
+#include "server/engine/tick/insertion/tearing.h"
 #include "server/engine/tick/insertion/tip_laws.h"
 
 namespace acus {
@@ -110,17 +111,34 @@ bool add_lateral(const InsertionView& at, const InsertionScratch& scratch, Rows&
   const CreptAcross spring = crept_across(at.tissue, place.point.a, memory);
   const double compliance = tip_lateral_compliance(at, place.point.a, place.supported) / spring.stiffening;
   const Vector3 apart = tip.position - at.tissue.position(place.point) + spring.crept;
-  Vector3 across[2];
-  perpendicular_basis(place.tangent, across[0], across[1]);
-  bool all = true;
-  for (const Vector3& n : across) {
-    const Row row{at.needle_index, RowRole::tip_lateral, -1, tip, place.point, n, n.dot(apart)};
-    all = rows.add(row, {.compliance = compliance}, scratch.next.tip.lateral.dot(n)) && all;
-  }
-  return all;
+  const Vector3& last = scratch.next.tip.lateral;
+  const auto tear =
+      tear_limit(at, {place.point.a, place.tangent, apart, compliance}, tip_tear_strength(at, place), last);
+  const Row row{at.needle_index, RowRole::tip_lateral, -1, tip, place.point, Vector3::Zero(), 0};
+  return add_across(row, apart, compliance, place.tangent, tear, last, rows);
 }
 
 }  // namespace
+
+bool add_across(Row row, const Vector3& apart, double compliance, const Vector3& tangent,
+                const std::optional<TearLimit>& tear, const Vector3& last, Rows& rows) {
+  Vector3 across[2];
+  if (tear)
+    across[0] = tear->along, across[1] = tangent.cross(tear->along);
+  else
+    perpendicular_basis(tangent, across[0], across[1]);
+  bool all = true;
+  for (const Vector3& n : across) {
+    row.n = n;
+    row.gap = n.dot(apart);
+    const bool tears = tear && &n == &across[0];
+    row.compliance = tears ? compliance : 0;
+    const Law law = tears ? Law{LawKind::friction, tear->force} : Law{.compliance = compliance};
+    all = rows.add(row, law, last.dot(n)) && all;
+  }
+  row.compliance = 0;
+  return all;
+}
 
 double shrunk(double offset, double step) { return std::copysign(std::max(0.0, std::abs(offset) - step), offset); }
 

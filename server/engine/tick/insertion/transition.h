@@ -22,7 +22,8 @@ struct Transition {
   std::vector<Path>& paths;
   std::vector<Event>& events;  // never beyond its capacity
 
-  void report(EventKind kind, int region, double force) const;
+  void report(EventKind kind, int region, double force) const;                           // at the tip
+  void report(EventKind kind, int region, double force, const Vector3& position) const;  // m, world
 };
 
 }  // namespace acus

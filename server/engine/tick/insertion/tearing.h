@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A path that its needle tears sideways. Tissue beside a shaft bears t per length (Interaction::tear_strength), like
+// the wire that cuts it: toughness plus yield stress times diameter [Kamyab, Chakrabarti, Williams 1998]. A vertex
+// bears
+//
+//   T = t l,                      l the length that it supports,
+//   T = t K/k at the tip,         k the stiffness per length beside the shaft and K that of the tip
+//                                 (models/local_compliance.h): the length that it supports and 1.5 diameters.
+//
+// From half of that on, what holds the needle sideways in the direction in which it is off its path is a row of
+// friction with the threshold T in place of a bilateral one (shaft_rows.h, tip_rows.h), in series with the same
+// springs: it holds as that does up to T, and no more, in the same tick. The direction is that before the laws, in
+// which the needle has moved on: that of the last tick's force would turn to and fro where a needle goes further in a
+// tick than its springs. What the needle is then off its path beyond its springs is torn: the path goes there through
+// the tissue at the tick's end,
+//
+//   by -F/|F| (d + c F) . F/|F|      d the needle from the path, F the force on the needle, c the springs' compliance.
+//
+// A force that was above T before, as of a tip that leaves a border that held it, falls to T within some 5 ms.
+//
+// A tip back inside its path that tears away from it, until the path ahead is 30 degrees off the needle, leaves the old
+// cut: its path ends at the tip. Mouths and exits move along the surface; the end of a path that has left the tissue
+// goes with its last vertex. Vertices that are torn out of the tissue are forgotten, and a path whose tip is. Borders
+// tear with the tissue, but not bone, whose f_p is infinite: the shaft bears on it, by a force that counts for no tear.
+// What was torn is no slit: on the way back the tissue holds the needle again.
+#pragma once
+
+#include <optional>
+
+#include "server/engine/tick/insertion/transition.h"
+
+namespace acus {
+
+// Rows across a path that may tear in this tick.
+struct TearLimit {
+  Vector3 along;  // unit, world, across the path: the direction of the force
+  double force;   // N, the threshold
+};
+
+// At a place of a path with the direction `tangent`, from which the needle is `apart` (m, world), with springs of c
+// (m/N). `strength`: T (N), .inf allowed; `last`: the force of the last tick, on the needle (N, world). None if the
+// path is far from tearing.
+struct HeldPlace {
+  const MaterialPoint& material;
+  const Vector3& tangent;
+  const Vector3& apart;
+  double compliance;
+};
+std::optional<TearLimit> tear_limit(const InsertionView& at, const HeldPlace& place, double strength,
+                                    const Vector3& last);
+
+// T of a vertex, and of a tip in its path; N.
+double tear_strength(const TissueView& tissue, const MaterialPoint& vertex, double supported);
+double tip_tear_strength(const InsertionView& at, const TipPlace& tip);
+
+// A force on the needle, or its way, at a place of its path, without its part along what a border there bears.
+Vector3 borne_by_path(const TissueView& tissue, const MaterialPoint& place, const Vector3& vector);
+
+// Moves the path of the needle, which it is in, at the end of a tick. Reports a tear as it begins: as a place of the
+// path moves at more than 0.1 mm/s, after all have stood still. False if the tip was torn out of the tissue.
+bool tear_path(const Transition& now);
+
+}  // namespace acus
