@@ -9,7 +9,6 @@
 #include "server/engine/laws/friction_cone.h"
 #include "server/engine/math/rotation.h"
 #include "server/engine/tick/insertion/obstacle.h"
-#include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tearing.h"
 #include "server/engine/tick/insertion/tip_rows.h"
 
@@ -84,17 +83,13 @@ bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionSc
   const MaterialPoint& material = path.vertices[point.vertex];
   const CurvePoint on_needle = curve_point(at.needle.model, at.needle.shape, point.s);
   const PointMemory* memory = tissue.relaxes() ? &scratch.next.memory->vertices[point.vertex] : nullptr;
-  const CreptAcross spring = crept_across(tissue, material, memory);
   const Vector3 dimpled = beside_dimple(at, path, scratch, material);
-  const Vector3 apart = on_needle.position - tissue.position(material) - dimpled + spring.crept;
   Row row{at.needle_index, RowRole::lateral, point.vertex, on_needle, {material, {}, 0}, Vector3::Zero(), 0};
   const auto beside = [&](const MaterialPoint& p) {
     return beside_compliance(tissue, p, at.needle.model.diameter, point.supported);
   };
-  const double compliance = beside(material) / spring.stiffening;
-  const auto tear = tear_limit(at, {material, point.tangent, apart, compliance},
-                               tear_strength(tissue, material, point.supported), state.lateral);
-  bool all = add_across(row, apart, compliance, point.tangent, tear, state.lateral, rows);
+  const HeldPlace place = held_vertex(at, material, point, on_needle.position, dimpled, memory);
+  bool all = add_across(at, row, place, state.lateral, rows);
   // A tip nearer to this vertex than to the next has the support row itself.
   const TipPlace& tip = scratch.located.tip;
   const bool at_tip = &point == &scratch.located.shaft.back() && tip.point.u < 0.5 && lies_on_border(tissue, tip);

@@ -34,13 +34,16 @@ struct Fastest {
   MaterialPoint place;  // of the path
 };
 
-// m, world, across the needle. `apart`: the needle from the place, less what is no force of the spring; c in m/N, F on
-// the needle.
-Vector3 torn_way(const Vector3& apart, double compliance, const Vector3& force, const Vector3& needle_tangent) {
+// m, world, across the needle; `force` on the needle.
+Vector3 torn_way(const HeldPlace& place, const Vector3& force, const Vector3& needle_tangent) {
   if (force.isZero()) return Vector3::Zero();
   const Vector3 direction = force.stableNormalized();
-  const double torn = -direction.dot(apart + compliance * force);
+  const double torn = -direction.dot(place.apart + place.compliance * force);
   return torn > 0 ? Vector3(-torn * (direction - needle_tangent.dot(direction) * needle_tangent)) : Vector3::Zero();
+}
+
+bool is_at_strength(const HeldPlace& place, const Vector3& force) {
+  return force.norm() > kAtStrength * place.strength;
 }
 
 // A vertex of the path, or its end: -1. False if it has come to where the tissue ends.
@@ -71,18 +74,14 @@ void tear_shaft(const Transition& now, Path& path, Fastest& fastest) {
     const ShaftPoint& point = shaft[k];
     if (point.vertex > last) continue;
     const MaterialPoint vertex = path.vertices[point.vertex];
-    const Vector3 force = borne_by_path(tissue, vertex, now.state.vertices[point.vertex].lateral);
-    const double strength = tear_strength(tissue, vertex, point.supported);
-    if (!(force.norm() > kAtStrength * strength)) continue;
-    const CreptAcross spring =
-        crept_across(tissue, vertex,
-                     tissue.relaxes() ? &now.state.memory->vertices[static_cast<std::size_t>(point.vertex)] : nullptr);
-    const double compliance =
-        beside_compliance(tissue, vertex, at.needle.model.diameter, point.supported) / spring.stiffening;
+    if (std::isinf(tissue.interaction(vertex).tear_strength)) continue;
     const CurvePoint needle = curve_point(at.needle.model, at.needle.shape, point.s);
-    const Vector3 apart =
-        needle.position - tissue.position(vertex) - beside_dimple(at, path, now.scratch, vertex) + spring.crept;
-    const Vector3 way = torn_way(apart, compliance, force, needle.tangent);
+    const HeldPlace place =
+        held_vertex(at, vertex, point, needle.position, beside_dimple(at, path, now.scratch, vertex),
+                    tissue.relaxes() ? &now.state.memory->vertices[point.vertex] : nullptr);
+    const Vector3 force = borne_by_path(tissue, vertex, now.state.vertices[point.vertex].lateral);
+    if (!is_at_strength(place, force)) continue;
+    const Vector3 way = torn_way(place, force, needle.tangent);
     const bool inside = move_point(tissue, path, point.vertex, way);
     if (point.vertex == last && path.exited) move_point(tissue, path, -1, way);
     note(way, force, vertex, fastest);
@@ -114,14 +113,11 @@ bool tear_tip(const Transition& now, Path& path, Fastest& fastest) {
   const TipPlace& tip = now.scratch.located.tip;
   const int count = static_cast<int>(path.vertices.size());
   if (tip.point.a.tetrahedron < 0 || tip.next >= count || tip.behind >= count) return true;
+  HeldPlace place = held_tip(now.at, tip, tissue.relaxes() ? &now.state.memory->tip : nullptr);
+  place.apart -= tip.tangent.dot(place.apart) * tip.tangent;
   const Vector3 force = borne_by_path(tissue, tip.point.a, now.state.tip.lateral);
-  const double strength = tip_tear_strength(now.at, tip);
-  if (!(force.norm() > kAtStrength * strength)) return true;
-  const CreptAcross spring = crept_across(tissue, tip.point.a, tissue.relaxes() ? &now.state.memory->tip : nullptr);
-  const double compliance = tip_lateral_compliance(now.at, tip.point.a, tip.supported) / spring.stiffening;
-  const CurvePoint needle = now.at.needle.tip();
-  const Vector3 apart = needle.position - tissue.position(tip.point) + spring.crept;
-  const Vector3 way = torn_way(apart - tip.tangent.dot(apart) * tip.tangent, compliance, force, needle.tangent);
+  if (!is_at_strength(place, force)) return true;
+  const Vector3 way = torn_way(place, force, now.at.needle.tip().tangent);
   const double u = tip.behind < 0 ? 1 : tip.point.u, shares = (1 - u) * (1 - u) + u * u;
   note(way, force, tip.next < 0 ? path.end : path.vertices[tip.next], fastest);
   if (u < 1) move_point(tissue, path, tip.behind, (1 - u) / shares * way);
@@ -133,29 +129,37 @@ bool tear_tip(const Transition& now, Path& path, Fastest& fastest) {
 
 }  // namespace
 
-std::optional<TearLimit> tear_limit(const InsertionView& at, const HeldPlace& place, double strength,
-                                    const Vector3& last) {
-  if (std::isinf(strength)) return std::nullopt;
+HeldPlace held_vertex(const InsertionView& at, const MaterialPoint& vertex, const ShaftPoint& point,
+                      const Vector3& needle, const Vector3& dimpled, const PointMemory* memory) {
+  const TissueView& tissue = at.tissue;
+  const CreptAcross spring = crept_across(tissue, vertex, memory);
+  return {vertex, point.tangent, needle - tissue.position(vertex) - dimpled + spring.crept,
+          beside_compliance(tissue, vertex, at.needle.model.diameter, point.supported) / spring.stiffening,
+          tissue.interaction(vertex).tear_strength * std::max(point.supported, kLeastSupported)};
+}
+
+HeldPlace held_tip(const InsertionView& at, const TipPlace& tip, const PointMemory* memory) {
+  const TissueView& tissue = at.tissue;
+  const MaterialPoint& material = tip.point.a;
+  const CreptAcross spring = crept_across(tissue, material, memory);
+  const double compliance = tip_lateral_compliance(at, material, tip.supported);
+  double strength = tissue.interaction(material).tear_strength;
+  if (!std::isinf(strength)) strength *= tissue.lateral_compliance(material, at.needle.model.diameter) / compliance;
+  return {material, tip.tangent, at.needle.tip().position - tissue.position(tip.point) + spring.crept,
+          compliance / spring.stiffening, strength};
+}
+
+std::optional<TearLimit> tear_limit(const InsertionView& at, const HeldPlace& place, const Vector3& last) {
+  if (std::isinf(place.strength)) return std::nullopt;
   const auto across = [&](const Vector3& vector) {
     const Vector3 borne = borne_by_path(at.tissue, place.material, vector);
     return Vector3(borne - place.tangent.dot(borne) * place.tangent);
   };
   const Vector3 apart = across(place.apart);
   const double before = across(last).norm(), distance = apart.norm();
-  if (!(std::max(before, distance / place.compliance) > kNear * strength) || distance == 0) return std::nullopt;
-  return TearLimit{-apart / distance, strength + std::max(0.0, before - strength) * std::exp(-at.needle.h / kFall)};
-}
-
-double tear_strength(const TissueView& tissue, const MaterialPoint& vertex, double supported) {
-  return tissue.interaction(vertex).tear_strength * std::max(supported, kLeastSupported);
-}
-
-double tip_tear_strength(const InsertionView& at, const TipPlace& tip) {
-  const MaterialPoint& place = tip.point.a;
-  const double strength = at.tissue.interaction(place).tear_strength;
-  if (std::isinf(strength)) return strength;
-  return strength * at.tissue.lateral_compliance(place, at.needle.model.diameter) /
-         tip_lateral_compliance(at, place, tip.supported);
+  if (!(std::max(before, distance / place.compliance) > kNear * place.strength) || distance == 0) return std::nullopt;
+  return TearLimit{-apart / distance,
+                   place.strength + std::max(0.0, before - place.strength) * std::exp(-at.needle.h / kFall)};
 }
 
 Vector3 borne_by_path(const TissueView& tissue, const MaterialPoint& place, const Vector3& vector) {
@@ -173,14 +177,12 @@ bool tear_path(const Transition& now) {
   // On a border, the tip's sideways force is friction along it.
   if (state.phase == Phase::inside && state.border < 0 && state.tip.contact == 0) inside = tear_tip(now, path, fastest);
   tear_shaft(now, path, fastest);
-  const double h = now.at.needle.h;
-  if (fastest.way > kBegins * h && !state.tearing)
+  const double speed = fastest.way / now.at.needle.h;
+  const bool tears_on = speed > kBegins;
+  if (tears_on && !state.tearing)
     now.report(EventKind::tear, now.at.tissue.region(fastest.place), fastest.force,
                now.at.tissue.position(fastest.place));
-  if (fastest.way > kBegins * h)
-    state.tearing = true;
-  else if (fastest.way < kEnds * h)
-    state.tearing = false;
+  if (tears_on || speed < kEnds) state.tearing = tears_on;
   if (fastest.way > 0 && inside) keep_order(now, path);
   return inside;
 }

@@ -31,27 +31,29 @@
 
 namespace acus {
 
+// What holds a needle sideways at a place of its path.
+struct HeldPlace {
+  MaterialPoint material;
+  Vector3 tangent;    // of the path, unit, world
+  Vector3 apart;      // m, world, of the needle from there, with what springs have crept
+  double compliance;  // m/N, of the springs
+  double strength;    // T (N), .inf allowed
+};
+
+// `needle`: its place (m, world) at the vertex; `dimpled`: beside_dimple() there. `memory` of the point, null where the
+// tissue does not relax.
+HeldPlace held_vertex(const InsertionView& at, const MaterialPoint& vertex, const ShaftPoint& point,
+                      const Vector3& needle, const Vector3& dimpled, const PointMemory* memory);
+HeldPlace held_tip(const InsertionView& at, const TipPlace& tip, const PointMemory* memory);
+
 // Rows across a path that may tear in this tick.
 struct TearLimit {
   Vector3 along;  // unit, world, across the path: the direction of the force
   double force;   // N, the threshold
 };
 
-// At a place of a path with the direction `tangent`, from which the needle is `apart` (m, world), with springs of c
-// (m/N). `strength`: T (N), .inf allowed; `last`: the force of the last tick, on the needle (N, world). None if the
-// path is far from tearing.
-struct HeldPlace {
-  const MaterialPoint& material;
-  const Vector3& tangent;
-  const Vector3& apart;
-  double compliance;
-};
-std::optional<TearLimit> tear_limit(const InsertionView& at, const HeldPlace& place, double strength,
-                                    const Vector3& last);
-
-// T of a vertex, and of a tip in its path; N.
-double tear_strength(const TissueView& tissue, const MaterialPoint& vertex, double supported);
-double tip_tear_strength(const InsertionView& at, const TipPlace& tip);
+// `last`: the force of the last tick, on the needle (N, world). None if the path is far from tearing.
+std::optional<TearLimit> tear_limit(const InsertionView& at, const HeldPlace& place, const Vector3& last);
 
 // A force on the needle, or its way, at a place of its path, without its part along what a border there bears.
 Vector3 borne_by_path(const TissueView& tissue, const MaterialPoint& place, const Vector3& vector);

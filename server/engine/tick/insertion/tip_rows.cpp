@@ -8,7 +8,6 @@
 #include "server/engine/math/rotation.h"
 #include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/path_direction.h"
-#include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tearing.h"
 #include "server/engine/tick/insertion/tip_laws.h"
 
@@ -105,38 +104,30 @@ bool add_cutting(const InsertionView& at, const Path& path, const InsertionScrat
 
 // The lateral rows of the tip.
 bool add_lateral(const InsertionView& at, const InsertionScratch& scratch, Rows& rows) {
-  const TipPlace& place = scratch.located.tip;
-  const CurvePoint tip = at.needle.tip();
-  const PointMemory* memory = at.tissue.relaxes() ? &scratch.next.memory->tip : nullptr;
-  const CreptAcross spring = crept_across(at.tissue, place.point.a, memory);
-  const double compliance = tip_lateral_compliance(at, place.point.a, place.supported) / spring.stiffening;
-  const Vector3 apart = tip.position - at.tissue.position(place.point) + spring.crept;
-  const Vector3& last = scratch.next.tip.lateral;
-  const auto tear =
-      tear_limit(at, {place.point.a, place.tangent, apart, compliance}, tip_tear_strength(at, place), last);
-  const Row row{at.needle_index, RowRole::tip_lateral, -1, tip, place.point, Vector3::Zero(), 0};
-  return add_across(row, apart, compliance, place.tangent, tear, last, rows);
+  const TipPlace& tip = scratch.located.tip;
+  const HeldPlace place = held_tip(at, tip, at.tissue.relaxes() ? &scratch.next.memory->tip : nullptr);
+  const Row row{at.needle_index, RowRole::tip_lateral, -1, at.needle.tip(), tip.point, Vector3::Zero(), 0};
+  return add_across(at, row, place, scratch.next.tip.lateral, rows);
 }
 
 }  // namespace
 
-bool add_across(Row row, const Vector3& apart, double compliance, const Vector3& tangent,
-                const std::optional<TearLimit>& tear, const Vector3& last, Rows& rows) {
+bool add_across(const InsertionView& at, Row row, const HeldPlace& place, const Vector3& last, Rows& rows) {
+  const auto tear = tear_limit(at, place, last);
   Vector3 across[2];
   if (tear)
-    across[0] = tear->along, across[1] = tangent.cross(tear->along);
+    across[0] = tear->along, across[1] = place.tangent.cross(tear->along);
   else
-    perpendicular_basis(tangent, across[0], across[1]);
+    perpendicular_basis(place.tangent, across[0], across[1]);
   bool all = true;
   for (const Vector3& n : across) {
     row.n = n;
-    row.gap = n.dot(apart);
+    row.gap = n.dot(place.apart);
     const bool tears = tear && &n == &across[0];
-    row.compliance = tears ? compliance : 0;
-    const Law law = tears ? Law{LawKind::friction, tear->force} : Law{.compliance = compliance};
+    row.compliance = tears ? place.compliance : 0;
+    const Law law = tears ? Law{LawKind::friction, tear->force} : Law{.compliance = place.compliance};
     all = rows.add(row, law, last.dot(n)) && all;
   }
-  row.compliance = 0;
   return all;
 }
 

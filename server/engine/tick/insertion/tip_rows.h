@@ -38,10 +38,9 @@ bool add_border_rows(const InsertionView& at, const Path& path, const InsertionS
 // Inside its path.
 bool add_path_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, Rows& rows);
 
-// Two rows across a path at the place of `row`, from which the needle is `apart` (m), with springs of `compliance`
-// (m/N). `last`: the force of the last tick (N). With a limit, one of them is a row of friction (tearing.h).
-bool add_across(Row row, const Vector3& apart, double compliance, const Vector3& tangent,
-                const std::optional<TearLimit>& tear, const Vector3& last, Rows& rows);
+// Two rows across a path that hold the needle to a place of it, where `row` stands. `last`: their force in the last
+// tick (N). Near the path's strength one of them is a row of friction (tearing.h).
+bool add_across(const InsertionView& at, Row row, const HeldPlace& place, const Vector3& last, Rows& rows);
 
 // A border that the path lies on keeps the needle out of the region behind it, however soft the tissue on this side is,
 // by a unilateral row at the point of `row`. compliance_at: the compliance (m/N) at a point behind the border; `moved`
