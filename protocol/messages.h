@@ -435,6 +435,7 @@ struct Force {
   Vector3 friction_force{};       // N, world, by the tissue on the needle: along the path, whole shaft
   Vector3 lateral_force{};        // N, world, by the tissue on the needle: across the path, shaft and tip
   Vector3 guide_force{};          // N, world, by the guides on the needle
+  Vector3 needle_force{};         // N, world, by other needles on it
   LawSolver solver = LawSolver::gauss_seidel;  // that the laws' forces of this tick come from
   std::uint32_t flags = 0;                     // bits of Flag
 
@@ -472,6 +473,7 @@ struct Force {
     visit("friction_force", self.friction_force);
     visit("lateral_force", self.lateral_force);
     visit("guide_force", self.guide_force);
+    visit("needle_force", self.needle_force);
     visit("solver", self.solver);
     visit("flags", self.flags);
   }

@@ -37,6 +37,7 @@ constexpr std::array kUnits{
     std::pair{"friction_force"sv, "_N"sv},
     std::pair{"lateral_force"sv, "_N"sv},
     std::pair{"guide_force"sv, "_N"sv},
+    std::pair{"needle_force"sv, "_N"sv},
     std::pair{"force"sv, "_N"sv},
 };
 

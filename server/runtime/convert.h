@@ -40,6 +40,7 @@ inline void put(const NeedleReport& needle, protocol::Force& force) {
   force.friction_force = to_wire(needle.friction_force);
   force.lateral_force = to_wire(needle.lateral_force);
   force.guide_force = to_wire(needle.guide_force);
+  force.needle_force = to_wire(needle.needle_force);
 }
 
 inline protocol::Event to_wire(const Event& event, std::uint64_t epoch, double time, const Scene& scene) {

@@ -350,6 +350,10 @@ std::string left_out(const Scene& scene) {
       scene.needles, [](const Needle& n) { return n.rung == NeedleRung::rigid; }, "bending of", "rung: flexible");
   list.add_for<Guide>(
       scene.guides, [](const Guide& g) { return g.friction == 0; }, "friction in", "friction");
+  const bool several = scene.needles.size() > 1, apart = scene.needle_contact.enabled;
+  list.add(several && !apart, "contact between needles", "needle_contact.enabled");
+  list.add(several && apart && scene.needle_contact.friction == 0, "friction between needles",
+           "needle_contact.friction");
   return list.text();
 }
 

@@ -152,6 +152,32 @@ void warn_of_missing(const Simulation& simulation, int index, Warnings& found) {
   found.push_back({needle.name, text});
 }
 
+void warn_of_buckling(const Simulation& simulation, int index, Warnings& found) {
+  const Scene& scene = simulation.scene();
+  const Needle& needle = scene.needles[static_cast<std::size_t>(index)];
+  if (!needle.point_side) return;
+  for (const Region& region : scene.tissue.regions) {
+    const double thrust =
+        steered_path(needle, simulation.model().needles[static_cast<std::size_t>(index)], region).thrust;
+    if (thrust <= kBucklingThrust) continue;
+    found.push_back({needle.name, "the cutting force of " + region.name + " is " + five_digits(thrust) +
+                                      " times (k EI)^(1/2), and from " + five_digits(kBucklingThrust) +
+                                      " on a bevel buckles in its path, not arcs; take a smaller cutting_force or a "
+                                      "stiffer needle"});
+  }
+}
+
+// ---- Guides ----
+
+void warn_of_guides_inside(const Simulation& simulation, Warnings& found) {
+  const TetrahedralMesh& mesh = simulation.mesh();
+  for (const Guide& guide : simulation.scene().guides)
+    if (find_tetrahedron(mesh, mesh.nodes, guide.pose.position) >= 0)
+      found.push_back({guide.name,
+                       "it stands inside the tissue, and holds the needle there from outside; move "
+                       "pose.position out of it"});
+}
+
 }  // namespace
 
 std::vector<SceneWarning> scene_warnings(const Simulation& simulation) {
@@ -164,7 +190,9 @@ std::vector<SceneWarning> scene_warnings(const Simulation& simulation) {
   for (int needle = 0; needle < static_cast<int>(scene.needles.size()); ++needle) {
     warn_of_standing_inside(simulation, needle, found);
     warn_of_missing(simulation, needle, found);
+    warn_of_buckling(simulation, needle, found);
   }
+  warn_of_guides_inside(simulation, found);
   warn_of_crushing(simulation, found);
   return found;
 }

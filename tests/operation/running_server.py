@@ -22,6 +22,7 @@ tissue:
     box: {{size: [0.1, 0.1, 0.1], cells: [3, 3, 3]}}
   fixed:
     - box: {{max: [.inf, .inf, -0.05]}}
+needle_contact: {{enabled: false}}  # one reaches into the other
 needles:
   - {{name: left, length: 0.1, beams: 5, base: {{position: [0, 0, 0.5]}}}}
   - {{name: right, length: 0.1, beams: 5, base: {{position: [0.03, 0, 0.5]}}}}

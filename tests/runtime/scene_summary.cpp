@@ -182,6 +182,12 @@ TEST_CASE("the check says what a scene leaves out, and where to put it in") {
   CHECK(line_of(layers, "  bending") == "bending of curved set rung: flexible");
   CHECK(line_of(layers, "  torsional") == "torsional friction on curved set torsional_friction");
   CHECK(line_of(layers, "  friction in") == "friction in collar set friction");
+  CHECK(line_of(layers, "  contact between") == "");  // of one needle
+  const std::string two = "needles: [{}, {name: beside, base: {position: [0.01, 0, 0.2]}}]\nneedle_contact: ";
+  CHECK(line_of(summary_of(two + "{enabled: false}"), "  contact between") ==
+        "contact between needles set needle_contact.enabled");
+  CHECK(line_of(summary_of(two + "{friction: 0}"), "  friction between") ==
+        "friction between needles set needle_contact.friction");
 
   CHECK(line_of(layers, "  relaxation") == "relaxation of the tissue in deep, skin set material.relaxation");
 
@@ -190,7 +196,7 @@ TEST_CASE("the check says what a scene leaves out, and where to put it in") {
   CHECK(line_of(relaxing, "  tissue  4374").ends_with("0, 0.01 0.6 in 0.3 s, 0.4 in 5 s"));
   CHECK(line_of(relaxing, "  relaxation") == "");
 
-  const std::string plain = summary_of("needles: [{name: a}, {name: b}]");
+  const std::string plain = summary_of("needles: [{name: a}, {name: b, base: {position: [0.01, 0, 0.2]}}]");
   CHECK(line_of(plain, "  gravity") == "gravity set gravity");
   CHECK(line_of(plain, "  supports").ends_with("the tissue floats freely set tissue.fixed"));
   CHECK(line_of(plain, "  the exact tangent").ends_with("set tissue.rung: refined or exact"));

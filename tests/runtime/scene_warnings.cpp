@@ -48,6 +48,28 @@ TEST_CASE("a needle that passes through the tissue is warned of") {
   CHECK(contains(text, "probe: its shaft, 40 mm from the base, stands inside the tissue"));
 }
 
+TEST_CASE("a guide in the tissue is warned of") {
+  const std::string scene = with_needle(base("[0.003, 0.002, 0.16]"));
+  const auto guide = [&](const std::string& z) {
+    return warnings_of(scene + "guides: [{name: collar, needle: probe, pose: {position: [0.003, 0.002, " + z +
+                       "]}}]\n");
+  };
+  CHECK(guide("0.07") == "");
+  CHECK(contains(guide("0.03"), "collar: it stands inside the tissue"));
+}
+
+TEST_CASE("a bevel that buckles in its path is warned of") {
+  const auto cutting = [](const std::string& force) {
+    return warnings_of(
+        with_needle("tip: bevel, point_side: [0, 1, 0], outer_diameter: 0.5e-3, " + base("[0.003, 0.002, 0.16]"),
+                    "mesh: {box: {cells: [2, 2, 2]}}, regions: [{interaction: {puncture_force: 1, "
+                    "cutting_force: " +
+                        force + "}}]"));
+  };
+  CHECK(cutting("0.3") == "");
+  CHECK(contains(cutting("30"), "probe: the cutting force of tissue is "));
+}
+
 TEST_CASE("a needle that does not point at the tissue is warned of, with the orientation that was meant") {
   const std::string away = warnings_of(with_needle(base("[0, 0, 0.16]", "[0.7071068, 0, -0.7071068, 0]")));
   CHECK(contains(away, "probe: it points away from the tissue"));

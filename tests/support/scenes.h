@@ -21,6 +21,7 @@ inline constexpr SceneWithTrajectory kScenes[] = {
     {"biopsy", "biopsy"},
     {"bone", "bone"},
     {"brachytherapy", "brachytherapy"},
+    {"crossing", "crossing"},
     {"deep_brain", "deep_brain"},
     {"inclusion_soft_needle", "inclusion_soft_needle"},
     {"inclusion_stiff_needle", "inclusion_stiff_needle"},

@@ -85,7 +85,7 @@ struct Motion {
 };
 
 struct Seen {
-  int checked = 0, contact = 0, inside = 0, slipping = 0;
+  int checked = 0, contact = 0, inside = 0, slipping = 0, touching = 0;
 };
 
 // Moves a needle, and compares every `every` ticks.
@@ -120,6 +120,7 @@ Seen compare_along(const Scene& scene, const std::vector<Motion>& motions, int e
       ++seen.checked;
       seen.inside += needle.phase == protocol::Phase::inside;
       seen.contact += needle.phase == protocol::Phase::contact;
+      seen.touching += needle.needle_force.norm() > 0;
       seen.slipping += found.forward_limit == ModelLimit::slip || found.backward_limit == ModelLimit::slip;
     }
   return seen;
@@ -224,6 +225,22 @@ TEST_CASE("a tip that slides along the surface follows with its friction the for
   const std::vector<Motion> motions{{.velocity = {0.01, 0, 0}, .seconds = 0.3},
                                     {.velocity = {0, 0.02, 0.01}, .seconds = 0.6}};
   CHECK(compare_along(scene, motions, 11).contact > 20);
+}
+
+TEST_CASE("where it presses on another needle, and slides on it, the stiffness has both needles in it") {
+  Scene scene = direct_scene();
+  scene.tissue.rung = TissueRung::none;
+  scene.needles.push_back(scene.needles[0]);
+  scene.needles[1].name = "other";
+  const Pose& base = scene.needles[0].base;
+  const double d = scene.needles[0].outer_diameter;
+  scene.needles[1].base = {base * Vector3(0.6 * scene.needles[0].length, -0.05, d + 1e-4),
+                           base.orientation * rotation_exp({0, 0, 1.5})};
+  const std::vector<Motion> motions{{.velocity = {0, 0, 0.02}, .seconds = 0.1},
+                                    {.velocity = {0.02, 0, 0.01}, .seconds = 0.2},
+                                    {.velocity = {0, 0, 0}, .seconds = 0.2}};
+  const Seen seen = compare_along(scene, motions, 7);
+  CHECK(seen.touching > 30);
 }
 
 TEST_CASE("up to its limits the linear model gives the force that a tick with the base there has") {

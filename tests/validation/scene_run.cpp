@@ -22,8 +22,8 @@ std::string scene_file(const std::string& name) { return source_path("scenes/") 
 std::string trajectory_file(const std::string& name) { return source_path("scenes/trajectories/") + name + ".csv"; }
 
 bool finite(const NeedleReport& n) {
-  const auto all = {n.base.position, n.tip_position,   n.tip_force,     n.base_force, n.base_torque,
-                    n.cutting_force, n.friction_force, n.lateral_force, n.guide_force};
+  const auto all = {n.base.position, n.tip_position,   n.tip_force,     n.base_force,  n.base_torque,
+                    n.cutting_force, n.friction_force, n.lateral_force, n.guide_force, n.needle_force};
   return std::all_of(all.begin(), all.end(), [](const Vector3& v) { return v.allFinite(); }) &&
          n.base.orientation.coeffs().allFinite() && std::isfinite(n.inserted_depth);
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Outcomes of the scenes of clinical procedures: brachytherapy and deep-brain electrodes.
+// Outcomes of the scenes of clinical procedures: brachytherapy, needles that cross, and deep-brain electrodes.
 #include <doctest/doctest.h>
 
 #include <algorithm>
 
 #include "server/engine/math/rotation.h"
+#include "tests/support/needle_gap.h"
 #include "tests/support/places.h"
 #include "tests/support/shared_data.h"
 #include "tests/validation/scene_run.h"
@@ -70,6 +71,32 @@ TEST_CASE("brachytherapy: six needles enter the prostate one after another and p
   CHECK(largest > 0.5e-3);
   CHECK(largest < 6e-3);
   CHECK(end.z() < 0);
+}
+
+TEST_CASE("crossing: the second needle bends the first one aside in the tissue, and leaves it as it was") {
+  SceneRun run("crossing");
+  std::vector<double> gaps;
+  for (double t = 2; t < 7.5; t += 0.05) {
+    run.run_until(t);
+    const State& state = run.simulation().state();
+    const Model& model = run.simulation().model();
+    gaps.push_back(needle_gap(model.needles[0], state.needles[0], model.needles[1], state.needles[1]));
+  }
+  run.run();
+  check_sound(run);
+  CHECK(*std::ranges::min_element(gaps) > -3e-6);  // -1.4e-6
+  double most = 0, between = 0;  // N
+  for (std::size_t tick = 0; tick < run.ticks().size(); ++tick) {
+    const Vector3 force = run.needle(tick, 0).needle_force;
+    most = std::max(most, force.norm());
+    between = std::max(between, (force + run.needle(tick, 1).needle_force).norm());
+  }
+  MESSAGE("they press each other by up to ", most, " N");
+  CHECK(most == doctest::Approx(0.189).epsilon(0.1));
+  CHECK(between < 1e-12);
+  const std::size_t before = 2000, end = run.ticks().size() - 1;
+  CHECK(run.needle(end, 0).needle_force.norm() == 0);
+  CHECK((run.needle(end, 0).tip_position - run.needle(before, 0).tip_position).norm() < 0.05e-3);
 }
 
 // The tip's place among the tissue at rest is what a plan asks for.

@@ -253,6 +253,7 @@ class Force(Message):
     friction_force: Vector  # N
     lateral_force: Vector  # N
     guide_force: Vector  # N
+    needle_force: Vector  # N
     solver: str
     flags: int
 

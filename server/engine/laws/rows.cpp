@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "server/engine/math/partial_cholesky.h"
+#include "server/engine/math/rotation.h"
 #include "server/engine/models/needle_rows.h"
 #include "server/engine/models/tissue_row_forces.h"
 
@@ -22,6 +23,11 @@ constexpr int kConeRounds = 8;
 Vector12 needle_force(const NeedleShape& shape, const Row& row) {
   return row.role == RowRole::torsion ? curve_torque(row.on_needle, row.radius * row.n)
                                       : curve_force(shape, row.on_needle, row.n);
+}
+
+// Returns H dq_free (m).
+double add_to_needle(const NeedleModel& model, int beam, const Vector12& force, NeedleScratch& needle) {
+  return free_displacement(model, needle, add_needle_row(beam, force, needle));
 }
 
 int add_to_tissue(const TissueSystem& system, const Row& row, TissueScratch& tissue) {
@@ -56,7 +62,8 @@ void Rows::clear() {
 }
 
 bool Rows::add(const Row& row, const Law& law, double warm_start) {
-  assert(row.needle >= 0 && row.compliance >= 0 && law.limit >= 0);
+  assert(row.needle >= 0 && row.other != row.needle && (row.other < 0) == (row.on_other == nullptr));
+  assert(row.compliance >= 0 && law.limit >= 0);
   assert(!(std::abs(row.n.squaredNorm() - 1) > 1e-6));
   if (full()) return false;
   lambda_[rows_.size()] = warm_start;
@@ -74,8 +81,12 @@ void Rows::assemble(std::span<const NeedleModel> models, std::span<NeedleScratch
   for (int i = 0; i < n; ++i) {
     const Row& r = rows_[i];
     NeedleScratch& needle = needles[r.needle];
-    const int needle_row = add_needle_row(r.on_needle.beam, needle_force(needle.shape(), r), needle);
-    delta_free_[i] = r.gap + free_displacement(models[r.needle], needle, needle_row);
+    delta_free_[i] = r.gap + add_to_needle(models[r.needle], r.on_needle.beam, needle_force(needle.shape(), r), needle);
+    if (r.other >= 0) {
+      NeedleScratch& other = needles[r.other];
+      const Vector12 force = curve_force(other.shape(), *r.on_other, -r.n);
+      delta_free_[i] += add_to_needle(models[r.other], r.on_other->beam, force, other);
+    }
     [[maybe_unused]] const int tissue_row = add_to_tissue(system, r, tissue);
     assert(tissue_row == i);
   }
@@ -100,6 +111,20 @@ bool Rows::add_cone(const Row& along, const Row& about, const FrictionCone& fric
   if (count() + 2 > capacity_) return false;
   cones_.push_back({.row = count(), .turns = true, .friction = friction, .answer = {}});
   return add(along, {LawKind::friction}, warm_start[0]) && add(about, {LawKind::friction}, warm_start[1]);
+}
+
+bool Rows::add_disk(Row row, const Vector3& normal, const Vector3& slip, const Law& disk, const Vector3& before) {
+  if (count() + 2 > capacity_) return false;
+  Vector3 across[2];
+  perpendicular_basis(normal, across[0], across[1]);
+  for (int k = 0; k < 2; ++k) {
+    row.n = across[k];
+    row.gap = row.n.dot(slip) - row.compliance * before.dot(row.n);
+    Law law = disk;
+    law.kind = k == 0 ? LawKind::disk_first : LawKind::disk_second;
+    add(row, law, before.dot(row.n));
+  }
+  return true;
 }
 
 template <class LawsOf>
@@ -190,14 +215,14 @@ const Rows::Cone* Rows::find_cone(int row) const {
 std::span<const int> Rows::places_of(int needle) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < rows_.size(); ++i)
-    if (rows_[i].needle == needle) places_[count++] = static_cast<int>(i);
+    if (rows_[i].acts_on(needle)) places_[count++] = static_cast<int>(i);
   return {places_.data(), count};
 }
 
 std::span<const double> Rows::needle_forces(int needle) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < rows_.size(); ++i)
-    if (rows_[i].needle == needle) needle_lambda_[count++] = lambda_[i];
+    if (rows_[i].acts_on(needle)) needle_lambda_[count++] = lambda_[i];
   return {needle_lambda_.data(), count};
 }
 

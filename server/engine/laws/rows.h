@@ -5,7 +5,8 @@
 //
 // Torsion rows act by couples instead: lambda (N) is the force on the needle's surface, r lambda about n the couple on
 // the needle and its opposite on the material, delta = r nᵀ(theta - omega) the slip of the surface in the tick.
-// Guide rows act on the needle alone: a guide is held from outside.
+// Guide rows act on the needle alone: a guide is held from outside. Rows between two needles act on both, +n lambda on
+// the one and -n lambda on the other, and not on the tissue.
 //
 // A row may stand in series with a spring of its own, the material that the mesh does not resolve: delta is then what
 // is left for the law,
@@ -41,11 +42,17 @@ enum class RowRole : std::uint8_t {
   shaft_contact,  // of the shaft with a surface beside its path, across the needle
   shaft_contact_friction,
   torsion,
-  guide,          // across the guide
-  guide_friction  // along it
+  guide,           // across the guide
+  guide_friction,  // along it
+  needle_contact,  // with another needle, across both
+  needle_friction  // along its surface
 };
 
-constexpr bool acts_on_tissue(RowRole role) { return role != RowRole::guide && role != RowRole::guide_friction; }
+constexpr bool is_of_guide(RowRole role) { return role == RowRole::guide || role == RowRole::guide_friction; }
+constexpr bool is_of_needles(RowRole role) {
+  return role == RowRole::needle_contact || role == RowRole::needle_friction;
+}
+constexpr bool acts_on_tissue(RowRole role) { return !is_of_guide(role) && !is_of_needles(role); }
 
 struct Row {
   int needle = 0;
@@ -59,6 +66,10 @@ struct Row {
   double compliance = 0;                   // e (m/N), >= 0, of the spring in series
   double stored = 0;                       // J, of a nonlinear one
   std::span<const MaterialPoint> patch{};  // not empty: in place of in_tissue; all weights together sum to 1
+  int other = -1;                          // the other needle of rows between two,
+  const CurvePoint* on_other = nullptr;    // and the point on it, which lives as long as the row
+
+  bool acts_on(int of_needles) const { return needle == of_needles || other == of_needles; }
 };
 
 class Rows {
@@ -77,6 +88,11 @@ class Rows {
   bool add_cone(const Row& along, const FrictionCone& friction, double warm_start);
   bool add_cone(const Row& along, const Row& about, const FrictionCone& friction, const Eigen::Vector2d& warm_start);
 
+  // Adds two rows like `row`, of friction in a disk (laws.h), along two directions across the unit vector `normal`.
+  // They slip by `slip` (m, world), from which what their spring bore is taken off; `disk` has limit, normal row and
+  // cohesion; `before` is the force at the start of the tick (N, world). False if there is no room for both.
+  bool add_disk(Row row, const Vector3& normal, const Vector3& slip, const Law& disk, const Vector3& before);
+
   // Stage 6: W = W_n + W_t and delta_free. The corridor must have room for all rows' nodes.
   void assemble(std::span<const NeedleModel> models, std::span<NeedleScratch> needles, const TissueSystem& system,
                 TissueScratch& tissue);
@@ -84,7 +100,7 @@ class Rows {
   // their cones at the answer of the last. Where that does not end the disks are swept over. The answer that violates
   // laws and cones least is kept.
   SolverResult solve(LawMethod method, int max_steps, double tolerance);
-  // Forces per needle in the order in which its rows were added, as solve_needle() takes them.
+  // Forces of the rows that act on a needle, in the order in which they were added, as solve_needle() takes them.
   std::span<const double> needle_forces(int needle);
 
   const Row& row(int i) const { return rows_[i]; }
@@ -122,7 +138,7 @@ class Rows {
   std::vector<Row> rows_;
   std::vector<Law> laws_;
   std::vector<Cone> cones_;
-  std::vector<int> places_;  // of one needle's rows
+  std::vector<int> places_;  // of the rows that act on one needle
   std::vector<double> lambda_, delta_, delta_free_, needle_lambda_;
   std::vector<double> best_lambda_, best_delta_;  // of the rounds
   VectorX storage_;  // of W()

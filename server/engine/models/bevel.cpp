@@ -36,7 +36,7 @@ BevelPath bevel_path(const Bevel& bevel, const BevelledTissue& tissue) {
   const double turn = std::exp(-u) * std::sin(u) / u;
   const double curvature = 2 * lambda * lambda * e * (turn + q) - 2 * lambda * q * gamma;
   const double held = 1.07 + 2 * lambda * d + q;  // C
-  return {std::max(0.0, curvature), std::max(0.0, curvature) / (held * lambda)};
+  return {std::max(0.0, curvature), std::max(0.0, curvature) / (held * lambda), q};
 }
 
 }  // namespace acus

@@ -57,7 +57,10 @@ struct BevelledTissue {
 struct BevelPath {
   double curvature = 0;  // kappa (1/m), >= 0, towards the side of the edge
   double slope = 0;      // tan(angle) of the cutting direction to the needle's axis, >= 0
+  double thrust = 0;     // q = f_c/(k EI)^(1/2) (-)
 };
+// From this thrust on a needle buckles in its path, and has no arc.
+inline constexpr double kBucklingThrust = 0.4;
 
 BevelPath bevel_path(const Bevel& bevel, const BevelledTissue& tissue);
 

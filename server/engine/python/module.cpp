@@ -277,6 +277,8 @@ EngineState start(const std::shared_ptr<EngineModel>& of, const py::dict& bodies
       throw py::value_error("the place of '" + name + "': " + error.what());
     }
   }
+  if (const auto overlap = find_overlap(of->model(), state.needles))
+    throw py::value_error(sentence(of->scene(), *overlap) + "; put one of them elsewhere");
   return {of, std::move(state)};
 }
 
@@ -486,7 +488,8 @@ void declare_reports(py::module_& module) {
       .def_property_readonly("cutting_force", vector_field<&NeedleReport::cutting_force>)
       .def_property_readonly("friction_force", vector_field<&NeedleReport::friction_force>)
       .def_property_readonly("lateral_force", vector_field<&NeedleReport::lateral_force>)
-      .def_property_readonly("guide_force", vector_field<&NeedleReport::guide_force>);
+      .def_property_readonly("guide_force", vector_field<&NeedleReport::guide_force>)
+      .def_property_readonly("needle_force", vector_field<&NeedleReport::needle_force>);
   py::class_<ReportOfEvent>(module, "Event", "As the topic `event` tells it.")
       .def_property_readonly("tick", [](const ReportOfEvent& of) { return of.event.tick; })
       .def_property_readonly("time", [](const ReportOfEvent& of) { return of.of->report.time; })

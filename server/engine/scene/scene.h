@@ -197,6 +197,12 @@ struct Guide {
   std::optional<double> smoothing;  // s, >= 0, likewise
 };
 
+// Of needles with each other.
+struct NeedleContactSettings {
+  bool enabled = true;    // needles do not pass through each other
+  double friction = 0.2;  // mu (-), >= 0
+};
+
 struct Newton {
   int max_iterations = 20;   // 1 to 1000, rungs `refined` and `exact`
   double tolerance = 1e-12;  // m, > 0: largest change of a node's position in the last iteration
@@ -257,6 +263,7 @@ struct Scene {
   Tissue tissue;
   std::vector<Needle> needles{Needle{}};  // 1 to kMaxNeedles, distinct names
   std::vector<Guide> guides;              // distinct names, none that of a needle
+  NeedleContactSettings needle_contact;
   Newton newton;
   LawSettings laws;
   Overrun overrun;

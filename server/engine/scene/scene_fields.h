@@ -340,6 +340,18 @@ struct FieldsOf<Guide> {
 };
 
 template <>
+struct FieldsOf<NeedleContactSettings> {
+  static constexpr const char* title = "needle_contact";
+  static constexpr std::tuple list{
+      Field{"enabled", &NeedleContactSettings::enabled, "", any(),
+            "whether needles push each other aside; false: they pass through each other, as where one lies in the "
+            "other"},
+      Field{"friction", &NeedleContactSettings::friction, "-", kFrictionCoefficient,
+            "mu, friction coefficient of a needle on another"},
+  };
+};
+
+template <>
 struct FieldsOf<Newton> {
   static constexpr const char* title = "newton";
   static constexpr std::tuple list{
@@ -445,6 +457,7 @@ struct FieldsOf<Scene> {
       Field{"needles", &Scene::needles, "", between(1, kMaxNeedles), "one entry per needle"},
       Field{"guides", &Scene::guides, "", between(0, kMaxGuides),
             "one entry per guide; they take commands like needles"},
+      Field{"needle_contact", &Scene::needle_contact, "", any(), "of needles with each other"},
       Field{"newton", &Scene::newton, "", any(), "iterations of the tissue"},
       Field{"laws", &Scene::laws, "", any(), "solver of contact, cutting and friction"},
       Field{"overrun", &Scene::overrun, "", any(), "what is reduced when ticks come late"},

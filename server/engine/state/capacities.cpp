@@ -40,6 +40,20 @@ int shaft_cells(const Needle& parameters) {
   return std::max(1, static_cast<int>(parameters.length / cell));
 }
 
+int needle_cells(const Needle& parameters) {
+  constexpr double kLeastCell = 8e-3;  // m
+  return std::clamp(static_cast<int>(parameters.length / kLeastCell), 1, 8);
+}
+
+int max_needle_contacts(const Scene& scene) {
+  constexpr int kMost = 64;
+  if (!scene.needle_contact.enabled) return 0;
+  int contacts = 0;
+  for (std::size_t later = 1; later < scene.needles.size(); ++later)
+    for (std::size_t i = 0; i < later; ++i) contacts += needle_cells(scene.needles[i]);
+  return std::min(contacts, kMost);
+}
+
 int max_material_points(const Needle& parameters, double spacing) {
   return max_shaft_points(parameters, spacing) + 3 + kPatchPoints;
 }

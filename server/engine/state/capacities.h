@@ -32,6 +32,11 @@ int max_material_points(const Needle& parameters, double spacing);
 int max_touched_nodes(const Scene& scene);
 // Those that a deferred field holds: some are held before rows need them, and for a window after.
 int max_held_nodes(const Scene& scene);
+// Lengths into which a needle is divided where it may touch another one (models/needle_distance.h).
+int needle_cells(const Needle& parameters);
+// Contacts between needles in one tick, at most, and rows of each.
+int max_needle_contacts(const Scene& scene);
+inline constexpr int kRowsOfNeedleContact = 3;
 // Rows of a guide.
 inline constexpr int kMaxGuideRows = 3;
 

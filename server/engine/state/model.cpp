@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include "server/engine/scene/fingerprint.h"
@@ -109,7 +110,7 @@ int vertices_per_path(const Scene& scene) {
 }
 
 int count_rows(const Scene& scene) {
-  return max_guide_rows(scene) + (scene.tissue.left_out() ? 0 : max_insertion_rows(scene));
+  return max_rows_of_needles_alone(scene) + (scene.tissue.left_out() ? 0 : max_insertion_rows(scene));
 }
 
 // An element's force comes from differences of coordinates, which are rounded to their share of the largest one: E a times
@@ -137,6 +138,18 @@ void refuse_tip_inside(const Model& model, int needle) {
                     "expected the needle's tip outside the tissue, found it inside; move the base back");
 }
 
+// Between needles that are one in the other there is no direction in which they could push each other apart.
+void refuse_overlap(const Model& model) {
+  std::vector<NeedleState> states;
+  for (int i = 0; i < model.needle_count(); ++i)
+    states.push_back(make_needle_state(model.needles[i], model.scene.needles[i].base));
+  const std::optional<Overlap> found = find_overlap(model, states);
+  if (!found) return;
+  throw scene_error(model.scene, child_path("needles", static_cast<std::size_t>(found->second)) + ".base",
+                    sentence(model.scene, *found) +
+                        "; move the base, or set needle_contact.enabled: false where one lies in the other");
+}
+
 }  // namespace
 
 const Vector3& Model::cutting_direction(int needle) const {
@@ -157,7 +170,9 @@ int max_tissue_rows(const Scene& scene, const Needle& needle) {
   return scene.tissue.left_out() ? 0 : max_insertion_rows(needle, least_spacing(scene.needles), borders);
 }
 
-int max_guide_rows(const Scene& scene) { return kMaxGuideRows * static_cast<int>(scene.guides.size()); }
+int max_rows_of_needles_alone(const Scene& scene) {
+  return kMaxGuideRows * static_cast<int>(scene.guides.size()) + kRowsOfNeedleContact * max_needle_contacts(scene);
+}
 
 Model::Model(const Scene& s, const Progress& progress, std::optional<TetrahedralMesh> own_mesh)
     : scene(checked(s)),
@@ -187,6 +202,7 @@ Model::Model(const Scene& s, const Progress& progress, std::optional<Tetrahedral
       path_vertices(vertices_per_path(s)),
       max_rows(count_rows(s)) {
   for (int i = 0; i < needle_count(); ++i) refuse_tip_inside(*this, i);
+  refuse_overlap(*this);
 }
 
 }  // namespace acus

@@ -59,8 +59,8 @@ struct Model {
 // How a needle with `point_side` steers through tissue of the region: straight on if it is rigid.
 BevelPath steered_path(const Needle& needle, const NeedleModel& model, const Region& region);
 
-// Rows between a needle and the tissue, and of all guides, in one tick, at most.
+// Rows between a needle and the tissue, and of all guides and contacts between needles, in one tick, at most.
 int max_tissue_rows(const Scene& scene, const Needle& needle);
-int max_guide_rows(const Scene& scene);
+int max_rows_of_needles_alone(const Scene& scene);
 
 }  // namespace acus

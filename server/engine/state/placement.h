@@ -3,7 +3,10 @@
 // the factor of the tissue, insertions begin anywhere.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <stdexcept>
+#include <string>
 
 #include "server/engine/state/model.h"
 #include "server/engine/state/state.h"
@@ -19,6 +22,16 @@ struct PlacementError : std::runtime_error {
 // there. `state` is one after loading. Throws PlacementError for a needle whose tip would be inside the tissue, and the
 // state is as it was.
 void place_body(const Model& model, State& state, int body, const Pose& pose);
+
+// Two needles of which one is in the other.
+struct Overlap {
+  int first = 0, second = 0;
+  double depth = 0;  // m, where it is deepest,
+  double at = 0;     // m, along the second one
+};
+// Of the first two that are found, where the scene keeps needles apart.
+std::optional<Overlap> find_overlap(const Model& model, std::span<const NeedleState> needles);
+std::string sentence(const Scene& scene, const Overlap& overlap);
 
 // Whether the tip of a straight or curved needle is inside the tissue at rest where its base is at `base`.
 bool tip_is_inside(const Model& model, int needle, const Pose& base);

@@ -31,6 +31,7 @@ struct NeedleReport {
   Vector3 friction_force = Vector3::Zero();  // along the path, whole shaft
   Vector3 lateral_force = Vector3::Zero();   // across the path, shaft and tip
   Vector3 guide_force = Vector3::Zero();     // of the guides on the needle, N, world
+  Vector3 needle_force = Vector3::Zero();    // of other needles on it, N, world
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -50,6 +51,7 @@ struct NeedleReport {
     visit("friction_force", self.friction_force);
     visit("lateral_force", self.lateral_force);
     visit("guide_force", self.guide_force);
+    visit("needle_force", self.needle_force);
   }
 };
 

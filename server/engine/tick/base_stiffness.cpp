@@ -26,6 +26,7 @@ ModelLimit end_of(RowRole role, bool most) {
     case RowRole::shaft_contact_friction:
     case RowRole::torsion:
     case RowRole::guide_friction:
+    case RowRole::needle_friction:
       return ModelLimit::slip;
     default:
       return ModelLimit::contact;
@@ -81,9 +82,9 @@ Eigen::Index most_free_unknowns(const Model& model) {
   return most;
 }
 
-// Contacts that may slide: of a tip on a surface, or along a border, and of every cell of its shaft.
+// Contacts that may slide: of a tip on a surface, or along a border, of every cell of its shaft, and between needles.
 Eigen::Index most_slides(const Model& model) {
-  Eigen::Index most = 0;
+  Eigen::Index most = max_needle_contacts(model.scene);
   for (const Needle& needle : model.scene.needles) most += 2 + shaft_cells(needle);
   return most;
 }
@@ -227,7 +228,7 @@ void BaseStiffnessSolver::put_shifts(const Model& scene, const Scratch& scratch,
   int row_of_needle = 0;
   for (int i = 0; i < scratch.rows.count(); ++i) {
     shifts_.row(i).setZero();
-    if (scratch.rows.row(i).needle == needle)
+    if (scratch.rows.row(i).acts_on(needle))
       shifts_.row(i) = follow_base(model, motion, row_of_needle++, follow).transpose();
   }
 }
@@ -251,10 +252,11 @@ BaseStiffness BaseStiffnessSolver::compute(const Model& scene, const Scratch& sc
 
 void BaseStiffnessSolver::sum_up_yields(const Rows& rows, int needle, BaseStiffness& result) {
   for (int i = 0; i < rows.count(); ++i) {
-    if (rows.row(i).needle != needle) continue;
+    if (!rows.row(i).acts_on(needle)) continue;
     const RowRole role = rows.row(i).role;
     const double limit = rows.law(i).limit;
-    const bool slides_on_surface = role == RowRole::shaft_contact_friction && rows.law(i).kind == LawKind::disk_first;
+    const bool slides_on_surface = (role == RowRole::shaft_contact_friction || role == RowRole::needle_friction) &&
+                                   rows.law(i).kind == LawKind::disk_first;
     if (role == RowRole::friction || role == RowRole::guide_friction || slides_on_surface) {
       const Rows::Cone* cone = rows.find_cone(i);
       const double most = slides_on_surface ? limit * rows.lambda()[rows.law(i).normal_row]

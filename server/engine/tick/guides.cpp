@@ -61,7 +61,7 @@ Vector3 read_guide_forces(const Rows& rows, int index, GuideScratch& scratch) {
   Vector3 force = Vector3::Zero();
   for (int i = 0; i < rows.count(); ++i) {
     const Row& row = rows.row(i);
-    if (row.index != index || acts_on_tissue(row.role)) continue;
+    if (row.index != index || !is_of_guide(row.role)) continue;
     if (row.role == RowRole::guide) next.across += rows.force(i);
     if (row.role == RowRole::guide_friction) next.along = rows.lambda()[i];
     force += rows.force(i);

@@ -10,15 +10,18 @@ Scratch::Scratch(const Model& model, const Progress& progress)
       tissue(model.tissue_system, model.max_rows,
              model.tissue_system.field ? max_held_nodes(model.scene) : max_touched_nodes(model.scene)),
       paths_taken(kMaxPaths),
+      needle_contacts(model.scene),
       rows(model.max_rows),
       forces(model.scene.needles.size()),
       guide_forces(model.scene.needles.size(), Vector3::Zero()),
+      needle_forces(model.scene.needles.size(), Vector3::Zero()),
       next_look(model.scene.needles.size()) {
   if (progress) progress("rows");
   const double spacing = least_spacing(model.scene.needles);
   for (int i = 0; i < model.needle_count(); ++i) {
     const Needle& needle = model.scene.needles[i];
-    needles.emplace_back(model.needles[i], model.h, max_tissue_rows(model.scene, needle) + max_guide_rows(model.scene));
+    needles.emplace_back(model.needles[i], model.h,
+                         max_tissue_rows(model.scene, needle) + max_rows_of_needles_alone(model.scene));
     insertions.emplace_back(max_shaft_points(needle, spacing), model.path_vertices, shaft_cells(needle),
                             !model.relaxation.empty());
     start_shapes.push_back(needles[i].shape());

@@ -17,6 +17,7 @@
 #include "server/engine/tick/guides.h"
 #include "server/engine/tick/insertion/forces.h"
 #include "server/engine/tick/insertion/insertion.h"
+#include "server/engine/tick/needle_contact.h"
 
 namespace acus {
 
@@ -80,9 +81,11 @@ struct Scratch {
   TissueScratch tissue;
   std::vector<InsertionScratch> insertions;   // per needle
   std::vector<char> paths_taken;              // per path, whether a needle has entered it in this tick
+  NeedleContacts needle_contacts;
   Rows rows;
   std::vector<InsertionForces> forces;        // per needle
   std::vector<Vector3> guide_forces;          // per needle (N)
+  std::vector<Vector3> needle_forces;         // per needle (N), of other needles on it
   NeedleBalance balance;                      // of the tick before
   Outcome outcome;
   std::vector<Event> events;                  // of this tick, never beyond the capacity reserved at load

@@ -60,6 +60,8 @@ void read_row(const Rows& rows, int i, InsertionScratch& scratch, InsertionForce
       break;
     case RowRole::guide:
     case RowRole::guide_friction:
+    case RowRole::needle_contact:
+    case RowRole::needle_friction:
       return;
   }
   if (row.index < 0) forces.tip += force;

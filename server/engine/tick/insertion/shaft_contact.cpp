@@ -242,22 +242,14 @@ bool add_contact_rows(const InsertionView& at, const InsertionScratch& scratch, 
   row.stored = groove.energy(f) - groove.compliance(f) * f * f / 2;
   const int normal_row = rows.count();
   const double most = is_crushed(tissue.mesh, tissue.x_start, contact.points) ? f : kInfinity;
-  bool all = rows.add(row, {LawKind::unilateral, most}, f);
+  const bool added = rows.add(row, {LawKind::unilateral, most}, f);
 
   const double friction = tissue.interaction(middle).friction_contact;
-  if (friction == 0 || !all) return all;
-  Vector3 along[2];
-  perpendicular_basis(contact.normal, along[0], along[1]);
+  if (friction == 0 || !added) return added;
   row.role = RowRole::shaft_contact_friction;
   row.compliance = row.stored = 0;
-  for (int k = 0; k < 2; ++k) {
-    row.n = along[k];
-    row.gap = row.n.dot(apart_now - apart_before);
-    const Law law{
-        .kind = k == 0 ? LawKind::disk_first : LawKind::disk_second, .limit = friction, .normal_row = normal_row};
-    all = rows.add(row, law, state.friction.dot(row.n)) && all;
-  }
-  return all;
+  return rows.add_disk(row, contact.normal, apart_now - apart_before, {.limit = friction, .normal_row = normal_row},
+                       state.friction);
 }
 
 }  // namespace acus

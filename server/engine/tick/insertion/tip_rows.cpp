@@ -54,21 +54,10 @@ bool add_contact(const InsertionView& at, const Obstacle& obstacle, const TipSta
 bool add_contact_friction(const InsertionView& at, const Obstacle& obstacle, const TipState& tip, double friction,
                           double cohesion, int normal_row, Rows& rows) {
   if (friction == 0 && cohesion == 0) return true;
-  const Vector3 moved = slip(at, obstacle);
-  Vector3 across[2];
-  perpendicular_basis(obstacle.at.normal, across[0], across[1]);
-  bool all = true;
-  for (int k = 0; k < 2; ++k) {
-    Row row = obstacle_row(at, obstacle, RowRole::contact_friction, across[k]);
-    row.compliance = obstacle.compliance_along;
-    row.gap = row.n.dot(moved) - row.compliance * tip.lateral.dot(row.n);
-    const Law law{.kind = k == 0 ? LawKind::disk_first : LawKind::disk_second,
-                  .limit = friction,
-                  .normal_row = normal_row,
-                  .cohesion = cohesion};
-    all = rows.add(row, law, tip.lateral.dot(row.n)) && all;
-  }
-  return all;
+  Row row = obstacle_row(at, obstacle, RowRole::contact_friction, Vector3::Zero());
+  row.compliance = obstacle.compliance_along;
+  return rows.add_disk(row, obstacle.at.normal, slip(at, obstacle),
+                       {.limit = friction, .normal_row = normal_row, .cohesion = cohesion}, tip.lateral);
 }
 
 bool add_border_contact(const InsertionView& at, const InsertionScratch& scratch, Rows& rows) {

@@ -33,7 +33,12 @@ void build_rows(const Model& model, const State& state, Scratch& scratch) {
   const StageTimer timer(scratch.times, Stage::build_rows);
   Rows& rows = scratch.rows;
   rows.clear();
-  bool all = true;
+  bool all = !scratch.needle_contacts.left_out;
+  const double friction = model.scene.needle_contact.friction;
+  for (NeedleContact& contact : scratch.needle_contacts.found) {
+    const NeedleView first = needle_view(model, scratch, contact.first);
+    all = add_needle_contact_rows(first, needle_view(model, scratch, contact.second), friction, contact, rows) && all;
+  }
   for (int i = 0; i < model.needle_count(); ++i)
     all = add_insertion_rows(insertion_view(model, state, scratch, i), state, scratch.insertions[i], rows) && all;
   for (int g = 0; g < model.guide_count(); ++g) {

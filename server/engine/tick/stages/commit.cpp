@@ -16,9 +16,11 @@ void read_all_forces(const Model& model, Scratch& scratch) {
   for (int i = 0; i < model.needle_count(); ++i) {
     scratch.forces[i] = read_forces(scratch.rows, i, scratch.insertions[i]);
     scratch.guide_forces[i].setZero();
+    scratch.needle_forces[i].setZero();
   }
   for (int g = 0; g < model.guide_count(); ++g)
     scratch.guide_forces[model.guide_needles[g]] += read_guide_forces(scratch.rows, g, scratch.guides[g]);
+  if (!scratch.needle_contacts.found.empty()) add_needle_forces(scratch.rows, scratch.needle_forces);
 }
 
 // Before the needles are committed.

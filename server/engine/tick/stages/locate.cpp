@@ -15,6 +15,7 @@ void locate(const Model& model, const State& state, Scratch& scratch) {
                      scratch.insertions[i]);
   for (int g = 0; g < model.guide_count(); ++g)
     locate_guide(needle_view(model, scratch, model.guide_needles[g]), scratch.guides[g]);
+  find_needle_contacts(model, state, scratch.start_shapes, scratch.needles, scratch.needle_contacts);
 }
 
 }  // namespace acus

@@ -48,6 +48,7 @@ void write_forces(const Scratch& scratch, int i, NeedleReport& report) {
   report.friction_force = forces.friction;
   report.lateral_force = forces.lateral;
   report.guide_force = scratch.guide_forces[i];
+  report.needle_force = scratch.needle_forces[i];
   report.base_force = -scratch.needles[i].reaction.head<3>();
   report.base_torque = -scratch.needles[i].reaction.tail<3>();
 }
