@@ -30,6 +30,7 @@
 #include "server/runtime/rehearsal.h"
 #include "server/runtime/scene_summary.h"
 #include "server/runtime/service_manager.h"
+#include "server/runtime/system_check.h"
 #include "server/runtime/termination.h"
 #include "server/transport/endpoint.h"
 #include "server/transport/listening.h"
@@ -45,6 +46,7 @@ enum ExitCode : int {
   kCannotListen = 3,
   kFailed = 4,
   kCannotRecord = 5,
+  kUnfitSystem = 6,
 };
 
 constexpr const char* kDescription =
@@ -59,12 +61,13 @@ constexpr const char* kFooter =
     "leaves out\n"
     "  acus-server SCENE --lockstep                          ticks run when a client asks: for replays and tests\n"
     "  acus-server --schema                                  the JSON Schema of scene files, for editors\n"
+    "  acus-server --check-system                            see whether this system lets ticks run on time\n"
     "  acus-server RUN --at 12.5                             go on from there in what --record RUN wrote\n"
     "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
     "\nExit status: 0 ended by SIGINT, SIGTERM, SIGHUP, a client's shutdown, or --ticks; 1 bad command line; 2 the "
     "scene, "
     "recording or snapshot cannot be used;\n3 an endpoint cannot be listened on; 4 anything else; 5 the recording "
-    "cannot be written. Log lines go to standard error.";
+    "cannot be written; 6 --check-system found that ticks would be late, or was ended. Log lines go to standard error.";
 
 struct Arguments {
   std::string scene;
@@ -76,6 +79,7 @@ struct Arguments {
   std::string curve_server_key, curve_clients;  // files
   bool check = false;
   bool json = false;
+  bool check_system = false;
 };
 
 void print_schema() {
@@ -97,6 +101,16 @@ int print_json(const std::string& scene) {
     std::cerr << error.what() << std::endl;
     return kBadScene;
   }
+}
+
+int print_system_check(bool json) {
+  const Termination termination;
+  if (!json)
+    std::cout << "measures for " << kAloneSeconds + kBesideSeconds << " s; Ctrl-C ends it sooner\n" << std::flush;
+  const SystemCheck check = check_system(kAloneSeconds, kBesideSeconds, [&] { return termination.asked(); });
+  std::cout << (json ? as_json(check) : describe(check)) << std::flush;
+  const SystemVerdict verdict = check.verdict();
+  return verdict == SystemVerdict::fit || verdict == SystemVerdict::usable ? kEnded : kUnfitSystem;
 }
 
 // The same as of a scene's field.
@@ -128,10 +142,11 @@ void check_distinct(const EndpointOptions& endpoint) {
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
-  app.add_option("SCENE", arguments.scene,
-                 "Scene file (YAML; scenes/README.md describes the format), or the name of a scene in /etc/acus or of an "
-                 "installed one; or a recording, to run it again and go on from its end")
-      ->required();
+  CLI::Option* scene = app.add_option(
+      "SCENE", arguments.scene,
+      "Scene file (YAML; scenes/README.md describes the format), or the name of a scene in /etc/acus or of an "
+      "installed one; or a recording, to run it again and go on from its end");
+  scene->required();
   app.add_option("--commands", arguments.endpoint.commands, "ZeroMQ endpoint for commands (ROUTER)")
       ->check(check_endpoint)
       ->capture_default_str();
@@ -196,7 +211,18 @@ void declare(CLI::App& app, Arguments& arguments) {
       app.add_flag("--check", arguments.check,
                    "Load the scene, print what it contains, what it costs and what it leaves out, push its needles in "
                    "to print how long ticks take on this machine, and exit");
-  app.add_flag("--json", arguments.json, "Check the scene file, but for its mesh, print what it says as JSON, and exit")
+  app.add_flag("--json", arguments.json,
+               "Check the scene file, but for its mesh, print what it says as JSON, and exit; with --check-system, its "
+               "results as JSON")
+      ->excludes(check);
+  const auto check_system_alone = [&arguments, scene] {
+    arguments.check_system = true;
+    scene->required(false);
+  };
+  app.add_flag_callback("--check-system", check_system_alone,
+                        "Measure for 10 s whether this system lets a loop of 1 kHz run on time, alone and beside busy "
+                        "programs, print what could be set otherwise, and exit; needs no SCENE")
+      ->trigger_on_parse()
       ->excludes(check);
   app.add_flag_callback("--schema", print_schema, "Print the JSON Schema of scene files, and exit")->trigger_on_parse();
   app.add_flag_callback("--tables", print_tables, "Print the tables of their fields in Markdown, and exit")
@@ -260,7 +286,6 @@ void serve(Endpoint& endpoint, std::unique_ptr<LoadedScene> world, const Argumen
   if (admission.insecure) spdlog::warn("--insecure: whoever can connect is admitted, and nothing is encrypted");
   if (world->simulation.scene().publish.snapshot_every && arguments.endpoint.snapshot.empty())
     spdlog::warn("the scene asks for snapshots (publish.snapshot_every), but there is no --snapshot FILE for them");
-  if (!options.lockstep) lock_memory();
   RealtimeLoop loop(std::move(world), options, link);
   {
     const SimulationThread thread(loop, link, !options.lockstep);
@@ -296,6 +321,8 @@ void read_keys(Arguments& arguments) {
 // What does not go together, depending on what SCENE is; empty if all does.
 std::string problem_with(const Arguments& arguments) {
   const std::string& scene = arguments.scene;
+  if (arguments.check_system)
+    return scene.empty() ? "" : "--check-system measures the system, and needs no SCENE; leave " + scene + " out";
   const bool recording = is_recording(scene);
   if (arguments.at && !recording)
     return "--at is for recordings, and " + scene + " is none; give one as SCENE, or leave --at out";
@@ -355,7 +382,10 @@ int run(const Arguments& arguments) {
     std::cout << summarise(world->simulation, warnings) << '\n' << describe(rehearsal, time_step);
     return kEnded;
   }
-  if (!arguments.loop.lockstep) raise_priority(RealtimeThread::sockets);  // before ZeroMQ starts its own thread
+  if (!arguments.loop.lockstep) {
+    lock_memory();
+    raise_priority(RealtimeThread::sockets);  // before ZeroMQ starts its own thread
+  }
   raise_connection_limit();  // before the endpoint looks how many there may be
   Link link;
   std::optional<Endpoint> endpoint;
@@ -395,6 +425,7 @@ int main(int argc, char** argv) {
     spdlog::error("{}", problem);
     return kBadCommandLine;
   }
+  if (arguments.check_system) return print_system_check(arguments.json);
   if (arguments.json) return print_json(arguments.scene);
   arguments.endpoint.lockstep = arguments.loop.lockstep;
   arguments.endpoint.paused = arguments.loop.paused;

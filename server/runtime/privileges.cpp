@@ -36,13 +36,22 @@ int real_time_priority() {
 
 }  // namespace
 
-void lock_memory() {
-  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) {
-    spdlog::info("memory is locked");
-  } else {
+LockedMemory lock_memory() {
+  if (mlockall(MCL_CURRENT) != 0) {
     spdlog::warn("memory is not locked ({}): paging may make ticks late; raise the limit 'memlock' (ulimit -l)",
                  std::strerror(errno));
+    return LockedMemory::none;
   }
+  const bool all = lock_new_memory();
+  spdlog::info("memory is locked{}",
+               all ? "" : ", but for what comes later: the limit 'memlock' is not infinite (ulimit -l)");
+  return all ? LockedMemory::all : LockedMemory::present;
+}
+
+bool lock_new_memory() {
+  rlimit limit{};
+  const bool unlimited = getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
+  return mlockall(MCL_CURRENT | MCL_ONFAULT | (unlimited ? MCL_FUTURE : 0)) == 0 && unlimited;
 }
 
 void raise_priority(RealtimeThread thread) {

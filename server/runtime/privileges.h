@@ -7,8 +7,16 @@ namespace acus {
 // The simulation's deadlines come first; its sockets, whose threads pass poses and forces on, before everything else.
 enum class RealtimeThread { simulation, sockets };
 
-// Keeps all memory of the process from being paged out.
-void lock_memory();
+// How much of the process' memory is not paged out.
+enum class LockedMemory { none, present, all };
+
+// Keeps memory from being paged out: brings in what is mapped now, and locks it. What is mapped later is locked page by
+// page as it is used, so that a long message takes no more than has come of it. Under a finite limit 'memlock' it is
+// not locked: the limit would count what is set aside, and allocations that go beyond it would fail. To be called
+// before strangers can send anything.
+LockedMemory lock_memory();
+// Locks what has been mapped since, under a finite limit, too; brings nothing in. Whether what comes later is, too.
+bool lock_new_memory();
 
 // Lets the calling thread, and the threads that it starts from then on, go before every ordinary one (SCHED_FIFO), and
 // wakes it when it asked to be woken, not some tens of microseconds later.

@@ -34,9 +34,9 @@ struct SceneSource {
 class SceneLoader {
  public:
   // `done` is signalled when a result is there; `rate` (Hz) replaces that of every scene. Nothing outside `folders` is
-  // read.
-  SceneLoader(Wakeup& done, std::optional<double> rate, SceneFolders folders)
-      : done_(std::make_shared<Done>(done)), rate_(rate), folders_(std::move(folders)) {}
+  // read. `locks`: new memory of the process is locked after each load.
+  SceneLoader(Wakeup& done, std::optional<double> rate, SceneFolders folders, bool locks)
+      : done_(std::make_shared<Done>(done)), rate_(rate), folders_(std::move(folders)), locks_(locks) {}
   ~SceneLoader() {
     done_->disconnect();
     if (busy() && !is_ready(loading_)) loader_.detach();
@@ -50,12 +50,14 @@ class SceneLoader {
   void start(const SceneSource& source) {
     std::promise<LoadResult> promise;
     loading_ = promise.get_future();
-    loader_ =
-        std::jthread([source, rate = rate_, folders = folders_, done = done_, result = std::move(promise)]() mutable {
-          lower_priority();
-          result.set_value(load(source, rate, folders));
-          done->signal();
-        });
+    loader_ = std::jthread([source, rate = rate_, folders = folders_, locks = locks_, done = done_,
+                            result = std::move(promise)]() mutable {
+      lower_priority();
+      LoadResult loaded = load(source, rate, folders);
+      if (locks) lock_new_memory();
+      result.set_value(std::move(loaded));
+      done->signal();
+    });
   }
 
   // The result, once it is there; then it is no longer busy.
@@ -108,6 +110,7 @@ class SceneLoader {
   const std::shared_ptr<Done> done_;
   const std::optional<double> rate_;
   const SceneFolders folders_;
+  const bool locks_;
   std::future<LoadResult> loading_;
   std::jthread loader_;
   std::future<void> destroying_;

@@ -16,6 +16,7 @@
 #include <fstream>
 #include <iterator>
 #include <system_error>
+#include <utility>
 
 namespace acus {
 namespace {
@@ -27,6 +28,8 @@ constexpr auto kToFree = kLookPeriod;             // for ZeroMQ to free what it 
 constexpr std::int64_t kMaxGrowth = 640 << 20;    // bytes of the process; 16 messages of the largest size fit
 constexpr std::int64_t kQuiet = kMaxGrowth / 32;  // bytes that wait; each takes less than 32 in memory
 constexpr std::int64_t kMaxUnreadNotices = 1 << 20;  // bytes of a subscriber, beyond the allowance
+constexpr std::int64_t kMaxOfStranger = 1 << 20;     // bytes of a connection whose first message has not come
+constexpr std::size_t kStrangersShare = 2;           // one of so many connections may be a stranger's
 constexpr double kHeartbeats = 64;                // bytes/s, not counted
 constexpr double kTopics = 1024;                  // bytes/s of a subscriber, likewise: topics that come and go
 constexpr std::int64_t kFraming = 64;             // bytes of a frame beside what is in it, at most; with keys about 40
@@ -59,8 +62,9 @@ std::size_t most_connections() {
 
 }  // namespace
 
-ConnectionGuard::ConnectionGuard(zmq::context_t& context, zmq::socket_t& states)
+ConnectionGuard::ConnectionGuard(zmq::context_t& context, zmq::socket_t& states, bool keys)
     : most_(most_connections()),
+      keys_(keys),
       subscribers_(context, states, "states"),
       resident_(resident_bytes()),
       last_look_(Clock::now()),
@@ -71,21 +75,40 @@ ConnectionGuard::ConnectionGuard(zmq::context_t& context, zmq::socket_t& states)
 ConnectionGuard::~ConnectionGuard() = default;
 
 void ConnectionGuard::note(const ConnectionChange& change, bool subscribes) {
-  const Key key{change.connection, subscribes};
+  Key key{change.connection, subscribes};
+  const char* why = nullptr;
   {
     const std::lock_guard lock(mutex_);
-    accounts_.erase(key);
+    forget(key);
     if (!change.begun) return;
-    accounts_[key] = {};
-    if (accounts_.size() <= most_) return;
+    Account& account = accounts_[key] = {};
+    if (keys_ && !subscribes) {
+      account.stranger = ++last_stranger_;
+      strangers_[account.stranger] = key;
+    }
+    if (accounts_.size() > most_) why = "there are as many as the limit of open files allows";
+    if (strangers_.size() > std::max<std::size_t>(1, most_ / kStrangersShare)) {
+      key = strangers_.begin()->second;
+      why = "it has said nothing for longer than others, which are many";
+    }
   }
-  cut(key, "there are as many as the limit of open files allows");
+  if (why != nullptr) cut(key, why);
+}
+
+void ConnectionGuard::forget(const Key& key) {
+  const auto account = accounts_.find(key);
+  if (account == accounts_.end()) return;
+  strangers_.erase(account->second.stranger);
+  accounts_.erase(account);
 }
 
 void ConnectionGuard::took(const Arrived& message) {
   const std::lock_guard lock(mutex_);
   const auto account = accounts_.find({message.sender.connection, false});
-  if (account != accounts_.end()) account->second.read += message.size + kFraming * message.frames;
+  if (account == accounts_.end()) return;
+  account->second.read += message.size + kFraming * message.frames;
+  strangers_.erase(account->second.stranger);
+  account->second.stranger = 0;
 }
 
 void ConnectionGuard::run(const std::stop_token& stop) {
@@ -122,6 +145,7 @@ void ConnectionGuard::look(double seconds) {
       if (waiting > kMaxUnreadNotices) cut(key, "it subscribes without end");
       continue;
     }
+    if (account.stranger != 0 && waiting > kMaxOfStranger) cut_stranger(key);
     sum += waiting;
     if (waiting > most) most = waiting, longest = key;
   }
@@ -136,6 +160,17 @@ void ConnectionGuard::look(double seconds) {
     last_cut_ = Clock::now();
     has_cut_ = true;
   }
+}
+
+// At the second look: at the first one, whole messages may wait for the thread that reads them.
+void ConnectionGuard::cut_stranger(const Key& key) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto account = accounts_.find(key);
+    if (account == accounts_.end() || account->second.stranger == 0) return;
+    if (!std::exchange(account->second.suspected, true)) return;
+  }
+  cut(key, "it has sent more than 1 MiB, and no message of it was read yet");
 }
 
 // A copy, so that nobody waits while the system is asked about each connection.
@@ -161,7 +196,7 @@ void ConnectionGuard::cut(const Key& key, const char* why) {
   bool told = false;
   {
     const std::lock_guard lock(mutex_);
-    accounts_.erase(key);
+    forget(key);
     told = log_limit_.allow("", RateLimiter::Clock::now());
   }
   const linger at_once{.l_onoff = 1, .l_linger = 0};  // the system forgets what it has of it, too

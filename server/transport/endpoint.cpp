@@ -62,7 +62,7 @@ Endpoint::Endpoint(LoadedScene& world, const EndpointOptions& options, Link& lin
       }) {
   bound(commands_, options.lockstep);
   listen(commands_, "--commands", options.commands, options.admission);
-  guard_.emplace(context_, feed_.socket());
+  guard_.emplace(context_, feed_.socket(), options.admission.curve.has_value());
   if (!options.record.empty()) requests_.record_from_the_start(options.record);
 }
 

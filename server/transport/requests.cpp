@@ -35,7 +35,7 @@ Requests::Requests(LoadedScene& world, const RequestOptions& options, Link& link
       limit_(kRequestsPerSecond),
       limit_of_all_(kRequestsOfAll),
       paused_(options.paused),
-      loader_(link.to_sockets, options.rate, SceneFolders(options.folders)),
+      loader_(link.to_sockets, options.rate, SceneFolders(options.folders), !options.lockstep),
       recordings_(options.recordings, ACUS_VERSION),
       snapshot_file_(options.snapshot) {}
 

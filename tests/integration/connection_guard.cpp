@@ -2,6 +2,7 @@
 // Over TCP, what a client leaves in the server's memory is bounded, and who goes beyond it loses the connection.
 #include <doctest/doctest.h>
 
+#include <deque>
 #include <fstream>
 #include <map>
 
@@ -63,6 +64,29 @@ TEST_CASE("a message that never ends loses its connection, and memory has a boun
     CHECK(other.hello(kPatience).held == std::vector<std::string>{"needle"});
   }
   CHECK(peak_memory(server.process()) - before < 1'300'000);
+}
+
+TEST_CASE("what a frame claims to have takes no memory before it has come, in a handshake or after it") {
+  TcpServer server;
+  client::CommandLink other(server.commands());
+  other.hello(kPatience);
+  const long before = peak_memory(server.process());
+  const auto claim = [](char flags) {
+    return flags + std::string("\0\0\0\0\1\xff\xff\xff", 8) + std::string(8000, 'x');
+  };
+  std::deque<RawPeer> peers;  // 32 MiB each
+  for (int i = 0; i < 60; ++i) {
+    RawPeer& peer = peers.emplace_back(server.commands());
+    if (i % 2 == 0) {
+      peer.shake_hands("DEALER");
+      CHECK(peer.send(claim('\2')));
+    } else {
+      CHECK(peer.send(zmtp3_greeting("NULL") + claim('\6')));
+    }
+  }
+  for (int i = 0; i < 3; ++i) other.hello(kPatience);
+  const long each = (peak_memory(server.process()) - before) / static_cast<long>(peers.size());
+  CHECK(each < 100);  // kB; 32,768 if it were set aside and locked
 }
 
 #endif

@@ -5,9 +5,11 @@
 #include <doctest/doctest.h>
 
 #include <csignal>
+#include <deque>
 #include <memory>
 #include <thread>
 
+#include "tests/integration/raw_peer.h"
 #include "tests/integration/server_process.h"
 #include "tests/integration/tcp_server.h"
 #include "tests/support/places.h"
@@ -86,6 +88,19 @@ TEST_CASE("a server without descriptors left goes on for those it serves, and se
       CHECK(commands.hello(kPatience).held == std::vector<std::string>{"needle"});
       std::this_thread::sleep_for(10ms);
     }
+  }
+  client::CommandLink newcomer(server.commands());
+  CHECK(newcomer.hello(kPatience).held == std::vector<std::string>{"needle"});
+}
+
+TEST_CASE("over ipc, too, where more come at once than there are descriptors") {
+  ServerProcess server({}, small_scene("small"), {"/usr/bin/prlimit", "--nofile=64:64"});
+  client::CommandLink commands(server.commands());
+  commands.acquire({"needle"}, kPatience);
+  for (int wave = 0; wave < 5; ++wave) {
+    std::deque<RawPeer> crowd;  // faster than the server can end them
+    for (int i = 0; i < 150; ++i) crowd.emplace_back(server.commands());
+    CHECK(commands.hello(kPatience).held == std::vector<std::string>{"needle"});
   }
   client::CommandLink newcomer(server.commands());
   CHECK(newcomer.hello(kPatience).held == std::vector<std::string>{"needle"});

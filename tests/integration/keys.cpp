@@ -4,11 +4,13 @@
 #include <signal.h>
 #include <sys/stat.h>
 
+#include <deque>
 #include <fstream>
 #include <iterator>
 
 #include "protocol/key_file.h"
 #include "tests/integration/printed.h"
+#include "tests/integration/raw_peer.h"
 #include "tests/support/places.h"
 
 namespace acus::testing {
@@ -107,6 +109,39 @@ TEST_CASE("the log says who connects, holds and is gone, by what a client cannot
       "at 127.0.0.1 with the key of 'alice', " + protocol::read_public_key(keys.open("alice")).key;
   for (const std::string what : {" connects", " holds needle", " is gone and holds nothing any more", " disconnects"})
     CHECK(contains(log, alice + what));
+}
+
+TEST_CASE("strangers who say nothing lock nobody out who has a key") {
+  const Keys keys;
+  const TemporaryFolder folder;
+  std::vector<std::string> line = command_line(folder, "tcp://127.0.0.1:*", "tcp://127.0.0.1:*", keys.of_server());
+  line.insert(line.begin(), {"/usr/bin/prlimit", "--nofile=64:64"});
+  Printed server(line);
+  std::string said;
+  while (!contains(said, "commands on ")) said = server.read_line();
+  const std::string endpoint = said.substr(said.find("tcp://"));
+  std::deque<RawPeer> strangers;
+  for (int round = 0; round < 3; ++round) {
+    for (int i = 0; i < 40; ++i) strangers.emplace_back(endpoint);
+    CHECK(client::CommandLink(endpoint, keys.of_client("alice")).hello(kPatience).scene == "small");
+  }
+}
+
+TEST_CASE("a stranger without a key is cut off once it has sent a mebibyte, and others are served") {
+  const Keys keys;
+  const TemporaryFolder folder;
+  Printed server(command_line(folder, "tcp://127.0.0.1:*", "tcp://127.0.0.1:*", keys.of_server()));
+  std::string line;
+  while (!contains(line, "commands on ")) line = server.read_line();
+  const std::string endpoint = line.substr(line.find("tcp://"));
+  RawPeer patient(endpoint), stranger(endpoint);
+  const std::string long_command("\6\0\0\0\0\1\xff\xff\xff", 9);  // of 32 MiB
+  patient.send(zmtp3_greeting("CURVE") + long_command + std::string(100'000, 'x'));
+  stranger.send(zmtp3_greeting("CURVE") + long_command);
+  for (int i = 0; i < 3; ++i) stranger.send(std::string(500'000, 'x'));
+  CHECK(stranger.is_closed());
+  CHECK(patient.send("x"));
+  CHECK(client::CommandLink(endpoint, keys.of_client("alice")).hello(kPatience).scene == "small");
 }
 
 TEST_CASE("acus-keygen writes a secret that only its owner can read, and never overwrites") {

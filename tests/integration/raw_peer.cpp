@@ -75,9 +75,7 @@ std::string RawPeer::receive(std::size_t size) {
 }
 
 void RawPeer::shake_hands(const std::string& socket_type) {
-  std::string greeting = "\xff" + std::string(8, '\0') + "\x7f" + std::string("\3\1NULL", 6);
-  greeting.resize(64, '\0');
-  send(greeting);
+  send(zmtp3_greeting("NULL"));
   const std::string theirs = receive(64);
   REQUIRE(theirs.substr(12, 5) == std::string("NULL\0", 5));
   const std::string property = "Socket-Type";
@@ -121,6 +119,12 @@ bool RawPeer::is_closed() {
     if (recv(file_, dropped, sizeof dropped, 0) <= 0) return true;
   }
   return false;
+}
+
+std::string zmtp3_greeting(const std::string& mechanism) {
+  std::string greeting = "\xff" + std::string(8, '\0') + "\x7f" + std::string("\3\1", 2) + mechanism;
+  greeting.resize(64, '\0');
+  return greeting;
 }
 
 // The length counts the flags, too.

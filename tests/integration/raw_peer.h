@@ -45,6 +45,9 @@ class RawPeer {
   int file_ = -1;
 };
 
+// What ZMTP 3.1 says first, with mechanism NULL or CURVE.
+std::string zmtp3_greeting(const std::string& mechanism);
+
 // A message of one frame as ZMTP 1.0 knows it, and what such a peer says first: that it has no identity.
 std::string zmtp1_frame(const std::string& body);
 std::string zmtp1_greeting();
