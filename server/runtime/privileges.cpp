@@ -14,8 +14,6 @@
 namespace acus {
 namespace {
 
-// Of 1 to 99: above ordinary threads, the simulation below the kernel's own interrupt threads (50).
-constexpr int kSimulationPriority = 49;
 constexpr int kSocketsPriority = 45;
 constexpr unsigned long kTimerSlack = 1;  // ns; only ordinary threads have any
 
@@ -25,16 +23,14 @@ int set_policy(int policy, int priority) {
   return pthread_setschedparam(pthread_self(), policy, &parameters);
 }
 
-// That the calling thread has with SCHED_FIFO; 0 if it is an ordinary one. A thread inherits it from whoever started
-// it, also where it may have no higher one of its own.
+}  // namespace
+
 int real_time_priority() {
   int policy = SCHED_OTHER;
   sched_param parameters{};
   pthread_getschedparam(pthread_self(), &policy, &parameters);
   return policy == SCHED_FIFO ? parameters.sched_priority : 0;
 }
-
-}  // namespace
 
 LockedMemory lock_memory() {
   if (mlockall(MCL_CURRENT) != 0) {

@@ -18,6 +18,12 @@ LockedMemory lock_memory();
 // Locks what has been mapped since, under a finite limit, too; brings nothing in. Whether what comes later is, too.
 bool lock_new_memory();
 
+// Of the simulation, of 1 to 99: above ordinary threads, below the kernel's own interrupt threads (50).
+inline constexpr int kSimulationPriority = 49;
+// That the calling thread has with SCHED_FIFO; 0 if it is an ordinary one. A thread inherits it from whoever started
+// it, also where it may have no higher one of its own.
+int real_time_priority();
+
 // Lets the calling thread, and the threads that it starts from then on, go before every ordinary one (SCHED_FIFO), and
 // wakes it when it asked to be woken, not some tens of microseconds later.
 void raise_priority(RealtimeThread thread);

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/runtime/system_check.h"
 
-#include <pthread.h>
-#include <sched.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -27,7 +24,6 @@ constexpr double kPeriod = 1 / kCheckRate;                           // s
 constexpr double kPrompt = 0.1 * kPeriod, kTooLate = 0.5 * kPeriod;  // s, of a turn's beginning
 constexpr double kMostOfTurns = 0.999;
 constexpr std::uint64_t kLeastTurns = 2000;
-constexpr int kWantedPriority = 49;        // privileges.h
 constexpr double kLongestWaking = 50;      // us, of a processor that sleeps
 constexpr double kMostStolen = 1e-3;       // of the time
 constexpr std::size_t kTouched = 1 << 20;  // numbers that each busy thread goes through: more than a cache holds
@@ -61,13 +57,6 @@ void run(double seconds, const std::function<bool()>& stop, DelayHistogram& dela
     for (; due < next; due += period)
       delays.add(static_cast<double>(std::max<std::int64_t>(0, now - due)) / kNanoseconds);
   }
-}
-
-int granted_priority() {
-  int policy = SCHED_OTHER;
-  sched_param parameters{};
-  pthread_getschedparam(pthread_self(), &policy, &parameters);
-  return policy == SCHED_FIFO ? parameters.sched_priority : 0;
 }
 
 // The first line of a file; empty if it cannot be read.
@@ -181,8 +170,9 @@ std::vector<SystemSetting> system_settings(const std::filesystem::path& root, in
   const std::filesystem::path processors = root / "sys/devices/system/cpu", kernel = root / "proc/sys/kernel";
   const std::size_t count = folders_like(processors, "cpu").size();
   std::vector<SystemSetting> settings;
-  settings.push_back({"priority", priority > 0 ? "real-time, " + std::to_string(priority) : "ordinary",
-                      priority >= kWantedPriority ? "" : "limit rtprio of 49: /etc/security/limits.d, LimitRTPRIO=49"});
+  settings.push_back(
+      {"priority", priority > 0 ? "real-time, " + std::to_string(priority) : "ordinary",
+       priority >= kSimulationPriority ? "" : "limit rtprio of 49: /etc/security/limits.d, LimitRTPRIO=49"});
   settings.push_back({"memory", locked ? "locked" : "not locked",
                       locked ? "" : "limit memlock unlimited: /etc/security/limits.d, LimitMEMLOCK=infinity"});
   settings.push_back({"processors", std::to_string(count), count < 2 ? "two or more" : ""});
@@ -204,7 +194,7 @@ SystemCheck check_system(double alone, double beside, const std::function<bool()
     run(beside, stop, check.beside);
   }
   const ProcessorTimes after = processor_times();
-  check.settings = system_settings("/", granted_priority(), locked);
+  check.settings = system_settings("/", real_time_priority(), locked);
   if (after.all > before.all) check.stolen = (after.stolen - before.stolen) / (after.all - before.all);
   check.settings.push_back({"time taken by the host", five_digits(100 * check.stolen) + " %",
                             check.stolen > kMostStolen ? "processors that no other machine shares" : ""});

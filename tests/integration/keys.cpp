@@ -89,6 +89,15 @@ std::pair<std::optional<int>, std::string> outcome(const std::string& commands, 
   return {status, server.read_all()};
 }
 
+// The endpoint for commands that the server's log names.
+std::string commands_of(Printed& server) {
+  std::string line;
+  do line = server.read_line();
+  while (!line.empty() && !contains(line, "commands on "));
+  REQUIRE(!line.empty());
+  return line.substr(line.find("tcp://"));
+}
+
 }  // namespace
 
 TEST_CASE("the log says who connects, holds and is gone, by what a client cannot choose") {
@@ -101,8 +110,7 @@ TEST_CASE("the log says who connects, holds and is gone, by what a client cannot
     while (!next.empty() && !contains(next, part));
     return text;
   };
-  const std::string said = read_until("commands on ");
-  const std::string endpoint = said.substr(said.find("tcp://"), said.rfind('\n') - said.find("tcp://"));
+  const std::string endpoint = commands_of(server);
   client::CommandLink(endpoint, keys.of_client("alice")).acquire({"needle"}, kPatience);
   const std::string log = read_until("disconnects");
   const std::string alice =
@@ -117,9 +125,7 @@ TEST_CASE("strangers who say nothing lock nobody out who has a key") {
   std::vector<std::string> line = command_line(folder, "tcp://127.0.0.1:*", "tcp://127.0.0.1:*", keys.of_server());
   line.insert(line.begin(), {"/usr/bin/prlimit", "--nofile=64:64"});
   Printed server(line);
-  std::string said;
-  while (!contains(said, "commands on ")) said = server.read_line();
-  const std::string endpoint = said.substr(said.find("tcp://"));
+  const std::string endpoint = commands_of(server);
   std::deque<RawPeer> strangers;
   for (int round = 0; round < 3; ++round) {
     for (int i = 0; i < 40; ++i) strangers.emplace_back(endpoint);
@@ -131,9 +137,7 @@ TEST_CASE("a stranger without a key is cut off once it has sent a mebibyte, and 
   const Keys keys;
   const TemporaryFolder folder;
   Printed server(command_line(folder, "tcp://127.0.0.1:*", "tcp://127.0.0.1:*", keys.of_server()));
-  std::string line;
-  while (!contains(line, "commands on ")) line = server.read_line();
-  const std::string endpoint = line.substr(line.find("tcp://"));
+  const std::string endpoint = commands_of(server);
   RawPeer patient(endpoint), stranger(endpoint);
   const std::string long_command("\6\0\0\0\0\1\xff\xff\xff", 9);  // of 32 MiB
   patient.send(zmtp3_greeting("CURVE") + long_command + std::string(100'000, 'x'));

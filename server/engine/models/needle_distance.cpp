@@ -39,7 +39,7 @@ Pair nearest_on_lines(const Line& a, const Line& b, double draw, double m) {
   return {x, y};
 }
 
-// The chord of a cell; x is the share of it in lengths of the cell.
+// From end to end of a cell.
 Line chord(const NeedleCells& cells, int cell) {
   const Vector3 from = cells.ends.col(cell), along = cells.ends.col(cell + 1) - from;
   const double length = along.norm();

@@ -11,6 +11,12 @@
 
 namespace acus {
 
+namespace {
+
+double rounded_mm(double metres) { return std::round(1e6 * metres) / 1e3; }
+
+}  // namespace
+
 bool tip_is_inside(const Model& model, int needle, const Pose& base) {
   const Vector3 tip = make_needle_state(model.needles[needle], base).x.rightCols<1>();
   return model.mesh.tetrahedron_count() > 0 && find_tetrahedron(model.mesh, model.mesh.nodes, tip) >= 0;
@@ -38,12 +44,6 @@ std::optional<Overlap> find_overlap(const Model& model, std::span<const NeedleSt
     }
   return std::nullopt;
 }
-
-namespace {
-
-double rounded_mm(double metres) { return std::round(1e6 * metres) / 1e3; }
-
-}  // namespace
 
 std::string sentence(const Scene& scene, const Overlap& overlap) {
   const auto name = [&](int needle) { return '"' + scene.needles[static_cast<std::size_t>(needle)].name + '"'; };
