@@ -122,24 +122,25 @@ constexpr const char* name_of(Enum value) {
 
 // Bits of `flags` in states: trouble that a client should know of.
 enum Flag : std::uint32_t {
-  kLawsNotConverged = 1u << 0,     // the laws' residual is above the scene's tolerance
-  kNewtonNotConverged = 1u << 1,   // the last change of tissue and needles is above the scene's tolerance
-  kTangentProjected = 1u << 2,     // a needle is near buckling: a positive definite tangent stood in for its own
-  kRowsDropped = 1u << 3,          // more constraint points than the capacity fixed at load
-  kPathFull = 1u << 4,             // a path reached its capacity and stopped recording, or cannot go on behind air
-  kNotFinite = 1u << 5,            // a number stopped being finite; the state was held at the last good tick
-  kSolverFellBack = 1u << 6,       // the direct solver of the laws found no answer; Gauss-Seidel gave this one
-  kStepsCapped = 1u << 7,          // ticks came late: the laws' solver stopped at the scene's overrun.max_steps
-  kIterationsCapped = 1u << 8,     // likewise, iterations or repeats at overrun.max_iterations
-  kPublishingReduced = 1u << 9,    // likewise, only one of overrun.publish_every shapes goes out
-  kStepLimited = 1u << 10,         // the tick's last step was cut, or still turned a needle far
-  kElementsInverted = 1u << 11,    // the tissue is crushed: a tetrahedron is turned inside out
-  kTipFoundInside = 1u << 12,      // a tip stood in the tissue without a path; one was opened along its way
-  kForcesUnbalanced = 1u << 13,    // the forces of the tick before miss their balance by more than kMaxImbalance
-  kShaftUnheld = 1u << 14,         // a shaft crosses tissue beside its path, which does not hold it
-  kEnergyGained = 1u << 15,        // a needle holds more energy than was put into it: ticks cannot follow its motion
-  kNeedleOverstrained = 1u << 16,  // a needle is stretched or bent by more than 5 %: beyond what its beams describe
-  kBaseLimited = 1u << 17          // a base, or guide, goes at its speed limit, behind what it was told
+  kLawsNotConverged = 1u << 0,    // the laws' residual is above the scene's tolerance
+  kNewtonNotConverged = 1u << 1,  // the last change of tissue and needles is above the scene's tolerance
+  kTangentProjected = 1u << 2,    // a needle is near buckling: a positive definite tangent stood in for its own
+  kRowsDropped = 1u << 3,         // more constraint points than the capacity fixed at load
+  kPathFull = 1u << 4,            // a path reached its capacity and stopped recording, or cannot go on behind air
+  kNotFinite = 1u << 5,           // a number stopped being finite; the state was held at the last good tick
+  kSolverFellBack = 1u << 6,      // the direct solver of the laws found no answer; Gauss-Seidel gave this one
+  kStepsCapped = 1u << 7,         // ticks came late: the laws' solver stopped at the scene's overrun.max_steps
+  kIterationsCapped = 1u << 8,    // likewise, iterations or repeats at overrun.max_iterations
+  kPublishingReduced = 1u << 9,   // likewise, only one of overrun.publish_every shapes goes out
+  kStepLimited = 1u << 10,        // the tick's last step was cut, or still turned a needle far
+  kElementsInverted = 1u << 11,   // the tissue is crushed: a tetrahedron is turned inside out
+  kTipFoundInside = 1u << 12,     // a tip stood in the tissue without a path; one was opened along its way
+  kForcesUnbalanced = 1u << 13,   // the forces of the tick before miss their balance by more than kMaxImbalance
+  kShaftUnheld = 1u << 14,        // a shaft crosses tissue beside its path, which does not hold it
+  kEnergyGained = 1u << 15,       // a needle holds more energy than was put into it: ticks cannot follow its motion
+  kNeedleOverstrained =
+      1u << 16,            // a needle is stretched or bent by more than 5 %, or another one pressed as far into it
+  kBaseLimited = 1u << 17  // a base, or guide, goes at its speed limit, behind what it was told
 };
 inline constexpr std::array<const char*, 18> kFlagNames{
     "laws_not_converged", "newton_not_converged", "tangent_projected", "rows_dropped",      "path_full",

@@ -8,6 +8,7 @@
 #include <functional>
 #include <numbers>
 
+#include "server/engine/math/largest_move.h"
 #include "server/engine/models/needle.h"
 #include "server/engine/scene/scene_fields.h"
 #include "server/engine/scene/text_table.h"
@@ -38,12 +39,26 @@ std::string describe_mesh(const Simulation& simulation) {
          " surface triangles, " + vector(size) + " m along the world's axes";
 }
 
+// What equilibrium has moved.
+std::string describe_start(const Simulation& simulation) {
+  const auto millimetres = [](double way) { return five_digits(std::round(1e6 * way) / 1e3) + " mm"; };
+  const State& state = simulation.state();
+  double bent = 0;
+  for (int i = 0; i < simulation.model().needle_count(); ++i) {
+    const Matrix3X unloaded = make_needle_state(simulation.model().needles[i], simulation.scene().needles[i].base).x;
+    bent = std::max(bent, largest_move(unloaded, state.needles[i].x));
+  }
+  return "in equilibrium: tissue has moved by up to " +
+         millimetres(largest_move(simulation.mesh().nodes, state.tissue.x)) + ", needles by " + millimetres(bent);
+}
+
 std::string opening(const Simulation& simulation, bool warned) {
   const Scene& scene = simulation.scene();
   TextTable table;
   table.add({"scene", scene.name + (warned ? ": can be used, with warnings" : ": sound")});
   table.add({"rate", five_digits(scene.rate) + " Hz, a tick is " + five_digits(1e3 / scene.rate) + " ms"});
   table.add({"gravity", vector(scene.gravity) + " m/s^2"});
+  if (scene.start == Start::equilibrium) table.add({"start", describe_start(simulation)});
   table.add({"rung", name_of(scene.tissue.rung)});
   table.add({"solver", acus::name_of(scene.laws.solver)});
   table.add({"mesh", describe_mesh(simulation)});
@@ -344,6 +359,9 @@ void add_tissue(Omissions& list, const Scene& scene) {
 std::string left_out(const Scene& scene) {
   Omissions list;
   list.add(scene.gravity.isZero(0), "gravity", "gravity");
+  const bool loaded = !scene.gravity.isZero(0) || !scene.tissue.pressures.empty();
+  list.add(loaded && scene.start == Start::undeformed,
+           "rest at the start: gravity and pressures begin to act at tick 0", "start: equilibrium");
   list.add(scene.tissue.left_out(), "tissue", "tissue.rung");
   if (!scene.tissue.left_out()) add_tissue(list, scene);
   list.add_for<Needle>(

@@ -45,8 +45,10 @@ void warn_of_size(const Scene& scene, const TetrahedralMesh& mesh, Warnings& fou
 void warn_of_falling(const Simulation& simulation, Warnings& found) {
   const Scene& scene = simulation.scene();
   const bool held = simulation.costs().free_nodes < simulation.mesh().node_count();
-  if (held || scene.gravity.isZero(0)) return;
-  found.push_back({"tissue", "no node is fixed, so that it falls under gravity; fix some by tissue.fixed, or leave gravity out"});
+  if (held || simulation.model().tissue.applied.isZero(0)) return;
+  const std::string loads = scene.gravity.isZero(0) ? "pressures" : "gravity";
+  found.push_back({"tissue", "no node is fixed, so that it goes away under " + loads +
+                                 "; fix some by tissue.fixed, or leave " + loads + " out"});
 }
 
 // Per region, the edge of a cube of six tetrahedra of its mean volume (m).
@@ -107,7 +109,7 @@ void warn_of_standing_inside(const Simulation& simulation, int needle, Warnings&
   const Eigen::Ref<const Matrix3X> nodes = simulation.needle_positions(needle);
   const TetrahedralMesh& mesh = simulation.mesh();
   for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
-    if (find_tetrahedron(mesh, mesh.nodes, nodes.col(i)) < 0) continue;
+    if (find_tetrahedron(mesh, simulation.state().tissue.x, nodes.col(i)) < 0) continue;
     const Needle& parameters = simulation.scene().needles[static_cast<std::size_t>(needle)];
     const double along = parameters.length * static_cast<double>(i) / static_cast<double>(nodes.cols() - 1);
     found.push_back({parameters.name, std::string(i == 0 ? "its base" : "its shaft, " + millimetres(along) + " from the base,") +
@@ -116,11 +118,12 @@ void warn_of_standing_inside(const Simulation& simulation, int needle, Warnings&
   }
 }
 
-// How far a ray from p along a unit vector goes until the surface (m); nothing if it misses.
-std::optional<double> way_to_surface(const TetrahedralMesh& mesh, const Vector3& p, const Vector3& along) {
+// How far a ray from p along a unit vector goes until the surface, its nodes at x (m); nothing if it misses.
+std::optional<double> way_to_surface(const TetrahedralMesh& mesh, const Matrix3X& x, const Vector3& p,
+                                     const Vector3& along) {
   std::optional<double> nearest;
   for (const auto& triangle : mesh.surface) {
-    const Vector3 a = mesh.nodes.col(triangle[0]), u = mesh.nodes.col(triangle[1]) - a, v = mesh.nodes.col(triangle[2]) - a;
+    const Vector3 a = x.col(triangle[0]), u = x.col(triangle[1]) - a, v = x.col(triangle[2]) - a;
     Eigen::Matrix3d system;
     system << -along, u, v;
     const double determinant = system.determinant();
@@ -136,7 +139,9 @@ std::optional<double> way_to_surface(const TetrahedralMesh& mesh, const Vector3&
 void warn_of_missing(const Simulation& simulation, int index, Warnings& found) {
   const Needle& needle = simulation.scene().needles[static_cast<std::size_t>(index)];
   const Vector3 base = needle.base.position;
-  const auto hits = [&](const Quaternion& q) { return way_to_surface(simulation.mesh(), base, q * Vector3::UnitX()).has_value(); };
+  const auto hits = [&](const Quaternion& q) {
+    return way_to_surface(simulation.mesh(), simulation.state().tissue.x, base, q * Vector3::UnitX()).has_value();
+  };
   if (needle.curvature != 0 || hits(needle.base.orientation)) return;
   const Quaternion& q = needle.base.orientation;
   const Quaternion reordered(q.z(), q.w(), q.x(), q.y());  // what stands there read as x, y, z, w
@@ -172,7 +177,7 @@ void warn_of_buckling(const Simulation& simulation, int index, Warnings& found) 
 void warn_of_guides_inside(const Simulation& simulation, Warnings& found) {
   const TetrahedralMesh& mesh = simulation.mesh();
   for (const Guide& guide : simulation.scene().guides)
-    if (find_tetrahedron(mesh, mesh.nodes, guide.pose.position) >= 0)
+    if (find_tetrahedron(mesh, simulation.state().tissue.x, guide.pose.position) >= 0)
       found.push_back({guide.name,
                        "it stands inside the tissue, and holds the needle there from outside; move "
                        "pose.position out of it"});

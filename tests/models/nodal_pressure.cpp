@@ -262,7 +262,7 @@ TEST_CASE("nodal pressure: the rungs come to one another, and supports carry wha
         motion.linearize(state);
         if (iteration == 0 && tick > 0) {  // balance() speaks of the tick before
           const TissueBalance& b = motion.balance();
-          CHECK((b.support + b.weight - b.inertia).norm() < 1e-8 * b.support.norm());
+          CHECK((b.support + b.applied - b.inertia).norm() < 1e-8 * b.support.norm());
         }
         motion.clear_rows();
         motion.correct({});
@@ -287,7 +287,7 @@ TEST_CASE("nodal pressure: at rest supports carry the weight with every matrix" 
       motion.commit(state);
     }
     const TissueBalance& b = motion.balance();
-    CHECK((b.support + b.weight).norm() < 1e-9 * b.weight.norm());
+    CHECK((b.support + b.applied).norm() < 1e-9 * b.applied.norm());
   }
 }
 

@@ -80,7 +80,7 @@ TEST_CASE("a column at rest stands on its supports with its weight, and has sunk
       sunk += mesh.nodes(2, node) - state.x(2, node);
       ++top;
     }
-    CHECK((motion.balance().weight - free_mass * gravity).norm() < 1e-12 * free_mass);
+    CHECK((motion.balance().applied - free_mass * gravity).norm() < 1e-12 * free_mass);
     CHECK((motion.balance().support + free_mass * gravity).norm() < 1e-8 * free_mass);
     CHECK(motion.balance().inertia.norm() < 1e-8 * free_mass);
     const double rod = material.density * kHeight * kHeight / (2 * material.young_modulus);
@@ -165,7 +165,7 @@ TEST_CASE("in every tick supports, weight and rows carry the inertia of the exac
       motion.linearize(state);
       if (iteration == 0 && i > 0) {  // balance() speaks of the tick before
         const auto& b = motion.balance();
-        CHECK((b.support + b.weight + row - b.inertia).norm() < 1e-8 * b.support.norm());
+        CHECK((b.support + b.applied + row - b.inertia).norm() < 1e-8 * b.support.norm());
       }
       motion.clear_rows();
       REQUIRE(motion.add_row({point, {}, 0}, n) == 0);
@@ -501,7 +501,7 @@ TEST_CASE("constant: a tick is that of the linear system, however far the tissue
   for (int f = 0; f < rhs.size() / 3; ++f) {
     const int i = bench.model.free_nodes[static_cast<std::size_t>(f)];
     rhs.segment<3>(3 * f) =
-        bench.model.mass[i] * (bench.model.gravity + state.v.col(i) / kStep) - elastic.segment<3>(3 * i);
+        bench.model.applied.col(i) + bench.model.mass[i] * state.v.col(i) / kStep - elastic.segment<3>(3 * i);
   }
   const VectorX expected = test::solve_dense(dense_matrix(bench.model, bench.mesh.nodes, Tangent::rest, kTick), rhs);
   for (int f = 0; f < rhs.size() / 3; ++f) {
@@ -517,8 +517,8 @@ TEST_CASE("constant: supports carry the weight and the forces of the linear tiss
   TissueState state = make_tissue_state(model);
   for (int i = 0; i < 2000; ++i) tick(motion, state);
   const TissueBalance& b = motion.balance();
-  CHECK(b.weight.z() < 0);
-  CHECK((b.support + b.weight).norm() < 1e-8 * b.weight.norm());
+  CHECK(b.applied.z() < 0);
+  CHECK((b.support + b.applied).norm() < 1e-8 * b.applied.norm());
 }
 
 TEST_CASE("repeated, the turned matrix comes to the step of the refactorized one") {

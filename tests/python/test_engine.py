@@ -255,6 +255,20 @@ class Placement(Engine):
         engine.step(model, placed, ticks=20)
         self.assertEqual(placed.hash, state.hash)
 
+    def test_where_scenes_start_in_equilibrium_needles_elsewhere_are_in_it_too(self):
+        scene, needle = acus.Scene.read(self.path), self.model.needles[0]
+        scene["gravity"], scene["start"] = [0, 3, -9.81], "equilibrium"
+        scene["tissue.regions[0].material.young_modulus"] = 5e3
+        model = engine.load(scene)
+        position = needle.base_position + [0.01, 0.005, 0.02]
+        state = model.start({"needle": (position, needle.base_orientation)})
+        self.assertGreater(np.abs(state.tissue_positions - model.rest_positions).max(), 1e-3)
+        tissue, shaft = state.tissue_positions, state.needle_positions("needle")
+        report = engine.step(model, state, ticks=100)
+        self.assertEqual(report.flags, 0)
+        np.testing.assert_allclose(state.tissue_positions, tissue, atol=1e-7, rtol=0)
+        np.testing.assert_allclose(state.needle_positions("needle"), shaft, atol=1e-8, rtol=0)
+
     def test_a_place_that_cannot_be_is_refused(self):
         needle = self.model.needles[0]
         for body, what in ((("needle", needle.base_position - [0, 0, 0.05]), "tip outside the tissue"),

@@ -173,6 +173,8 @@ TEST_CASE("the check says what a scene leaves out, and where to put it in") {
   const std::string layers = summary_of(kLayers);
   CHECK(line_of(layers, "  gravity") == "");
   CHECK(line_of(layers, "  supports") == "");
+  CHECK(line_of(layers, "  rest at the start") ==
+        "rest at the start: gravity and pressures begin to act at tick 0 set start: equilibrium");
   CHECK(line_of(layers, "  the exact tangent") == "");
   CHECK(line_of(layers, "  friction on the shaft") ==
         "friction on the shaft in skin set interaction.pressure, friction_static");
@@ -198,6 +200,7 @@ TEST_CASE("the check says what a scene leaves out, and where to put it in") {
 
   const std::string plain = summary_of("needles: [{name: a}, {name: b, base: {position: [0.01, 0, 0.2]}}]");
   CHECK(line_of(plain, "  gravity") == "gravity set gravity");
+  CHECK(line_of(plain, "  rest at the start") == "");
   CHECK(line_of(plain, "  supports").ends_with("the tissue floats freely set tissue.fixed"));
   CHECK(line_of(plain, "  the exact tangent").ends_with("set tissue.rung: refined or exact"));
   CHECK(line_of(plain, "  torsional") == "torsional friction on a, b set torsional_friction");
@@ -205,6 +208,13 @@ TEST_CASE("the check says what a scene leaves out, and where to put it in") {
   CHECK(line_of(plain, "  cutting") == "");
   CHECK(line_of(summary_of("tissue: {regions: [{interaction: {cutting_force: 0}}]}"), "  cutting") ==
         "cutting in tissue set interaction.cutting_force");
+}
+
+TEST_CASE("the check says how far equilibrium has moved tissue and needles") {
+  const std::string text = summary_of(kLayers + "start: equilibrium\n");
+  CHECK(line_of(text, "start ").starts_with("start in equilibrium: tissue has moved by up to 4.229 mm, needles by 0"));
+  CHECK(line_of(text, "start ").ends_with(" mm"));
+  CHECK(line_of(text, "  rest at the start") == "");
 }
 
 TEST_CASE("columns are aligned by characters, not bytes") {

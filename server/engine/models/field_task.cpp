@@ -220,7 +220,7 @@ void FieldTask::find_defect(const TissueSystem& system, const FieldWindow& windo
   for (int at = first; at < last; ++at) {
     const int node = system.model.free_nodes[free_at_[at]], position = 3 * at;
     const Quaternion turn = rotation_of(next.rotations, node);
-    Vector3 applied = system.model.mass[node] * system.model.gravity;
+    Vector3 applied = system.model.applied.col(node);
     Vector3 p = window.p.segment<3>(position);
     if (held_[at] >= 0) {
       applied += window.held[held_[at]].force;
@@ -266,24 +266,31 @@ FieldTask::Result& FieldTask::take() {
   return result_;
 }
 
-FieldState make_field_state(const TissueSystem& system, int most_held) {
+FieldState make_field_state(const TissueSystem& system, int most_held, const TissueState* in_equilibrium) {
   const int room = std::min(most_held, static_cast<int>(system.position.size()));
   const DeferredField& field = *system.field;
   const Eigen::Index unknowns = system.model.unknowns(), modes = field.modes.count();
   FieldWindow window;
-  window.x = system.model.mesh->nodes;
-  window.rotations.setZero(4, system.model.nodes());
-  window.rotations.row(0).setOnes();
   window.y_moved = window.defect = window.y_defect = VectorX::Zero(unknowns);
-  window.modes_moved = window.inertia = window.modes_defect = VectorX::Zero(modes);
+  window.modes_moved = window.inertia = window.modes_defect = window.modes = VectorX::Zero(modes);
   window.held = Bounded<HeldNode>(static_cast<std::size_t>(room));
-  window.p.resize(unknowns);
-  for (std::size_t f = 0; f < system.position.size(); ++f)
-    window.p.segment<3>(system.position[f]) = system.model.mass[system.model.free_nodes[f]] * system.model.gravity;
+  window.p.setZero(unknowns);
+  if (in_equilibrium) {
+    window.x = in_equilibrium->x;
+    window.rotations.resize(4, system.model.nodes());
+    node_rotations(system.model, in_equilibrium->rotations, window.rotations);
+    Matrix4X sums(4, system.rotation_grid.points);
+    smooth_rotations(system.rotation_grid, window.rotations, sums);
+  } else {
+    window.x = system.model.mesh->nodes;
+    window.rotations.setZero(4, system.model.nodes());
+    window.rotations.row(0).setOnes();
+    for (std::size_t f = 0; f < system.position.size(); ++f)
+      window.p.segment<3>(system.position[f]) = system.model.applied.col(system.model.free_nodes[f]);
+  }
   window.y = window.scheduled = window.total = window.p;
   MatrixX panel_rows = system.factor.make_panel_rows();
   system.factor.forward(window.y, panel_rows);
-  window.modes = VectorX::Zero(modes);
   for (int position = 0; position < unknowns; position += 3)
     field.project(position, window.p.segment<3>(position), window.modes);
   FieldState state;

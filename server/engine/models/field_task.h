@@ -94,7 +94,8 @@ class FieldTask {
   Matrix4X sums_;
 };
 
-// Of a tissue at rest whose weight acts from the first tick on, with room for so many held nodes.
-FieldState make_field_state(const TissueSystem& system, int most_held);
+// With room for so many held nodes: of tissue in the shape of its mesh, to which its applied forces come in the first
+// tick, or of tissue that they have brought to rest `in_equilibrium`.
+FieldState make_field_state(const TissueSystem& system, int most_held, const TissueState* in_equilibrium = nullptr);
 
 }  // namespace acus

@@ -187,7 +187,7 @@ void move_field_freely(const TissueSystem& system, const TissueState& state, Tis
   FieldState& now = field.now;
   const FieldWindow& window = *now.window;
   if (scratch.iteration == 0) {
-    if (state.moved) scratch.balance = {state.support - system.weight, system.weight, state.inertia};
+    if (state.moved) scratch.balance = {state.support - system.applied, system.applied, state.inertia};
     field.worker.advance(now.window, field.crossed ? scratch.element_rotations : state.rotations, now.tick);
     field.shares = now.shares;
     field.shares.advance(model.rho, model.window, now.ticks == 0);

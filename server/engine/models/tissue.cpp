@@ -85,7 +85,6 @@ TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> 
                               const Vector3& gravity, TissueElement element) {
   TissueModel model;
   model.mesh = &mesh;
-  model.gravity = gravity;
   model.mass.setZero(mesh.node_count());
   model.mass_damping.setZero(mesh.node_count());
   for (int t = 0; t < mesh.tetrahedron_count(); ++t) {
@@ -98,6 +97,7 @@ TissueModel make_tissue_model(const TetrahedralMesh& mesh, std::span<const int> 
       model.mass_damping[node] += material.rayleigh_mass * quarter;
     }
   }
+  model.applied = gravity * model.mass.transpose();
   for (const Material& material : materials)
     model.branches = std::max(model.branches, static_cast<int>(material.relaxation.size()));
   if (model.branches > 0) {
@@ -225,7 +225,7 @@ double kinetic_energy(const TissueModel& model, const TissueState& state) {
 }
 
 double potential_energy(const TissueModel& model, const TissueState& state) {
-  return -model.gravity.dot(state.x * model.mass);
+  return -model.applied.cwiseProduct(state.x).sum();
 }
 
 // That of a node without elements becomes no rotation.

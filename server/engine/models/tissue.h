@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Soft tissue: corotational linear tetrahedra (corotational_tetrahedron.h), with or without nodal pressures
-// (nodal_pressure.h), lumped masses, Rayleigh damping per region, gravity, fixed nodes. Unknowns are the free nodes'
-// displacements, three per node, numbered 3 * free_index + axis.
+// (nodal_pressure.h), lumped masses, Rayleigh damping per region, weight and pressures, fixed nodes. Unknowns are the
+// free nodes' displacements, three per node, numbered 3 * free_index + axis.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ struct TissueModel {
   VectorX mass_damping;                              // per node: alpha m (kg/s)
   std::vector<int> free_index;                       // per node, -1 if fixed
   std::vector<int> free_nodes, fixed_nodes;
-  Vector3 gravity = Vector3::Zero();                 // m/s²
+  Matrix3X applied;  // 3 x nodes (N, world), constant: weight, and what presses
 
   int nodes() const { return mesh->node_count(); }
   int unknowns() const { return 3 * static_cast<int>(free_nodes.size()); }
@@ -142,7 +142,7 @@ void damping_forces(const TissueModel& model, const Matrix3X& v, const ElementRo
 // Elastic energy (J).
 double elastic_energy(const TissueModel& model, const Matrix3X& x, const ElementRotations& rotations);
 double kinetic_energy(const TissueModel& model, const TissueState& state);
-// Of gravity, zero where the nodes are in the origin; fixed nodes count, too.
+// Of the applied forces, zero where the nodes are in the origin; fixed nodes count, too.
 double potential_energy(const TissueModel& model, const TissueState& state);
 
 // Rotation of every node, the volume-weighted mean of its elements' (4 x nodes, w x y z).

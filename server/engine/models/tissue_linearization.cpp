@@ -38,7 +38,7 @@ void evaluate(const TissueSystem& system, const TissueState& state, TissueScratc
     smooth_rotations(system.rotation_grid, scratch.rotations, scratch.rotation_sums);
   }
   if (scratch.iteration > 0) return;
-  scratch.balance = {state.support, state.moved ? system.weight : Vector3(Vector3::Zero()), state.inertia};
+  scratch.balance = {state.support, state.moved ? system.applied : Vector3(Vector3::Zero()), state.inertia};
   for (const int i : system.model.fixed_nodes) scratch.balance.support += scratch.elastic.col(i);
   if (system.memory)
     relax(system.model, *system.memory, scratch.x, scratch.element_rotations, *state.crept, scratch.crept,
@@ -67,7 +67,8 @@ void put_residual(const TissueSystem& system, const TissueState& state, TissueSc
   const double h = system.h;
   for (int f = 0; f < static_cast<int>(system.position.size()); ++f) {
     const int i = system.model.free_nodes[f];
-    Vector3 residual = system.model.mass[i] * (system.model.gravity + state.v.col(i) / h) - scratch.elastic.col(i);
+    Vector3 residual =
+        system.model.applied.col(i) + system.model.mass[i] * (state.v.col(i) / h) - scratch.elastic.col(i);
     if (scratch.iteration > 0) {  // on the first, x_k = x_n
       const Vector3 velocity = (scratch.x.col(i) - state.x.col(i)) / h;
       residual -= (system.model.mass[i] / h + system.model.mass_damping[i]) * velocity + scratch.damping_force.col(i);

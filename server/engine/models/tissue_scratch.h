@@ -19,7 +19,7 @@ namespace acus {
 // linearisation, which evaluates the elements there: the balance is that of the tick before.
 struct TissueBalance {
   Vector3 support = Vector3::Zero();  // by the fixed nodes' supports on the tissue
-  Vector3 weight = Vector3::Zero();   // of the free nodes
+  Vector3 applied = Vector3::Zero();  // weight of the free nodes, and what presses on them
   Vector3 inertia = Vector3::Zero();  // M a and mass-proportional drag of the free nodes
 };
 

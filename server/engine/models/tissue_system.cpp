@@ -155,7 +155,7 @@ TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMa
   assert(!memory || (matrix == TissueMatrix::turned && window == 0));
   large_step = kLargeStep * mean_element_size(*model.mesh);
   for (const double beta : model.rayleigh_stiffness) largest_damping = std::max(largest_damping, beta);
-  for (const int i : model.free_nodes) weight += model.mass[i] * model.gravity;
+  for (const int i : model.free_nodes) applied += model.applied.col(i);
   if (matrix == TissueMatrix::constant) stiffness.emplace(model);
   if (matrix == TissueMatrix::turned) rotation_grid = make_rotation_grid(*model.mesh);
   if (empty()) return;

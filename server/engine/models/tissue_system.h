@@ -56,7 +56,7 @@ struct TissueSystem {
   bool damped;                              // beta is not zero everywhere
   double largest_damping = 0;               // s, largest beta
   double large_step = 0;                    // m, of a node, to be looked at
-  Vector3 weight = Vector3::Zero();         // of the free nodes (N)
+  Vector3 applied = Vector3::Zero();        // to the free nodes, weight and pressures (N)
   std::optional<TissueMemory> memory;       // of tissue that remembers
   TissueAssembler assembler;
   SparseCholesky factor;                    // of the rest shape's matrix

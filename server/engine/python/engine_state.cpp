@@ -36,9 +36,10 @@ std::string names(const Scene& scene) {
 
 EngineModel::EngineModel(const Scene& scene) : EngineModel(scene, read_mesh(scene)) {}
 
-EngineModel::EngineModel(const Scene& scene, TetrahedralMesh own_mesh)
-    : model_(scene, {}, own_mesh),
-      world_(std::make_shared<recorded::World>(record_of(scene, own_mesh, model_.fingerprint))) {}
+EngineModel::EngineModel(const Scene& scene, std::optional<TetrahedralMesh> own_mesh)
+    : settled_(settle(scene, {}, own_mesh)),
+      model_(scene, {}, own_mesh),
+      world_(std::make_shared<recorded::World>(record_of(scene, *own_mesh, model_.fingerprint))) {}
 
 int EngineModel::needle(const std::string& name) const {
   const int needle = find(scene().needles, name);
@@ -74,7 +75,7 @@ void EngineModel::give_back(std::unique_ptr<Workspace> workspace) {
   idle_.push_back(std::move(workspace));
 }
 
-EngineState::EngineState(std::shared_ptr<EngineModel> of) : EngineState(of, make_state(of->model())) {}
+EngineState::EngineState(std::shared_ptr<EngineModel> of) : EngineState(of, of->start()) {}
 
 EngineState::EngineState(std::shared_ptr<EngineModel> of, State from)
     : model(std::move(of)), state(std::move(from)), number_(next_number()) {

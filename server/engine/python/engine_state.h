@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "server/engine/state/model.h"
 #include "server/engine/state/report.h"
 #include "server/engine/tick/scratch.h"
+#include "server/engine/tick/static_start.h"
 
 namespace acus::python {
 
@@ -37,6 +39,8 @@ class EngineModel {
   // For recordings, which hold the scene and its mesh.
   const std::shared_ptr<const recorded::World>& world() const { return world_; }
   const Scene& scene() const { return model_.scene; }
+  // After loading, with bodies elsewhere than in the scene; throws PlacementError.
+  State start(const std::map<int, Pose>& places = {}) const { return start_state(model_, settled_, places); }
   // Number of the needle, or of the guide after the needles; throws std::out_of_range that says which there are.
   int body(const std::string& name) const;
   int needle(const std::string& name) const;
@@ -46,8 +50,9 @@ class EngineModel {
   void give_back(std::unique_ptr<Workspace> workspace);
 
  private:
-  EngineModel(const Scene& scene, TetrahedralMesh own_mesh);
+  EngineModel(const Scene& scene, std::optional<TetrahedralMesh> own_mesh);
 
+  const std::optional<State> settled_;
   const Model model_;
   const std::shared_ptr<const recorded::World> world_;
   std::mutex mutex_;

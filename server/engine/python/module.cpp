@@ -262,21 +262,26 @@ py::tuple dents_of(const EngineState& state) {
 
 // ---- The state after loading ----
 
+State started(const EngineModel& of, const std::map<int, Pose>& places) {
+  try {
+    return of.start(places);
+  } catch (const PlacementError& error) {
+    throw py::value_error(error.what());
+  }
+}
+
 // With bodies, {name: (position, orientation)}, elsewhere than in the scene.
 EngineState start(const std::shared_ptr<EngineModel>& of, const py::dict& bodies) {
-  State state = make_state(of->model());
+  std::map<int, Pose> places;
   for (const auto& [key, value] : bodies) {
     const std::string name = py::str(key);
     const int body = of->body(name);
     const Command command = command_from(value, name, body >= of->model().needle_count());
     if (!command.pose || command.spin)
       throw py::value_error("the place of '" + name + "': expected (position, orientation)");
-    try {
-      place_body(of->model(), state, body, *command.pose);
-    } catch (const PlacementError& error) {
-      throw py::value_error("the place of '" + name + "': " + error.what());
-    }
+    places[body] = *command.pose;
   }
+  State state = started(*of, places);
   if (const auto overlap = find_overlap(of->model(), state.needles))
     throw py::value_error(sentence(of->scene(), *overlap) + "; put one of them elsewhere");
   return {of, std::move(state)};

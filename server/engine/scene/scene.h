@@ -130,6 +130,12 @@ struct GmshMesh {
   double metres_per_unit = 1;  // m, > 0
 };
 
+// A load on a part of the surface, of a probe, a plate or gas, constant from the first tick on: on the faces of the
+// mesh whose centroid lies inside, along their normals at rest, however they turn.
+struct Pressure : Volume {
+  double pressure = 0;  // Pa, into the tissue; negative: out of it
+};
+
 // How the tissue is solved; see section "rungs" of MODEL.md.
 enum class TissueRung { none, linear, warped, refined, exact };
 
@@ -148,6 +154,7 @@ struct Tissue {
   std::vector<Region> regions{Region{}};
   std::vector<Interface> interfaces;
   std::vector<Volume> fixed;  // nodes inside any of them, mesh frame, do not move
+  std::vector<Pressure> pressures;
 
   bool left_out() const { return rung == TissueRung::none; }  // then nothing else here is used
 };
@@ -196,6 +203,9 @@ struct Guide {
   double max_angular_speed = 20;  // rad/s, > 0
   std::optional<double> smoothing;  // s, >= 0, likewise
 };
+
+// How a world begins: as the scene describes it, which weight and pressures then deform, or deformed by them, at rest.
+enum class Start { undeformed, equilibrium };
 
 // Of needles with each other.
 struct NeedleContactSettings {
@@ -260,6 +270,7 @@ struct Scene {
   std::string text;                   // what is there, likewise
   double rate = 1000;                 // Hz, > 0, ticks per second; the time step is h = 1/rate
   Vector3 gravity = Vector3::Zero();  // m/s^2, world
+  Start start = Start::undeformed;
   Tissue tissue;
   std::vector<Needle> needles{Needle{}};  // 1 to kMaxNeedles, distinct names
   std::vector<Guide> guides;              // distinct names, none that of a needle
@@ -303,6 +314,9 @@ std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh)
 
 // In how many faces of the mesh two regions meet, by their indices, the smaller first. `regions` per tetrahedron.
 std::map<std::pair<int, int>, int> count_border_faces(const TetrahedralMesh& mesh, std::span<const int> regions);
+
+// Nodal forces of tissue.pressures (3 x nodes, N, world); throws SceneError if one holds no face of the surface.
+Matrix3X pressure_forces(const Scene& scene, const TetrahedralMesh& mesh);
 
 // Per node, whether it is fixed; throws SceneError if an entry of `fixed` holds no node.
 std::vector<bool> find_fixed_nodes(const Scene& scene, const TetrahedralMesh& mesh);

@@ -150,6 +150,10 @@ class Checker {
       fail(path, "expected a volume with box, sphere, half_space or cylinder, found none of them");
   }
 
+  void check_rules(const Pressure& pressure, const std::string& path) const {
+    check_rules(static_cast<const Volume&>(pressure), path);
+  }
+
   void check_rules(const Needle& needle, const std::string& path) const {
     if (!needle.material.relaxation.empty())
       fail(child_path(path, "material.relaxation"), "expected none, as needles do not relax, found some; remove it");

@@ -27,6 +27,7 @@ inline constexpr Range kForce = between(0, 1e6);                 // N
 inline constexpr Range kFrictionCoefficient = between(0, 1000);  // -
 inline constexpr Range kSpeed = between(1e-6, 1e6);              // m/s or rad/s
 inline constexpr Range kSmoothing = between(0, 1000);            // s
+inline constexpr Range kRelaxationTime = between(1e-4, 1e6);     // s
 
 // A quaternion whose length differs from 1 by no more is taken and normalised.
 inline constexpr double kUnitTolerance = 1e-3;
@@ -42,7 +43,7 @@ struct FieldsOf<Relaxation> {
   static constexpr std::tuple list{
       Field{"ratio", &Relaxation::ratio, "-", between(0, 1e3),
             "g, stiffness of the branch over young_modulus, before it relaxes"},
-      Field{"time", &Relaxation::time, "s", between(1e-4, 1e6), "tau, in which it loses all but 1/e of its stress"},
+      Field{"time", &Relaxation::time, "s", kRelaxationTime, "tau, in which it loses all but 1/e of its stress"},
   };
 };
 
@@ -185,6 +186,19 @@ struct FieldsOf<Interface> {
 };
 
 template <>
+struct FieldsOf<Pressure> {
+  static constexpr const char* title = "pressure";
+  static constexpr std::tuple list{
+      Field{"pressure", &Pressure::pressure, "Pa", within(1e9),
+            "on the faces of the mesh's surface, along their normals at rest; positive presses into the tissue"},
+      Field{"box", &Pressure::box, "", any(), "selects the faces whose centroid lies inside"},
+      Field{"sphere", &Pressure::sphere, "", any(), "likewise"},
+      Field{"half_space", &Pressure::half_space, "", any(), "likewise"},
+      Field{"cylinder", &Pressure::cylinder, "", any(), "likewise"},
+  };
+};
+
+template <>
 struct FieldsOf<BoxMesh> {
   static constexpr const char* title = "mesh.box";
   static constexpr std::tuple list{
@@ -251,6 +265,10 @@ struct FieldsOf<Tissue> {
             "where two regions meet; a pair that is not listed holds the tip with the puncture_force of the region it "
             "goes into"},
       Field{"fixed", &Tissue::fixed, "", between(0, 1000), "volumes; the nodes inside any of them do not move"},
+      Field{
+          "pressures", &Tissue::pressures, "", between(0, 1000),
+          "what presses on parts of the surface all the time, as a probe, a plate or gas; where several select a face "
+          "they add up"},
   };
 };
 
@@ -447,12 +465,20 @@ struct FieldsOf<Clients> {
 };
 
 template <>
+struct NamesOf<Start> {
+  static constexpr std::array names{"undeformed", "equilibrium"};
+};
+
+template <>
 struct FieldsOf<Scene> {
   static constexpr const char* title = "scene";
   static constexpr std::tuple list{
       Field{"name", &Scene::name, "", kNameLength, "what clients are told"},
       Field{"rate", &Scene::rate, "Hz", kRate, "ticks per second; the time step is h = 1/rate"},
       Field{"gravity", &Scene::gravity, "m/s^2", within(1e4), "acceleration [x, y, z] in the world"},
+      Field{"start", &Scene::start, "", any(),
+            "what is at tick 0: undeformed (the shapes of the scene, which gravity and pressures then deform) or "
+            "equilibrium (deformed by them, relaxed and at rest)"},
       Field{"tissue", &Scene::tissue, "", any(), "mesh, place, regions and fixed nodes"},
       Field{"needles", &Scene::needles, "", between(1, kMaxNeedles), "one entry per needle"},
       Field{"guides", &Scene::guides, "", between(0, kMaxGuides),

@@ -204,6 +204,29 @@ std::map<std::pair<int, int>, int> count_border_faces(const TetrahedralMesh& mes
   return faces;
 }
 
+Matrix3X pressure_forces(const Scene& scene, const TetrahedralMesh& mesh) {
+  Matrix3X forces = Matrix3X::Zero(3, mesh.nodes.cols());
+  if (scene.tissue.left_out()) return forces;
+  const Matrix3X nodes = in_mesh_frame(scene, mesh.nodes);
+  const double margin = selection_margin(nodes);
+  for (std::size_t i = 0; i < scene.tissue.pressures.size(); ++i) {
+    const Pressure& pressure = scene.tissue.pressures[i];
+    bool holds_some = false;
+    for (const auto& [a, b, c] : mesh.surface) {
+      if (!pressure.contains((nodes.col(a) + nodes.col(b) + nodes.col(c)) / 3, margin)) continue;
+      const Vector3 ab = mesh.nodes.col(b) - mesh.nodes.col(a), ac = mesh.nodes.col(c) - mesh.nodes.col(a);
+      const Vector3 share = -pressure.pressure / 6 * ab.cross(ac);
+      for (const int node : {a, b, c}) forces.col(node) += share;
+      holds_some = true;
+    }
+    if (holds_some) continue;
+    throw scene_error(scene, child_path("tissue.pressures", i),
+                      "expected a volume that holds faces of the mesh's surface by their centroids, found none inside; "
+                      "it is in the mesh frame, in metres");
+  }
+  return forces;
+}
+
 std::vector<bool> find_fixed_nodes(const Scene& scene, const TetrahedralMesh& mesh) {
   if (scene.tissue.left_out()) return {};
   const Matrix3X nodes = in_mesh_frame(scene, mesh.nodes);

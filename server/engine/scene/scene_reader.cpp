@@ -394,8 +394,7 @@ void find_mesh(Scene& scene, const std::string& folder, const SceneFolders* allo
   if (allowed) allowed->check(mesh.file, "mesh");
   std::error_code ignored;
   if (scene.tissue.left_out() || std::filesystem::is_regular_file(mesh.file, ignored)) return;
-  throw scene_error(scene, "tissue.mesh.gmsh.file",
-                    "expected a mesh file, found no file at \"" + mesh.file + "\"");
+  throw scene_error(scene, "tissue.mesh.gmsh.file", "expected a mesh file, found none at \"" + mesh.file + "\"");
 }
 
 std::string as_json(const std::string& text) {

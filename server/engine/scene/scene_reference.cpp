@@ -281,14 +281,30 @@ std::string scene_schema() {
 }
 
 std::vector<FieldTable> scene_tables() {
-  return {table<Scene>(),       table<Tissue>(),      table<BoxMesh>(),
-          table<GmshMesh>(),    table<Region>(),      table<Material>(),
-          table<Interaction>(), table<Volume>(),      table<Box>(),
-          table<Sphere>(),      table<HalfSpace>(),   table<Cylinder>(),
-          table<Pose>(),        table<Interface>(),   table<Needle>(),
-          table<BaseHold>(),    table<Guide>(),       table<NeedleContactSettings>(),
-          table<Newton>(),      table<LawSettings>(), table<Overrun>(),
-          table<Publishing>(),  table<Clients>()};
+  return {table<Scene>(),
+          table<Tissue>(),
+          table<BoxMesh>(),
+          table<GmshMesh>(),
+          table<Region>(),
+          table<Material>(),
+          table<Interaction>(),
+          table<Volume>(),
+          table<Pressure>(),
+          table<Box>(),
+          table<Sphere>(),
+          table<HalfSpace>(),
+          table<Cylinder>(),
+          table<Pose>(),
+          table<Interface>(),
+          table<Needle>(),
+          table<BaseHold>(),
+          table<Guide>(),
+          table<NeedleContactSettings>(),
+          table<Newton>(),
+          table<LawSettings>(),
+          table<Overrun>(),
+          table<Publishing>(),
+          table<Clients>()};
 }
 
 }  // namespace acus

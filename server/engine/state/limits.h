@@ -14,9 +14,10 @@ inline constexpr double kSurfaceHeld = 2e-3;    // m, of a surface that a tip wi
 inline constexpr double kSurfaceAhead = 20e-3;  // m, of a search for the surface that a tip will touch
 inline constexpr int kOtherEvents = 8;          // events of one needle in one tick, besides the borders that it crosses
 
-// Imbalance of forces that raises a flag: the sum of all forces as a share of the largest one, or of a needle's contact
-// forces, their amounts added up: where friction turns round they oppose each other, and no force is large. Forces
-// below kLeastForceToBalance, and sums within rounding (Model::force_rounding), raise none.
+// Imbalance of forces, and change of those on the needles in the next tick, that together raise a flag: shares of the
+// largest force, or of a needle's contact forces, their amounts added up: where friction turns round they oppose each
+// other, and no force is large. Forces below kLeastForceToBalance, and sums within rounding (Model::force_rounding),
+// raise none.
 inline constexpr double kMaxImbalance = 0.03;         // -
 inline constexpr double kLeastForceToBalance = 1e-3;  // N
 
@@ -27,7 +28,8 @@ inline constexpr double kLeastShareUnnoticed = 0.4;  // -
 // kLeastEnergyToGain.
 inline constexpr double kMaxEnergyGain = 0.01;       // -
 inline constexpr double kLeastEnergyToGain = 1e-6;   // J
-// Strain of a needle that raises a flag: the error of the beams' forces is of this order.
+// Strain of a needle that raises a flag: the error of the beams' forces is of this order. Likewise how far another
+// needle is pressed into it, over the thinner one's radius.
 inline constexpr double kMaxNeedleStrain = 0.05;     // -
 
 }  // namespace acus

@@ -133,7 +133,7 @@ auto announced(const Progress& progress, const char* what, Make make) {
 
 // A tip in the middle of the tissue has no path that it came by.
 void refuse_tip_inside(const Model& model, int needle) {
-  if (!tip_is_inside(model, needle, model.scene.needles[needle].base)) return;
+  if (!tip_is_inside(model, model.mesh.nodes, needle, model.scene.needles[needle].base)) return;
   throw scene_error(model.scene, child_path("needles", static_cast<std::size_t>(needle)) + ".base",
                     "expected the needle's tip outside the tissue, found it inside; move the base back");
 }
@@ -186,8 +186,10 @@ Model::Model(const Scene& s, const Progress& progress, std::optional<Tetrahedral
       force_rounding(force_rounding_of(s, mesh, regions, element_sizes)),
       tissue(announced(progress, "elements",
                        [&] {
-                         return make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh), s.gravity,
-                                                  s.tissue.element);
+                         TissueModel made = make_tissue_model(mesh, regions, materials_of(s), find_fixed_nodes(s, mesh),
+                                                              s.gravity, s.tissue.element);
+                         made.applied += pressure_forces(s, mesh);
+                         return made;
                        })),
       surface(announced(progress, "surfaces", [&] { return Surface(mesh); })),
       borders(s.tissue, mesh, regions),

@@ -17,9 +17,9 @@ double rounded_mm(double metres) { return std::round(1e6 * metres) / 1e3; }
 
 }  // namespace
 
-bool tip_is_inside(const Model& model, int needle, const Pose& base) {
+bool tip_is_inside(const Model& model, const Matrix3X& x, int needle, const Pose& base) {
   const Vector3 tip = make_needle_state(model.needles[needle], base).x.rightCols<1>();
-  return model.mesh.tetrahedron_count() > 0 && find_tetrahedron(model.mesh, model.mesh.nodes, tip) >= 0;
+  return model.mesh.tetrahedron_count() > 0 && find_tetrahedron(model.mesh, x, tip) >= 0;
 }
 
 std::optional<Overlap> find_overlap(const Model& model, std::span<const NeedleState> needles) {
@@ -58,7 +58,7 @@ void place_body(const Model& model, State& state, int body, const Pose& pose) {
     state.guides[guide].motion = base_at(pose);
     return;
   }
-  if (tip_is_inside(model, body, pose))
+  if (tip_is_inside(model, state.tissue.x, body, pose))
     throw PlacementError("expected the needle's tip outside the tissue, found it inside; move the base back");
   state.needles[body] = make_needle_state(model.needles[body], pose);
   state.bases[body] = base_at(pose);

@@ -33,7 +33,8 @@ struct Overlap {
 std::optional<Overlap> find_overlap(const Model& model, std::span<const NeedleState> needles);
 std::string sentence(const Scene& scene, const Overlap& overlap);
 
-// Whether the tip of a straight or curved needle is inside the tissue at rest where its base is at `base`.
-bool tip_is_inside(const Model& model, int needle, const Pose& base);
+// Whether the tip of a straight or curved needle is inside the tissue, its nodes at x (3 x nodes, m), where its base is
+// at `base`.
+bool tip_is_inside(const Model& model, const Matrix3X& x, int needle, const Pose& base);
 
 }  // namespace acus

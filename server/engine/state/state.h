@@ -66,7 +66,7 @@ struct State {
   }
 };
 
-// After loading: everything at rest in its place.
+// Undeformed, at rest.
 State make_state(const Model& model);
 
 }  // namespace acus

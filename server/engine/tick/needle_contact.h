@@ -9,7 +9,8 @@
 // A and B are points of the needles' material in the tick, and others in the next: contacts slide along both without a
 // memory. e is what thin tubes give as they flatten, 1 um/N: little beside what needles bend, and a bound for the force
 // of two rigid ones that are driven into each other. n is that of the tick's start: needles pass through each other
-// only where they are pressed together by more than a radius, or come nearer by more than they did before.
+// only where they are pressed together by more than a radius, or come nearer by more than they did before. Flag
+// needle_overstrained: one is pressed into the other by more than kMaxNeedleStrain of the thinner radius.
 //
 // Friction acts between the axes: the spin of a needle does not slip in it. The end is a hemisphere: no edge or point
 // cuts another needle. Where more than max_needle_contacts() are near, those with the widest gaps are left out, with a

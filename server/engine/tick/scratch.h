@@ -36,7 +36,7 @@ struct Outcome {
   bool turned_far = false;         // a needle, in the last step
   bool finite = true;              // all numbers are
   bool energy_gained = false;      // a needle holds more than was put into it, see limits.h
-  bool overstrained = false;       // likewise, is strained more than beams are good for
+  bool overstrained = false;       // likewise, is strained or pressed in more than beams are good for
   std::uint32_t transitions = 0;   // flags of stage 9
 
   // Whether the last step was more than its linearisation is good for.

@@ -5,13 +5,15 @@
 #include <cassert>
 
 #include "server/engine/state/limits.h"
+#include "server/engine/tick/static_start.h"
 #include "server/engine/tick/step.h"
 
 namespace acus {
 
 Simulation::Simulation(const Scene& scene, const Progress& progress, std::optional<TetrahedralMesh> own_mesh)
-    : model_(scene, progress, std::move(own_mesh)),
-      state_(make_state(model_)),
+    : settled_(settle(scene, progress, own_mesh)),
+      model_(scene, progress, std::move(own_mesh)),
+      state_(start_state(model_, settled_)),
       commands_(scene.needles.size() + scene.guides.size()),
       scratch_(std::make_unique<Scratch>(model_, progress)),
       stiffness_solver_(model_),
@@ -57,7 +59,7 @@ void Simulation::step() {
 }
 
 void Simulation::reset() {
-  restore(make_state(model_));
+  restore(start_state(model_, settled_));
   scratch_->tissue.rows->corridor().clear();
 }
 

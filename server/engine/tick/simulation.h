@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "server/engine/state/report.h"
@@ -33,7 +34,7 @@ struct Costs {
 struct Energy {
   double kinetic = 0;
   double elastic = 0;    // of elements and beams, and of the rows with a compliance
-  double potential = 0;  // of gravity, zero at the state after loading
+  double potential = 0;  // of gravity and pressures, zero at the state after loading
 
   double total() const { return kinetic + elastic + potential; }
 };
@@ -108,6 +109,7 @@ class Simulation {
   void begin_report();
   double potential_energy() const;
 
+  const std::optional<State> settled_;  // what reset() goes back to, if the scene starts in equilibrium
   const Model model_;
   State state_;
   Commands commands_;

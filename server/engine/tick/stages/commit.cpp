@@ -45,6 +45,10 @@ void monitor_needles(const Model& model, const State& state, Scratch& scratch) {
     scratch.outcome.energy_gained |= energy.gained > kMaxEnergyGain * std::max(energy.stored, kLeastEnergyToGain);
     scratch.outcome.overstrained |= largest_strain(model.needles[i], needle) > kMaxNeedleStrain;
   }
+  for (const NeedleContact& contact : scratch.needle_contacts.found) {
+    const double thinner = std::min(model.needles[contact.first].diameter, model.needles[contact.second].diameter);
+    scratch.outcome.overstrained |= -contact.gap > kMaxNeedleStrain * thinner / 2;
+  }
 }
 
 }  // namespace
