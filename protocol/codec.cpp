@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "protocol/codec.h"
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -108,6 +109,7 @@ void pack_map_fields(Packer& packer, const T& fielded) {
   packer.pack_map(counter.count + (Message<T> ? 2 : 0));
   PackField pack{packer};
   if constexpr (Message<T>) {
+    static_assert(kOldestVersion == kVersion, "with more versions each client has its own, which its hello finds");
     pack("v", kVersion);
     pack("type", std::string(T::kType));
   }
@@ -291,16 +293,25 @@ msgpack::object parse(std::string_view bytes, msgpack::zone& zone) {
   return object;
 }
 
-void check_version(const msgpack::object& map) {
+std::string versions(std::uint64_t oldest, std::uint64_t newest) {
+  return (oldest < newest ? std::to_string(oldest) + " to " : "") + std::to_string(newest);
+}
+
+// Of a message, by its type. A hello opens a conversation: one of the versions from its `oldest_version` to its `v`
+// must be spoken here.
+void check_version(const msgpack::object& map, std::string_view type) {
   const msgpack::object* version = find(map, "v");
   if (!version) throw DecodeError(ErrorCode::missing_field, "field 'v', the protocol version, is missing");
   std::uint64_t number = 0;
   unpack("v", *version, number);
-  if (number != kVersion) {
-    throw DecodeError(ErrorCode::wrong_version, "protocol version " + std::to_string(number) +
-                                                    " is not spoken here, but " + std::to_string(kVersion) +
-                                                    "; use a client and a server of the same version of Acus");
-  }
+  std::uint64_t oldest = number;
+  if (const msgpack::object* told = type == Hello::kType ? find(map, "oldest_version") : nullptr)
+    unpack("oldest_version", *told, oldest);
+  oldest = std::min(oldest, number);
+  if (number >= kOldestVersion && oldest <= kVersion) return;
+  throw DecodeError(ErrorCode::wrong_version, "protocol version " + versions(oldest, number) +
+                                                  " is not spoken here, but " + versions(kOldestVersion, kVersion) +
+                                                  "; use a client and a server of the same version of Acus");
 }
 
 std::string read_type(const msgpack::object& map) {
@@ -365,8 +376,8 @@ Variant decode(std::string_view bytes, std::size_t max_bytes) {
   const msgpack::object map = parse(bytes, zone);
   if (map.type != msgpack::type::MAP) throw DecodeError(ErrorCode::not_a_map, "the message must be a map");
   try {
-    check_version(map);
     const std::string type = read_type(map);
+    check_version(map, type);
     Variant message;
     if (!unpack_as(type, map, message)) {
       throw DecodeError(ErrorCode::unknown_type, "field 'type' names no message that is understood here");

@@ -16,7 +16,8 @@
 
 namespace acus::protocol {
 
-inline constexpr int kVersion = 2;
+inline constexpr int kVersion = 2;        // the newest that is spoken here
+inline constexpr int kOldestVersion = 2;  // and the oldest
 
 inline constexpr const char* kDefaultCommandsEndpoint = "tcp://127.0.0.1:5750";
 inline constexpr const char* kDefaultStatesEndpoint = "tcp://127.0.0.1:5751";
@@ -45,8 +46,17 @@ struct BareRequest {
   }
 };
 
-struct Hello : BareRequest {  // answered by HelloReply
+// Answered by HelloReply, in the newest version that both sides speak. Its own `v` is the newest one of the client.
+struct Hello {
   static constexpr const char* kType = "hello";
+  std::uint64_t seq = 0;
+  std::optional<std::uint32_t> oldest_version{};  // that the client speaks; absent: its newest
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("seq", self.seq);
+    visit("oldest_version", self.oldest_version);
+  }
 };
 struct Describe : BareRequest {  // answered by DescribeReply
   static constexpr const char* kType = "describe";
@@ -247,6 +257,7 @@ struct HelloReply {
   static constexpr const char* kType = "hello_reply";
   std::uint64_t seq = 0;
   std::string server;       // version of the server's program
+  std::uint32_t oldest_version = kOldestVersion, newest_version = kVersion;  // of the protocol, that the server speaks
   std::uint64_t instance = 0;  // of this start of the server, drawn at random: epochs and ticks are its own
   std::vector<std::string> requests;  // that it answers, by type
   std::string scene;        // name of the scene
@@ -267,6 +278,8 @@ struct HelloReply {
   static void fields(Self& self, Visit&& visit) {
     visit("seq", self.seq);
     visit("server", self.server);
+    visit("oldest_version", self.oldest_version);
+    visit("newest_version", self.newest_version);
     visit("instance", self.instance);
     visit("requests", self.requests);
     visit("scene", self.scene);

@@ -137,6 +137,8 @@ SystemSetting throttling(const std::filesystem::path& kernel) {
 }
 
 nlohmann::json to_json(const DelayHistogram& delays) {
+  if (delays.count() == 0)
+    return {{"turns", 0}, {"p50_ms", nullptr}, {"p99_ms", nullptr}, {"p999_ms", nullptr}, {"max_ms", nullptr}};
   return {{"turns", delays.count()},
           {"p50_ms", 1e3 * delays.quantile(0.5)},
           {"p99_ms", 1e3 * delays.quantile(0.99)},
@@ -166,15 +168,18 @@ SystemVerdict SystemCheck::verdict() const {
   return most <= kTooLate ? SystemVerdict::usable : SystemVerdict::unfit;
 }
 
-std::vector<SystemSetting> system_settings(const std::filesystem::path& root, int priority, bool locked) {
+std::vector<SystemSetting> system_settings(const std::filesystem::path& root, int priority, LockedMemory locked) {
   const std::filesystem::path processors = root / "sys/devices/system/cpu", kernel = root / "proc/sys/kernel";
   const std::size_t count = folders_like(processors, "cpu").size();
   std::vector<SystemSetting> settings;
   settings.push_back(
       {"priority", priority > 0 ? "real-time, " + std::to_string(priority) : "ordinary",
        priority >= kSimulationPriority ? "" : "limit rtprio of 49: /etc/security/limits.d, LimitRTPRIO=49"});
-  settings.push_back({"memory", locked ? "locked" : "not locked",
-                      locked ? "" : "limit memlock unlimited: /etc/security/limits.d, LimitMEMLOCK=infinity"});
+  const std::string unlimited = "limit memlock unlimited: /etc/security/limits.d, LimitMEMLOCK=infinity";
+  settings.push_back(locked == LockedMemory::all ? SystemSetting{"memory", "locked", ""}
+                     : locked == LockedMemory::present
+                         ? SystemSetting{"memory", "locked, but for what comes later", unlimited}
+                         : SystemSetting{"memory", "not locked", unlimited});
   settings.push_back({"processors", std::to_string(count), count < 2 ? "two or more" : ""});
   settings.push_back(governor(processors));
   settings.push_back(sleep_states(processors));
@@ -184,7 +189,7 @@ std::vector<SystemSetting> system_settings(const std::filesystem::path& root, in
 
 SystemCheck check_system(double alone, double beside, const std::function<bool()>& stop) {
   SystemCheck check;
-  const bool locked = lock_memory() != LockedMemory::none;
+  const LockedMemory locked = lock_memory();
   raise_priority(RealtimeThread::simulation);
   const ProcessorTimes before = processor_times();
   run(alone, stop, check.alone);
@@ -198,6 +203,11 @@ SystemCheck check_system(double alone, double beside, const std::function<bool()
   if (after.all > before.all) check.stolen = (after.stolen - before.stolen) / (after.all - before.all);
   check.settings.push_back({"time taken by the host", five_digits(100 * check.stolen) + " %",
                             check.stolen > kMostStolen ? "processors that no other machine shares" : ""});
+  const bool late = check.verdict() == SystemVerdict::usable || check.verdict() == SystemVerdict::unfit;
+  if (late && std::ranges::all_of(check.settings, &std::string::empty, &SystemSetting::remedy))
+    check.settings.push_back(
+        {"other causes", "nothing above explains it",
+         "end other programs with real-time priority; firmware and hosts can hold processors, too"});
   return check;
 }
 
@@ -218,9 +228,11 @@ std::string describe(const SystemCheck& check) {
   }
   TextTable delays;
   delays.add({"a turn begins late by (ms)", "p50", "p99", "p99.9", "max"});
-  for (const auto& [name, of] : {std::pair{"  alone", &check.alone}, {"  beside busy programs", &check.beside}})
+  for (const auto& [name, of] : {std::pair{"  alone", &check.alone}, {"  beside busy programs", &check.beside}}) {
+    if (of->count() == 0) continue;
     delays.add({name, five_digits(1e3 * of->quantile(0.5)), five_digits(1e3 * of->quantile(0.99)),
                 five_digits(1e3 * of->quantile(0.999)), five_digits(1e3 * of->max())});
+  }
   TextTable settings;
   settings.add({"what the system permits", "", "better"});
   for (const SystemSetting& setting : check.settings)

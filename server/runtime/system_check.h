@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/runtime/delay_histogram.h"
+#include "server/runtime/privileges.h"
 
 namespace acus {
 
@@ -41,7 +42,7 @@ struct SystemCheck {
 SystemCheck check_system(double alone, double beside, const std::function<bool()>& stop);
 
 // What is set in the files below `root`, and of the process itself: priority and memory as they were granted.
-std::vector<SystemSetting> system_settings(const std::filesystem::path& root, int priority, bool locked);
+std::vector<SystemSetting> system_settings(const std::filesystem::path& root, int priority, LockedMemory locked);
 
 std::string describe(const SystemCheck& check);
 std::string as_json(const SystemCheck& check);

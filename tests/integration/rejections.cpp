@@ -137,6 +137,19 @@ TEST_CASE("a REQ client is served, also after its bad messages") {
   CHECK(std::get<protocol::HelloReply>(client.receive()).seq == 5);
 }
 
+TEST_CASE("a client that also speaks later versions is answered in this one") {
+  ServerProcess server;
+  RawClient client(server, zmq::socket_type::dealer);
+  protocol::Hello hello;
+  hello.oldest_version = 2;
+  client.send(with_version(encode(hello), 7));
+  const auto reply = std::get<protocol::HelloReply>(client.receive());
+  CHECK(reply.oldest_version == 2);
+  CHECK(reply.newest_version == 2);
+  hello.oldest_version = 3;
+  CHECK(client.error_to(with_version(encode(hello), 7)) == "wrong_version");
+}
+
 TEST_CASE("a message of too many frames is rejected as a whole") {
   ServerProcess server;
   RawClient client(server, zmq::socket_type::dealer);

@@ -127,6 +127,28 @@ TEST_CASE("not_a_map") {
 TEST_CASE("wrong_version") {
   CHECK(rejection(pose_with("v", 0)) == "wrong_version");
   CHECK(rejection(pose_with("v", 1)) == "wrong_version");
+  CHECK(rejection(pose_with("v", 3)) == "wrong_version");
+}
+
+TEST_CASE("a hello is taken if a version of its range is spoken here") {
+  const auto hello = [](std::uint64_t newest, std::optional<std::uint64_t> oldest) {
+    Values values{{"v", value(newest)}, {"type", value(std::string("hello"))}, {"seq", value(7)}};
+    if (oldest) values["oldest_version"] = value(*oldest);
+    return pack(values);
+  };
+  for (const std::string& bytes : {hello(2, {}), hello(2, 1), hello(3, 2), hello(9, 1)})
+    CHECK(std::get<Hello>(decode_command(bytes)).seq == 7);
+  for (const std::string& bytes : {hello(1, {}), hello(3, {}), hello(1, 0), hello(9, 3)}) {
+    CAPTURE(bytes);
+    CHECK(rejection(bytes) == "wrong_version");
+  }
+  try {
+    decode_command(hello(5, 3));
+    FAIL("no error");
+  } catch (const DecodeError& error) {
+    CHECK(std::string(error.what()).starts_with("protocol version 3 to 5 is not spoken here, but 2;"));
+    CHECK(error.seq == 7);
+  }
 }
 
 TEST_CASE("unknown_type") {

@@ -20,7 +20,7 @@ class Machine {
     std::filesystem::create_directories(std::filesystem::path(folder_ / file).parent_path());
     folder_.write(file, text + "\n");
   }
-  SystemSetting setting(const std::string& name, int priority = 49, bool locked = true) const {
+  SystemSetting setting(const std::string& name, int priority = 49, LockedMemory locked = LockedMemory::all) const {
     const auto all = system_settings(folder_.path(), priority, locked);
     const auto found = std::ranges::find(all, name, &SystemSetting::name);
     REQUIRE(found != all.end());
@@ -78,7 +78,7 @@ TEST_CASE("what a system permits is told with what would be better") {
   CHECK(machine.setting("priority").found == "real-time, 49");
   CHECK(machine.setting("priority", 0).found == "ordinary");
   CHECK(machine.setting("priority", 20).remedy.find("rtprio") != std::string::npos);
-  CHECK(machine.setting("memory", 49, false).remedy.find("memlock") != std::string::npos);
+  CHECK(machine.setting("memory", 49, LockedMemory::none).remedy.find("memlock") != std::string::npos);
 }
 
 TEST_CASE("the verdict on a system is that of its turns beside busy programs") {
@@ -98,6 +98,8 @@ TEST_CASE("a check of the system measures turns, can be stopped, and says the sa
   CHECK(stopped.alone.count() == 0);
   CHECK(stopped.verdict() == SystemVerdict::unknown);
   CHECK(describe(stopped).starts_with("this system at 1000 Hz: unknown"));
+  CHECK(describe(stopped).find("alone") == std::string::npos);
+  CHECK(nlohmann::json::parse(as_json(stopped)).at("beside").at("max_ms").is_null());
   const SystemCheck check = check_system(0.05, 0.05, [] { return false; });
   lower_priority();
   CHECK(check.alone.count() > 0);

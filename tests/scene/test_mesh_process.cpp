@@ -179,6 +179,7 @@ TEST_CASE("what Gmsh would run all the same starts no program and writes no file
   folder.write("mesh.msh.opt", "SystemCall \"touch " + trace + "\";\nPrintf(\"x\") > \"" + trace +
                                    "2\";\nPrintf(\"x\") > \"" + kept + "\";\nDelete \"" + kept + "\";\nSave \"" +
                                    trace + "3.msh\";\n");
+  for (const std::string& path : {folder.path(), kept}) std::filesystem::permissions(path, std::filesystem::perms::all);
   const std::string answer = "3>/dev/null <" + mesh + " >/dev/null 2>&1";
   const std::string command = mesh_program_path() + " " + folder.path() + " mesh.msh 8000000000 60 " + answer;
   CHECK(std::system(command.c_str()) != -1);

@@ -167,6 +167,8 @@ class Topic(Message):
 
 class HelloReply(Message):
     server: str  # version
+    oldest_version: int  # of the protocol, that the server speaks
+    newest_version: int
     instance: int  # of this start of the server
     requests: list
     scene: str

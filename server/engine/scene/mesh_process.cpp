@@ -74,12 +74,15 @@ class Descriptor {
 class MeshFolder {
  public:
   explicit MeshFolder(const std::string& ending) {
+    const char* chosen = std::getenv("TMPDIR");
     std::error_code error;
-    path_ = (std::filesystem::temp_directory_path(error) / "acus_mesh_XXXXXX").string();
+    const auto place = chosen && *chosen == '\0' ? "/tmp" : std::filesystem::temp_directory_path(error);
+    path_ = (place / "acus_mesh_XXXXXX").string();
     if (error || mkdtemp(path_.data()) == nullptr) {
       throw MeshError("no folder \"" + path_ + "\" can be made to read it in (" + std::strerror(errno) +
                       "); set TMPDIR to a folder that can be written to");
     }
+    if (geteuid() == 0) chmod(path_.c_str(), 0711);  // acus-mesh is nobody then
     link_ = path_ + "/mesh" + ending;
     const std::string target = "/proc/self/fd/" + std::to_string(kMeshDescriptor);
     if (symlink(target.c_str(), link_.c_str()) == 0) return;
@@ -129,8 +132,8 @@ class SpawnSettings {
     posix_spawnattr_setschedpolicy(&attributes_, SCHED_OTHER);
     posix_spawnattr_setschedparam(&attributes_, &priority);
     const int scheduler = real_time() ? POSIX_SPAWN_SETSCHEDULER : 0;
-    posix_spawnattr_setflags(&attributes_,
-                             static_cast<short>(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | scheduler));
+    posix_spawnattr_setflags(&attributes_, static_cast<short>(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF |
+                                                              POSIX_SPAWN_SETSID | scheduler));
   }
   ~SpawnSettings() {
     posix_spawnattr_destroy(&attributes_);

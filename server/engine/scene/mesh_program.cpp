@@ -5,34 +5,29 @@
 //   acus-mesh FOLDER NAME MEMORY_BYTES PROCESSOR_SECONDS
 //
 // FOLDER holds nothing but NAME, a link to standard input. So Gmsh finds no NAME.opt, which it would run as a script.
-// What a script could still come by is closed, too: this program can neither start others nor write files.
+// What a script could still reach is closed, too (mesh_confinement.h).
 #include <fcntl.h>
 #include <gmsh.h>
-#include <linux/audit.h>
-#include <linux/filter.h>
-#include <linux/seccomp.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/sendfile.h>
 #include <sys/stat.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <csignal>
-#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <new>
+#include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "server/engine/models/tetrahedral_mesh.h"
 #include "server/engine/scene/mesh_answer.h"
+#include "server/engine/scene/mesh_confinement.h"
 
 namespace acus {
 namespace {
@@ -44,30 +39,6 @@ constexpr int kLinearTetrahedron = 4;  // Gmsh's number for the element type
 
 // Gmsh runs a .msh file that begins otherwise as a script.
 constexpr std::array<std::string_view, 3> kMshOpenings{"$MeshFormat", "$NOD", "$Comments"};
-
-// Never above what is allowed already.
-void limit(int resource, rlim_t value) {
-  rlimit now{};
-  if (getrlimit(resource, &now) != 0) return;
-  now.rlim_max = std::min(now.rlim_max, value);
-  now.rlim_cur = now.rlim_max;
-  setrlimit(resource, &now);
-}
-
-void set_limits(rlim_t memory_bytes, rlim_t processor_seconds) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  limit(RLIMIT_CORE, 1);  // bytes: too small for a file, and unlike 0 it also stops a core that goes to a program
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // these reserve terabytes of addresses
-  limit(RLIMIT_AS, memory_bytes);
-#else
-  static_cast<void>(memory_bytes);
-#endif
-  // The first signal says why, the second one cannot be caught.
-  rlimit processor{processor_seconds, processor_seconds + 1};
-  setrlimit(RLIMIT_CPU, &processor);
-  // Where memory ends, this program goes and not the one that waits for it.
-  std::ofstream("/proc/self/oom_score_adj") << 1000;
-}
 
 // Nobody changes the copy between the check of its first line and Gmsh.
 void copy_mesh() {
@@ -83,57 +54,6 @@ void copy_mesh() {
   dup2(copy, kMeshDescriptor);
   close(copy);
   lseek(kMeshDescriptor, 0, SEEK_SET);
-}
-
-#if defined(__x86_64__)
-constexpr unsigned kArchitecture = AUDIT_ARCH_X86_64;
-#elif defined(__aarch64__)
-constexpr unsigned kArchitecture = AUDIT_ARCH_AARCH64;
-#else
-constexpr unsigned kArchitecture = 0;
-#endif
-
-// System calls that reach out of this process.
-constexpr std::array kClosedCalls{
-    SYS_execve,   SYS_execveat, SYS_openat2,   SYS_socket,   SYS_connect,   SYS_ptrace,   SYS_kill,     SYS_unlinkat,
-    SYS_mkdirat,  SYS_linkat,   SYS_symlinkat, SYS_truncate, SYS_renameat2, SYS_fchmodat, SYS_fchownat, SYS_mknodat,
-#ifdef SYS_open  // older names
-    SYS_open,     SYS_creat,    SYS_unlink,    SYS_rmdir,    SYS_mkdir,     SYS_link,     SYS_symlink,  SYS_rename,
-    SYS_chmod,    SYS_chown,    SYS_lchown,    SYS_mknod,
-#endif
-    SYS_renameat,
-};
-
-// Files may be opened for reading only.
-constexpr unsigned kWritingFlags = O_WRONLY | O_RDWR | O_CREAT | O_TRUNC;
-
-sock_filter load(std::size_t offset) { return BPF_STMT(BPF_LD | BPF_W | BPF_ABS, static_cast<unsigned>(offset)); }
-sock_filter answer(unsigned action) { return BPF_STMT(BPF_RET | BPF_K, action); }
-sock_filter skip_unless(unsigned test, unsigned value) { return BPF_JUMP(BPF_JMP | BPF_K | test, value, 0, 1); }
-
-// A second line behind the empty folder: where the kernel does not know such filters, the first one holds alone.
-void close_ways_out() {
-  limit(RLIMIT_FSIZE, 0);
-  if (kArchitecture == 0 || prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return;
-  constexpr unsigned kRefuse = SECCOMP_RET_ERRNO | EPERM;
-  constexpr unsigned kOtherNumbering = 0x4000'0000;  // the x32 calls of x86
-  std::vector<sock_filter> filter{load(offsetof(seccomp_data, arch)),
-                                  BPF_JUMP(BPF_JMP | BPF_K | BPF_JEQ, kArchitecture, 1, 0),
-                                  answer(kRefuse),
-                                  load(offsetof(seccomp_data, nr)),
-                                  skip_unless(BPF_JGE, kOtherNumbering),
-                                  answer(kRefuse)};
-  for (const long call : kClosedCalls) {
-    filter.push_back(skip_unless(BPF_JEQ, static_cast<unsigned>(call)));
-    filter.push_back(answer(kRefuse));
-  }
-  filter.push_back(BPF_JUMP(BPF_JMP | BPF_K | BPF_JEQ, SYS_openat, 0, 3));
-  filter.push_back(load(offsetof(seccomp_data, args[2])));  // the lower half: both machines are little-endian
-  filter.push_back(skip_unless(BPF_JSET, kWritingFlags));
-  filter.push_back(answer(kRefuse));
-  filter.push_back(answer(SECCOMP_RET_ALLOW));
-  const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
-  prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program, 0, 0);
 }
 
 template <std::size_t n>
@@ -270,10 +190,10 @@ RawMesh convert(const RawElements& raw) {
 
 std::vector<char> read_mesh(const std::string& folder, const std::string& name, rlim_t memory, rlim_t seconds) {
   if (chdir(folder.c_str()) != 0) throw MeshError("the folder " + folder + " is not there");
-  set_limits(memory, seconds);
+  limit_resources(memory, seconds);
   copy_mesh();
   if (name.ends_with(".msh")) check_opening();
-  close_ways_out();
+  confine();
   start_gmsh();
   merge_file(name);
   return encode_mesh(convert(read_elements()));
