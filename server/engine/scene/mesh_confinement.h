@@ -11,8 +11,8 @@ namespace acus {
 void limit_resources(rlim_t memory_bytes, rlim_t processor_seconds);
 
 // From here on the process can read files and compute: every other system call is refused, where the kernel knows such
-// filters (x86-64, aarch64). It has no capabilities, and started by root it goes on as user 65534, nobody, where there is
-// one.
+// filters (x86-64, aarch64). It has no capabilities, and started by root it goes on as user 65534, nobody, where there
+// is one.
 void confine();
 
 }  // namespace acus
