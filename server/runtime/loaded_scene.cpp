@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "server/engine/state/placement.h"
 #include "server/runtime/convert.h"
 #include "server/runtime/topics.h"
 
@@ -138,10 +139,7 @@ int LoadedScene::find_body(const std::string& name) const {
   return -1;
 }
 
-const std::string& LoadedScene::body_name(int body) const {
-  const auto i = static_cast<std::size_t>(body);
-  return is_guide(body) ? hello.guides[i - hello.needles.size()].name : hello.needles[i].name;
-}
+const std::string& LoadedScene::body_name(int body) const { return acus::body_name(simulation.scene(), body); }
 
 std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate) {
   if (rate) scene.rate = *rate;

@@ -136,14 +136,21 @@ SystemSetting throttling(const std::filesystem::path& kernel) {
           share < 90 ? "sysctl kernel.sched_rt_runtime_us=950000" : ""};
 }
 
+SystemSetting memory(LockedMemory locked) {
+  if (locked == LockedMemory::all) return {"memory", "locked", ""};
+  return {"memory", locked == LockedMemory::present ? "locked, but for what comes later" : "not locked",
+          "limit memlock unlimited: /etc/security/limits.d, LimitMEMLOCK=infinity"};
+}
+
 nlohmann::json to_json(const DelayHistogram& delays) {
-  if (delays.count() == 0)
-    return {{"turns", 0}, {"p50_ms", nullptr}, {"p99_ms", nullptr}, {"p999_ms", nullptr}, {"max_ms", nullptr}};
+  const auto ms = [&](double seconds) {
+    return delays.count() > 0 ? nlohmann::json(1e3 * seconds) : nlohmann::json(nullptr);
+  };
   return {{"turns", delays.count()},
-          {"p50_ms", 1e3 * delays.quantile(0.5)},
-          {"p99_ms", 1e3 * delays.quantile(0.99)},
-          {"p999_ms", 1e3 * delays.quantile(0.999)},
-          {"max_ms", 1e3 * delays.max()}};
+          {"p50_ms", ms(delays.quantile(0.5))},
+          {"p99_ms", ms(delays.quantile(0.99))},
+          {"p999_ms", ms(delays.quantile(0.999))},
+          {"max_ms", ms(delays.max())}};
 }
 
 }  // namespace
@@ -175,11 +182,7 @@ std::vector<SystemSetting> system_settings(const std::filesystem::path& root, in
   settings.push_back(
       {"priority", priority > 0 ? "real-time, " + std::to_string(priority) : "ordinary",
        priority >= kSimulationPriority ? "" : "limit rtprio of 49: /etc/security/limits.d, LimitRTPRIO=49"});
-  const std::string unlimited = "limit memlock unlimited: /etc/security/limits.d, LimitMEMLOCK=infinity";
-  settings.push_back(locked == LockedMemory::all ? SystemSetting{"memory", "locked", ""}
-                     : locked == LockedMemory::present
-                         ? SystemSetting{"memory", "locked, but for what comes later", unlimited}
-                         : SystemSetting{"memory", "not locked", unlimited});
+  settings.push_back(memory(locked));
   settings.push_back({"processors", std::to_string(count), count < 2 ? "two or more" : ""});
   settings.push_back(governor(processors));
   settings.push_back(sleep_states(processors));

@@ -151,6 +151,18 @@ void check_interfaces_have_faces(const Scene& scene, const TetrahedralMesh& mesh
   }
 }
 
+// Numbers of the points (3 x n, m, mesh frame) in the volume of a field; throws SceneError where it holds none of
+// `what`.
+std::vector<int> held_by(const Scene& scene, const std::string& field, const Volume& volume, const Matrix3X& points,
+                         double margin, const std::string& what) {
+  std::vector<int> held;
+  for (int i = 0; i < static_cast<int>(points.cols()); ++i)
+    if (volume.contains(points.col(i), margin)) held.push_back(i);
+  if (!held.empty()) return held;
+  throw scene_error(scene, field,
+                    "expected a volume that holds " + what + ", found none inside; it is in the mesh frame, in metres");
+}
+
 }  // namespace
 
 TetrahedralMesh read_mesh(const Scene& scene) {
@@ -206,23 +218,23 @@ std::map<std::pair<int, int>, int> count_border_faces(const TetrahedralMesh& mes
 
 Matrix3X pressure_forces(const Scene& scene, const TetrahedralMesh& mesh) {
   Matrix3X forces = Matrix3X::Zero(3, mesh.nodes.cols());
-  if (scene.tissue.left_out()) return forces;
+  if (scene.tissue.left_out() || scene.tissue.pressures.empty()) return forces;
   const Matrix3X nodes = in_mesh_frame(scene, mesh.nodes);
   const double margin = selection_margin(nodes);
+  Matrix3X centroids(3, mesh.surface.size());
+  for (Eigen::Index face = 0; face < centroids.cols(); ++face) {
+    const auto& [a, b, c] = mesh.surface[face];
+    centroids.col(face) = (nodes.col(a) + nodes.col(b) + nodes.col(c)) / 3;
+  }
   for (std::size_t i = 0; i < scene.tissue.pressures.size(); ++i) {
     const Pressure& pressure = scene.tissue.pressures[i];
-    bool holds_some = false;
-    for (const auto& [a, b, c] : mesh.surface) {
-      if (!pressure.contains((nodes.col(a) + nodes.col(b) + nodes.col(c)) / 3, margin)) continue;
+    for (const int face : held_by(scene, child_path("tissue.pressures", i), pressure, centroids, margin,
+                                  "faces of the mesh's surface by their centroids")) {
+      const auto& [a, b, c] = mesh.surface[face];
       const Vector3 ab = mesh.nodes.col(b) - mesh.nodes.col(a), ac = mesh.nodes.col(c) - mesh.nodes.col(a);
       const Vector3 share = -pressure.pressure / 6 * ab.cross(ac);
       for (const int node : {a, b, c}) forces.col(node) += share;
-      holds_some = true;
     }
-    if (holds_some) continue;
-    throw scene_error(scene, child_path("tissue.pressures", i),
-                      "expected a volume that holds faces of the mesh's surface by their centroids, found none inside; "
-                      "it is in the mesh frame, in metres");
   }
   return forces;
 }
@@ -233,16 +245,9 @@ std::vector<bool> find_fixed_nodes(const Scene& scene, const TetrahedralMesh& me
   const double margin = selection_margin(nodes);
   std::vector<bool> fixed(static_cast<std::size_t>(mesh.node_count()), false);
   for (std::size_t i = 0; i < scene.tissue.fixed.size(); ++i) {
-    bool holds_some = false;
-    for (int node = 0; node < mesh.node_count(); ++node) {
-      if (!scene.tissue.fixed[i].contains(nodes.col(node), margin)) continue;
+    for (const int node :
+         held_by(scene, child_path("tissue.fixed", i), scene.tissue.fixed[i], nodes, margin, "nodes of the mesh"))
       fixed[node] = true;
-      holds_some = true;
-    }
-    if (holds_some) continue;
-    throw scene_error(scene, child_path("tissue.fixed", i),
-                      "expected a volume that holds nodes of the mesh, found none inside; it is in the mesh frame, "
-                      "in metres");
   }
   if (std::find(fixed.begin(), fixed.end(), false) == fixed.end())
     throw scene_error(scene, "tissue.fixed", "expected volumes that leave some node free, found every node fixed");

@@ -22,6 +22,11 @@ bool tip_is_inside(const Model& model, const Matrix3X& x, int needle, const Pose
   return model.mesh.tetrahedron_count() > 0 && find_tetrahedron(model.mesh, x, tip) >= 0;
 }
 
+const std::string& body_name(const Scene& scene, int body) {
+  const int guide = body - static_cast<int>(scene.needles.size());
+  return guide < 0 ? scene.needles[body].name : scene.guides[guide].name;
+}
+
 std::optional<Overlap> find_overlap(const Model& model, std::span<const NeedleState> needles) {
   if (!model.scene.needle_contact.enabled) return std::nullopt;
   std::vector<NeedleShape> shapes(needles.size());

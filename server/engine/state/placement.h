@@ -18,6 +18,9 @@ struct PlacementError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Of a needle or, after the needles, a guide.
+const std::string& body_name(const Scene& scene, int body);
+
 // Puts a body (a needle, or after the needles a guide) at `pose` (world, unit orientation), as if its scene had it
 // there. `state` is one after loading. Throws PlacementError for a needle whose tip would be inside the tissue, and the
 // state is as it was.

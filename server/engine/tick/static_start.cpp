@@ -135,11 +135,6 @@ void bend(const Model& model, const std::map<int, Pose>& places, State& state) {
     if (moved[model.guide_needles[g]]) state.guides[g] = bent->guides[g];
 }
 
-std::string name_of_body(const Scene& scene, int body) {
-  const auto needles = static_cast<int>(scene.needles.size());
-  return body < needles ? scene.needles[body].name : scene.guides[body - needles].name;
-}
-
 }  // namespace
 
 std::optional<State> settle(const Scene& scene, const Progress& progress, std::optional<TetrahedralMesh>& own_mesh) {
@@ -162,7 +157,7 @@ State start_state(const Model& model, const std::optional<State>& settled, const
         throw PlacementError("the tissue lies against it where the scene has it; move its base back there");
       place_body(model, state, body, pose);
     } catch (const PlacementError& error) {
-      throw PlacementError("the place of '" + name_of_body(model.scene, body) + "': " + error.what());
+      throw PlacementError("the place of '" + body_name(model.scene, body) + "': " + error.what());
     }
   }
   if (settled && !places.empty()) bend(model, places, state);
