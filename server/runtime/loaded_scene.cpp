@@ -141,11 +141,11 @@ int LoadedScene::find_body(const std::string& name) const {
 
 const std::string& LoadedScene::body_name(int body) const { return acus::body_name(simulation.scene(), body); }
 
-std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate) {
+std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate, const SceneFolders* allowed) {
   if (rate) scene.rate = *rate;
   const spdlog::stopwatch since_start;
   tell_loading("mesh");
-  auto world = std::make_unique<LoadedScene>(scene, read_mesh(scene), tell_loading);
+  auto world = std::make_unique<LoadedScene>(scene, read_mesh(scene, allowed), tell_loading);
   spdlog::info("loaded in {:.2f} s", since_start);
   return world;
 }

@@ -65,8 +65,9 @@ protocol::DescribeReply describe_of(const Simulation& simulation);
 // Of ticks at `rate` (Hz), from one that is published to the next, >= 1.
 std::uint64_t ticks_between(double rate, double published_rate);
 
-// Builds the world of a scene, step by step as the log says; `rate` (Hz) replaces the scene's. Throws SceneError.
-std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate);
+// Builds the world of a scene, step by step as the log says; `rate` (Hz) replaces the scene's. With `allowed`,
+// its mesh file must lie in these folders. Throws SceneError.
+std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate, const SceneFolders* allowed = nullptr);
 // That of a recorded scene, which the log has heard of already. Throws RecordingError, too.
 std::unique_ptr<LoadedScene> load_scene(const recorded::World& world);
 // Tells the log what is done.

@@ -94,7 +94,7 @@ class SceneLoader {
 
   static LoadResult load(const SceneSource& source, std::optional<double> rate, const SceneFolders& folders) {
     try {
-      return {load_scene(read(source, folders), rate), ""};
+      return {load_scene(read(source, folders), rate, &folders), ""};
     } catch (const std::bad_alloc&) {
       return {nullptr, "there is not enough memory for this scene beside the one that goes on; make its mesh coarser"};
     } catch (const std::exception& error) {

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/scene/gmsh_mesh.h"
 #include "tests/fuzz/fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -12,6 +12,7 @@
 #include "server/engine/math/random.h"
 #include "server/engine/models/clusters.h"
 #include "server/engine/models/triangle.h"
+#include "server/engine/scene/gmsh_mesh.h"
 #include "tests/support/places.h"
 
 namespace acus {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <set>
 
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/scene/gmsh_mesh.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/temporary_folder.h"
 
@@ -228,7 +228,8 @@ TEST_CASE("reading a Gmsh file twice gives the same mesh") {
 
 TEST_CASE("a Gmsh file that cannot be used is named, with the reason" * doctest::test_suite("gate")) {
   SUBCASE("missing") {
-    CHECK(error_of([] { read_gmsh_mesh("no/such.msh", 1); }) == "no/such.msh: there is no such file");
+    CHECK(error_of([] { read_gmsh_mesh("no/such.msh", 1); }) ==
+          "no/such.msh: expected a mesh file, found: No such file or directory");
   }
   SUBCASE("unit") {
     const TemporaryFolder folder;

@@ -14,7 +14,7 @@
 #include <limits>
 #include <random>
 
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/scene/gmsh_mesh.h"
 #include "server/engine/scene/mesh_answer.h"
 #include "server/engine/scene/mesh_process.h"
 #include "tests/support/temporary_folder.h"
@@ -283,8 +283,9 @@ TEST_CASE("a pipe in the place of a mesh file is not waited for") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/a.msh";
   REQUIRE(mkfifo(path.c_str(), 0600) == 0);
-  CHECK(error_of([&path] { run_mesh_program(mesh_program_path(), path, ".msh", {}); }) == "there is no such file");
-  CHECK(error_of([&path] { read_gmsh_mesh(path, 1); }) == path + ": there is no such file");
+  const std::string found = "expected a mesh file, found: no regular file, but a folder, a pipe, a socket or a device";
+  CHECK(error_of([&path] { run_mesh_program(mesh_program_path(), path, ".msh", {}); }) == found);
+  CHECK(error_of([&path] { read_gmsh_mesh(path, 1); }) == path + ": " + found);
 }
 
 TEST_CASE("an answer is what was encoded") {

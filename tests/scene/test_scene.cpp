@@ -487,7 +487,7 @@ TEST_CASE("mesh files are looked up beside the scene") {
   CHECK(read_scene(folder.write("scene.yaml", with_mesh)).tissue.gmsh->file == folder.path() + "/mesh.msh");
   CHECK(parse_scene(with_mesh, "scene.yaml", folder.path()).tissue.gmsh->file == folder.path() + "/mesh.msh");
   CHECK(error_of("tissue: {mesh: {gmsh: {file: no.msh}}}") ==
-        "scene.yaml:2:30: tissue.mesh.gmsh.file: expected a mesh file, found none at \"no.msh\"");
+        "scene.yaml:2:30: tissue.mesh.gmsh.file: expected a mesh file at \"no.msh\", found: No such file or directory");
   CHECK(error_of("tissue: {mesh: {gmsh: {}}}") ==
         "scene.yaml:2:23: tissue.mesh.gmsh.file: expected a text whose length is in [1, 4096], found nothing");
 }

@@ -54,10 +54,4 @@ void build_topology(TetrahedralMesh& mesh);
 // an even number of cells. Topology included.
 TetrahedralMesh make_box_mesh(const Vector3& size_m, const std::array<int, 3>& cells);
 
-// Reads the mesh formats of Gmsh (.msh of every version, .vtk, .unv, .mesh, .bdf, .nas) and keeps their linear
-// tetrahedra and the nodes these use, in the order of the file's node numbers; coordinates are multiplied by
-// `metres_per_unit`. Gmsh runs in a program of its own, acus-mesh, which stands beside this one (mesh_process.h).
-// Tetrahedra written with the other handedness are turned. Topology included. Throws MeshError that names the file.
-TetrahedralMesh read_gmsh_mesh(const std::string& path, double metres_per_unit);
-
 }  // namespace acus

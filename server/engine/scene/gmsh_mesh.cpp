@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The mesh reader of tetrahedral_mesh.h. Gmsh itself runs in acus-mesh (mesh_program.cpp).
+// Gmsh itself runs in acus-mesh (mesh_program.cpp).
+#include "server/engine/scene/gmsh_mesh.h"
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <string_view>
 
-#include "server/engine/models/tetrahedral_mesh.h"
 #include "server/engine/scene/mesh_answer.h"
 #include "server/engine/scene/mesh_process.h"
 
@@ -39,12 +40,10 @@ TetrahedralMesh convert(RawMesh raw, double metres_per_unit) {
   return mesh;
 }
 
-TetrahedralMesh read_file(const std::string& path, double metres_per_unit) {
+TetrahedralMesh read_file(const std::string& path, double metres_per_unit, const SceneFolders* allowed) {
   if (!(metres_per_unit > 0) || !std::isfinite(metres_per_unit)) throw MeshError("expected metres_per_unit > 0");
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) throw MeshError("there is no such file");
   const std::string ending = check_ending(path);
-  const std::vector<char> answer = run_mesh_program(mesh_program_path(), path, ending, MeshReadingLimits());
+  const std::vector<char> answer = run_mesh_program(mesh_program_path(), path, ending, MeshReadingLimits(), allowed);
   TetrahedralMesh mesh = convert(decode_mesh_answer(answer), metres_per_unit);
   build_topology(mesh);
   return mesh;
@@ -52,9 +51,9 @@ TetrahedralMesh read_file(const std::string& path, double metres_per_unit) {
 
 }  // namespace
 
-TetrahedralMesh read_gmsh_mesh(const std::string& path, double metres_per_unit) {
+TetrahedralMesh read_gmsh_mesh(const std::string& path, double metres_per_unit, const SceneFolders* allowed) {
   try {
-    return read_file(path, metres_per_unit);
+    return read_file(path, metres_per_unit, allowed);
   } catch (const MeshError& error) {
     throw MeshError(path + ": " + error.what());
   }

@@ -21,6 +21,7 @@
 #include <optional>
 
 #include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/scene/opened_file.h"
 
 namespace acus {
 namespace {
@@ -44,30 +45,12 @@ constexpr const char* kRemedy =
   throw MeshError(what + " (" + std::strerror(error) + ")");
 }
 
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() { close(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-
-  int number() const { return number_; }
-  void close() {
-    if (number_ >= 0) ::close(number_);
-    number_ = -1;
-  }
-
-  // Away from the numbers that the started program gives a meaning to.
-  void move_up() {
-    const int higher = fcntl(number_, F_DUPFD_CLOEXEC, kAnswerDescriptor + 1);
-    if (higher < 0) fail("a file descriptor cannot be had", errno);
-    close();
-    number_ = higher;
-  }
-
- private:
-  int number_;
-};
+// Away from the numbers that the started program gives a meaning to.
+Descriptor moved_up(const Descriptor& descriptor) {
+  Descriptor higher(fcntl(descriptor.number(), F_DUPFD_CLOEXEC, kAnswerDescriptor + 1));
+  if (higher.number() < 0) fail("a file descriptor cannot be had", errno);
+  return higher;
+}
 
 // An empty folder of this user's own, in which the mesh gets a name: Gmsh chooses its parser by that. The name leads to
 // the file that the program finds opened.
@@ -261,17 +244,17 @@ void check_status(int status, const MeshReadingLimits& limits) {
                   "); " + kRemedy);
 }
 
-// Not blocking: opening a pipe of that name would wait for a writer.
 std::string& chosen_program() {
   static std::string path;
   return path;
 }
 
-void check_mesh_file(const Descriptor& file, std::uint64_t limit) {
+Descriptor open_mesh(const std::string& path, std::uint64_t limit, const SceneFolders* allowed) {
+  const OpenedFile opened = open_file(path, "mesh", allowed);
+  if (opened.file.number() < 0) throw MeshError("expected a mesh file, found: " + opened.problem);
   struct stat found {};
-  if (file.number() < 0 || fstat(file.number(), &found) != 0) throw MeshError("the file cannot be opened for reading");
-  if (!S_ISREG(found.st_mode)) throw MeshError("there is no such file");
-  if (static_cast<std::uint64_t>(found.st_size) <= limit) return;
+  if (fstat(opened.file.number(), &found) != 0) fail("the file's size cannot be told", errno);
+  if (static_cast<std::uint64_t>(found.st_size) <= limit) return moved_up(opened.file);
   throw MeshError("expected a file of at most " + std::to_string(limit) + " bytes, found " +
                   std::to_string(found.st_size));
 }
@@ -289,14 +272,14 @@ std::string mesh_program_path() {
 }
 
 std::vector<char> run_mesh_program(const std::string& program, const std::string& mesh_path, const std::string& ending,
-                                   const MeshReadingLimits& limits) {
-  Descriptor mesh(open(mesh_path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
-  check_mesh_file(mesh, limits.file_bytes);
+                                   const MeshReadingLimits& limits, const SceneFolders* allowed) {
+  const Descriptor mesh = open_mesh(mesh_path, limits.file_bytes, allowed);
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) fail("no pipe can be made to read it", errno);
-  Descriptor answer(ends[0]), written(ends[1]);
-  mesh.move_up();
-  written.move_up();
+  const Descriptor answer(ends[0]);
+  Descriptor low(ends[1]);
+  Descriptor written = moved_up(low);
+  low.close();
 
   const MeshFolder folder(ending);
   const Deadline deadline(limits.time);

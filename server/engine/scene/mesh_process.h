@@ -13,6 +13,8 @@
 
 namespace acus {
 
+class SceneFolders;
+
 struct MeshReadingLimits {
   std::uint64_t file_bytes = std::uint64_t{1} << 30;    // size of the mesh file
   std::uint64_t memory_bytes = std::uint64_t{8} << 30;  // address space of acus-mesh
@@ -27,8 +29,9 @@ std::string mesh_program_path();
 void use_mesh_program(const std::string& path);
 
 // The answer of `program`, which reads a mesh file of the given ending (".vtk"), for decode_mesh_answer(). Safe in a
-// process with several threads. When it returns or throws, the program has ended. Throws MeshError.
+// process with several threads. When it returns or throws, the program has ended. With `allowed`, the file must lie in
+// these folders. Throws MeshError, or SceneError for a file outside.
 std::vector<char> run_mesh_program(const std::string& program, const std::string& mesh_path, const std::string& ending,
-                                   const MeshReadingLimits& limits);
+                                   const MeshReadingLimits& limits, const SceneFolders* allowed = nullptr);
 
 }  // namespace acus

@@ -298,9 +298,10 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::s
 // The same without a look at any file: for a scene whose mesh is at hand.
 Scene parse_scene(const std::string& text, const std::string& name);
 
-// The scene's mesh in its own frame, with topology; throws SceneError (broken file, inverted or unconnected tetrahedra).
-// A scene without tissue has a mesh without nodes, which has no regions and no fixed nodes either.
-TetrahedralMesh read_mesh(const Scene& scene);
+// The scene's mesh in its own frame, with topology; throws SceneError (broken file, inverted or unconnected
+// tetrahedra). A scene without tissue has a mesh without nodes, which has no regions and no fixed nodes either. With
+// `allowed`, a mesh file must lie in these folders.
+TetrahedralMesh read_mesh(const Scene& scene, const SceneFolders* allowed = nullptr);
 
 // The same mesh at its place in the world; throws SceneError (too many tetrahedra, nodes outside the workspace).
 TetrahedralMesh placed(const Scene& scene, TetrahedralMesh mesh);

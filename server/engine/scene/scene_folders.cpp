@@ -39,14 +39,25 @@ std::string SceneFolders::find(const std::string& scene) const {
   return scene;
 }
 
-bool SceneFolders::contain(const std::string& file) const {
-  const std::filesystem::path found = canonical(file);
-  return !found.empty() &&
-         std::any_of(folders_.begin(), folders_.end(), [&](const auto& folder) { return is_below(found, folder); });
-}
+bool SceneFolders::contain(const std::string& file) const { return contain_place(canonical(file)); }
 
 void SceneFolders::check(const std::string& file, const std::string& what) const {
-  if (contain(file)) return;
+  if (!contain(file)) refuse(file, what);
+}
+
+void SceneFolders::check_opened(const std::string& link, const std::string& file, const std::string& what) const {
+  std::error_code error;
+  const auto place = std::filesystem::read_symlink(link, error);
+  if (error) throw SceneError(what + " \"" + file + "\": where it is cannot be told: " + link + ": " + error.message());
+  if (!contain_place(place)) refuse(file, what);
+}
+
+bool SceneFolders::contain_place(const std::filesystem::path& place) const {
+  return !place.empty() &&
+         std::any_of(folders_.begin(), folders_.end(), [&](const auto& folder) { return is_below(place, folder); });
+}
+
+void SceneFolders::refuse(const std::string& file, const std::string& what) const {
   std::string listed;
   for (const auto& folder : folders_) listed += (listed.empty() ? "\"" : ", \"") + folder.string() + "\"";
   throw SceneError(what + " \"" + file + "\": expected a file in the folders that clients may load from (" + listed +

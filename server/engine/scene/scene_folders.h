@@ -21,10 +21,15 @@ class SceneFolders {
   bool contain(const std::string& file) const;
   // Throws SceneError, whether the file is there or not, if it is outside. `what` is what the file is, "scene".
   void check(const std::string& file, const std::string& what) const;
+  // The same of what was opened as `file`, where `link`, "/proc/self/fd/N", says that it is.
+  void check_opened(const std::string& link, const std::string& file, const std::string& what) const;
 
   const std::filesystem::path& first() const { return folders_.front(); }
 
  private:
+  bool contain_place(const std::filesystem::path& place) const;  // canonical
+  [[noreturn]] void refuse(const std::string& file, const std::string& what) const;
+
   std::vector<std::filesystem::path> folders_;  // canonical
 };
 

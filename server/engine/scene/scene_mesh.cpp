@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "server/engine/scene/field.h"
+#include "server/engine/scene/gmsh_mesh.h"
 #include "server/engine/scene/scene_error.h"
 
 namespace acus {
@@ -165,11 +166,11 @@ std::vector<int> held_by(const Scene& scene, const std::string& field, const Vol
 
 }  // namespace
 
-TetrahedralMesh read_mesh(const Scene& scene) {
+TetrahedralMesh read_mesh(const Scene& scene, const SceneFolders* allowed) {
   const Tissue& tissue = scene.tissue;
   if (tissue.left_out()) return {};
   try {
-    return tissue.gmsh ? read_gmsh_mesh(tissue.gmsh->file, tissue.gmsh->metres_per_unit)
+    return tissue.gmsh ? read_gmsh_mesh(tissue.gmsh->file, tissue.gmsh->metres_per_unit, allowed)
                        : make_box_mesh(tissue.box.size, tissue.box.cells);
   } catch (const MeshError& error) {
     throw scene_error(scene, "tissue.mesh", error.what());

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // From YAML to Scene: structure and types. Ranges are validate()'s.
-#include <fcntl.h>
 #include <unistd.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
@@ -16,6 +15,7 @@
 #include <regex>
 #include <sstream>
 
+#include "server/engine/scene/opened_file.h"
 #include "server/engine/scene/scene_error.h"
 #include "server/engine/scene/scene_fields.h"
 #include "server/engine/scene/scene_folders.h"
@@ -369,17 +369,16 @@ YAML::Node parse_yaml(const std::string& text, const std::string& name) {
   }
 }
 
-// Never waits: a file that has nothing to give for now, as some of /proc do, is an error.
-std::string read_text(const std::string& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  if (file < 0) throw SceneError(path + ": expected a scene file, found: " + std::strerror(errno));
+std::string read_text(const std::string& path, const SceneFolders* allowed) {
+  const OpenedFile opened = open_file(path, "scene", allowed);
+  const int file = opened.file.number();
+  if (file < 0) throw SceneError(path + ": expected a scene file, found: " + opened.problem);
   std::string text(kMaxFileSize + 1, '\0');
   std::size_t size = 0;
   ssize_t count = 0;
   while (size < text.size() && (count = read(file, &text[size], text.size() - size)) > 0)
     size += static_cast<std::size_t>(count);
   const int error = errno;
-  close(file);
   if (count < 0) throw SceneError(path + ": the scene file cannot be read: " + std::strerror(error));
   if (size > kMaxFileSize) {
     throw SceneError(path + ": expected a scene of at most " + std::to_string(kMaxFileSize) + " bytes, found more");
@@ -391,10 +390,10 @@ std::string read_text(const std::string& path) {
 void find_mesh(Scene& scene, const std::string& folder, const SceneFolders* allowed) {
   GmshMesh& mesh = *scene.tissue.gmsh;
   mesh.file = (std::filesystem::path(folder) / mesh.file).string();
-  if (allowed) allowed->check(mesh.file, "mesh");
-  std::error_code ignored;
-  if (scene.tissue.left_out() || std::filesystem::is_regular_file(mesh.file, ignored)) return;
-  throw scene_error(scene, "tissue.mesh.gmsh.file", "expected a mesh file, found none at \"" + mesh.file + "\"");
+  if (scene.tissue.left_out()) return;
+  const std::string problem = open_file(mesh.file, "mesh", allowed).problem;
+  if (problem.empty()) return;
+  throw scene_error(scene, "tissue.mesh.gmsh.file", "expected a mesh file at \"" + mesh.file + "\", found: " + problem);
 }
 
 std::string as_json(const std::string& text) {
@@ -442,12 +441,7 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::s
 }
 
 Scene read_scene(const std::string& path, const SceneFolders* allowed) {
-  if (allowed) allowed->check(path, "scene");
-  std::error_code error;
-  const bool regular = std::filesystem::is_regular_file(path, error);
-  if (error) throw SceneError(path + ": expected a scene file, found: " + error.message());
-  if (!regular) throw SceneError(path + ": expected a scene file, found a folder or a device");
-  return parse_scene(read_text(path), path, std::filesystem::path(path).parent_path().string(), allowed);
+  return parse_scene(read_text(path, allowed), path, std::filesystem::path(path).parent_path().string(), allowed);
 }
 
 }  // namespace acus
