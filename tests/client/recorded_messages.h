@@ -2,17 +2,16 @@
 // The messages of a file that acus-replay --shapes wrote.
 #pragma once
 
-#include <fstream>
-#include <iterator>
 #include <msgpack.hpp>
 #include <string>
 #include <vector>
 
+#include "tests/support/file_content.h"
+
 namespace acus::test {
 
 inline std::vector<std::string> read_messages(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  const std::string bytes = content_of(path);
   std::vector<std::string> messages;
   for (std::size_t begin = 0, end = 0; begin < bytes.size(); begin = end) {
     msgpack::unpack(bytes.data(), bytes.size(), end);

@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -18,8 +17,10 @@
 #include "protocol/codec.h"
 #include "tests/client/mock_server.h"
 #include "tests/client/recorded_messages.h"
+#include "tests/support/file_content.h"
 #include "tests/support/places.h"
 
+using acus::content_of;
 using acus::test::MockScript;
 using acus::test::MockServer;
 using acus::test::read_messages;
@@ -49,10 +50,7 @@ class Workplace {
 
   void write(const std::string& name, const std::string& text) const { std::ofstream(path(name)) << text; }
 
-  std::string read(const std::string& name) const {
-    std::ifstream file(path(name));
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  std::string read(const std::string& name) const { return content_of(path(name)); }
 
   Outcome replay(const MockServer& server, const std::string& arguments = "", const std::string& motion = "motion.csv",
                  double timeout_s = 20) const {

@@ -3,10 +3,10 @@
 // a folder, the samples are written there instead.
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/samples.h"
+#include "tests/support/file_content.h"
 
 namespace {
 
@@ -32,10 +32,8 @@ int main(int argc, char** argv) {
   give("");
   if (!std::filesystem::is_directory(argv[2])) return 0;
   for (const auto& entry : std::filesystem::directory_iterator(argv[2])) {
-    std::ostringstream text;
-    text << std::ifstream(entry.path(), std::ios::binary).rdbuf();
     std::printf("%s\n", entry.path().c_str());
-    give(text.str());
+    give(acus::content_of(entry.path()));
   }
   return 0;
 }

@@ -2,8 +2,6 @@
 #include "tests/fuzz/samples.h"
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include "protocol/codec.h"
@@ -11,6 +9,7 @@
 #include "server/engine/scene/mesh_answer.h"
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
+#include "tests/support/file_content.h"
 #include "tests/support/places.h"
 #include "tests/support/small_block.h"
 
@@ -18,16 +17,10 @@ namespace acus::fuzz {
 
 namespace {
 
-std::string contents(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
-
 std::vector<std::string> files(const char* folder, const char* ending, std::size_t most) {
   std::vector<std::string> all;
   for (const auto& entry : std::filesystem::directory_iterator(source_path("scenes/") + folder))
-    if (entry.path().extension() == ending) all.push_back(contents(entry.path()).substr(0, most));
+    if (entry.path().extension() == ending) all.push_back(content_of(entry.path()).substr(0, most));
   return all;
 }
 

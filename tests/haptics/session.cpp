@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <csignal>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
@@ -15,16 +13,13 @@
 
 #include "tests/haptics/block_scene.h"
 #include "tests/integration/server_process.h"
+#include "tests/support/file_content.h"
 #include "tests/support/places.h"
 
 using namespace acus::testing;
+using acus::content_of;
 
 namespace {
-
-std::string contents(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 // A column of a CSV file.
 std::vector<double> column(const std::string& csv, const std::string& name) {
@@ -56,8 +51,8 @@ nlohmann::json run(const std::vector<std::string>& server_options, const std::st
                   "--duration", duration, "--grip", "firm", "--hand-speed", "0.05", "--record", csv, "--summary",
                   summary, "--timeout", "60"});
   REQUIRE(haptic.wait(kPatience) == 0);
-  if (record) *record = contents(csv);
-  return nlohmann::json::parse(contents(summary));
+  if (record) *record = content_of(csv);
+  return nlohmann::json::parse(content_of(summary));
 }
 
 }  // namespace
@@ -85,7 +80,7 @@ TEST_CASE("a second session begins where the first one left the needle") {
     Process haptic({acus::program_path("acus-haptic"), "--commands", server.commands(), "--states", server.states(),
                     "--duration", "0.9", "--hand-speed", "0.05", "--record", csv, "--timeout", "60"});
     REQUIRE(haptic.wait(kPatience) == 0);
-    const std::vector<double> places = column(contents(csv), "base_z_m");
+    const std::vector<double> places = column(content_of(csv), "base_z_m");
     begins.push_back(places.front());
     ends.push_back(places.back());
   }
@@ -126,7 +121,7 @@ nlohmann::json press_bone(const std::vector<std::string>& more) {
   command.insert(command.end(), more.begin(), more.end());
   Process haptic(command);
   REQUIRE(haptic.wait(kPatience) == 0);
-  return nlohmann::json::parse(contents(summary));
+  return nlohmann::json::parse(content_of(summary));
 }
 
 TEST_CASE("bone is felt at the stiffness of the rule, over a late and lossy network too, and no energy is made") {
@@ -149,12 +144,12 @@ TEST_CASE("bone is felt at the stiffness of the rule, over a late and lossy netw
 }
 
 TEST_CASE("a hand that lets itself be pushed back by the tissue is paid from what it has put in") {
-  ServerProcess server({"--lockstep"}, contents(acus::source_path("scenes/insertion_pullback.yaml")));
+  ServerProcess server({"--lockstep"}, content_of(acus::source_path("scenes/insertion_pullback.yaml")));
   const std::string summary = server.folder() / "run.json";
   Process haptic({acus::program_path("acus-haptic"), "--commands", server.commands(), "--states", server.states(),
                   "--duration", "3.8", "--summary", summary, "--timeout", "60"});
   REQUIRE(haptic.wait(kPatience) == 0);
-  const auto run = nlohmann::json::parse(contents(summary));
+  const auto run = nlohmann::json::parse(content_of(summary));
   CHECK(run["largest_force_N"] == doctest::Approx(1).epsilon(0.02));  // the puncture
   CHECK(run["withheld_J"] < 1e-5);
   CHECK(run["rest_felt_N"].get<double>() == doctest::Approx(run["rest_server_N"].get<double>()).epsilon(0.01));
@@ -177,7 +172,7 @@ SharedRun share_needle(const std::string& pupil_duration, const std::vector<std:
                    "--hand-speed", "0.05", "--duration", "2", "--record", first, "--timeout", "60"});
   CHECK(pupil.wait(kPatience) == 0);
   CHECK(teacher.wait(kPatience) == 0);
-  return {contents(first), contents(second)};
+  return {content_of(first), content_of(second)};
 }
 
 // J, that the force of a recording has done on the handle along x.
@@ -223,14 +218,14 @@ TEST_CASE("a pupil without a teacher ends with 3, and a needle is shared on this
   ServerProcess server({"--lockstep"}, scene());
   Process teacher({program, "--commands", server.commands(), "--states", server.states(), "--share", "ipc://" + file});
   CHECK(teacher.wait(kPatience) == 1);
-  CHECK(contents(file) == "to be kept");
+  CHECK(content_of(file) == "to be kept");
   Process mixed({program, "--verify", "--share", "ipc:///nowhere/x"});
   CHECK(mixed.wait(kPatience) == 1);
 }
 
 // Until the file has a row of samples.
 void wait_for_samples(const std::string& csv) {
-  for (int i = 0; i < 2000 && std::ranges::count(contents(csv), '\n') < 50; ++i) std::this_thread::sleep_for(10ms);
+  for (int i = 0; i < 2000 && std::ranges::count(content_of(csv), '\n') < 50; ++i) std::this_thread::sleep_for(10ms);
 }
 
 TEST_CASE("a session whose server is gone ends with 3, one whose server was started anew with 2" *

@@ -5,11 +5,10 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "tests/integration/printed.h"
 #include "tests/integration/raw_peer.h"
+#include "tests/support/file_content.h"
 #include "tests/support/places.h"
 
 namespace acus::testing {
@@ -65,8 +64,7 @@ TEST_CASE("a file that is no socket is not replaced") {
     check_refusal(place.server(place.ipc("commands"), place.ipc(name)), kCannotListen,
                   {"--states", place.folder / name, "exists and is no socket; remove it"});
   }
-  std::ifstream file(path);
-  CHECK(std::string(std::istreambuf_iterator<char>(file), {}) == "kept");
+  CHECK(content_of(path) == "kept");
   CHECK(std::filesystem::is_symlink(place.folder / "link"));
 }
 

@@ -6,11 +6,11 @@
 
 #include <deque>
 #include <fstream>
-#include <iterator>
 
 #include "protocol/key_file.h"
 #include "tests/integration/printed.h"
 #include "tests/integration/raw_peer.h"
+#include "tests/support/file_content.h"
 #include "tests/support/places.h"
 
 namespace acus::testing {
@@ -60,11 +60,6 @@ bool is_refused(const ServerProcess& server, const std::optional<client::CurveKe
     }
   }
   return false;
-}
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 std::string secret_line(const Keys& keys, const std::string& name) {
@@ -273,7 +268,7 @@ TEST_CASE("keys that cannot be used are a bad command line") {
   check({"--curve-clients", keys.open("alice")}, "--curve-server-key");
   check({"--curve-server-key", keys.open("server"), "--curve-clients", keys.open("alice")}, "expected one public");
   check({"--curve-server-key", keys.secret("server"), "--curve-clients", keys.folder / "nobody"}, "cannot be read");
-  const std::string mixed = keys.folder.write("mixed", text_of(keys.open("bob")) + secret_line(keys, "server"));
+  const std::string mixed = keys.folder.write("mixed", content_of(keys.open("bob")) + secret_line(keys, "server"));
   REQUIRE(chmod(mixed.c_str(), 0600) == 0);
   check({"--curve-server-key", mixed, "--curve-clients", keys.open("alice")},
         "'" + mixed + "': the public key is not that of the secret key");

@@ -7,11 +7,10 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
-#include <sstream>
 #include <thread>
 
 #include "tests/integration/printed.h"
+#include "tests/support/file_content.h"
 #include "tests/support/places.h"
 
 namespace acus::testing {
@@ -23,11 +22,7 @@ class Output {
   explicit Output(const std::string& path) : file_(std::fopen(path.c_str(), "w")), path_(path) {}
   ~Output() { std::fclose(file_); }
   int file() const { return fileno(file_); }
-  std::string text() const {
-    std::ostringstream text;
-    text << std::ifstream(path_).rdbuf();
-    return text.str();
-  }
+  std::string text() const { return content_of(path_); }
 
  private:
   std::FILE* file_;
@@ -62,11 +57,6 @@ void step_down(client::CommandLink& commands, std::uint64_t from, std::uint64_t 
     REQUIRE(commands.send(pose_at(0.5 - 1e-4 * static_cast<double>(i), i)));
     commands.step(1, kPatience);
   }
-}
-
-std::string contents(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 std::string refusal(client::CommandLink& commands, const std::string& file) {
@@ -253,7 +243,7 @@ TEST_CASE("a server goes on from a moment of a recording, bit by bit, and its ow
   commands.shutdown(kPatience);
   CHECK(recorded.process().wait(kPatience) == 0);
 
-  ServerProcess from_middle({"--lockstep", "--at", "0.1", "--record", second}, contents(first));  // 200 Hz
+  ServerProcess from_middle({"--lockstep", "--at", "0.1", "--record", second}, content_of(first));  // 200 Hz
   client::CommandLink others = hold(from_middle);
   const protocol::HashReply there = others.hash(kPatience);
   CHECK(there.hash == middle.hash);
@@ -265,7 +255,7 @@ TEST_CASE("a server goes on from a moment of a recording, bit by bit, and its ow
   CHECK(from_middle.process().wait(kPatience) == 0);
   CHECK(rerun(folder, second).says("run again   20 ticks"));
 
-  ServerProcess from_end({"--lockstep"}, contents(second));
+  ServerProcess from_end({"--lockstep"}, content_of(second));
   client::CommandLink again(from_end.commands());
   CHECK(again.hash(kPatience).hash == end.hash);
   CHECK(again.hash(kPatience).tick == 40);
@@ -287,7 +277,7 @@ void record_steps(const std::string& file) {
 TEST_CASE("in real time a server goes on from a recording, and its needles rest where they were going") {
   const TemporaryFolder folder;
   record_steps(folder / "run");
-  ServerProcess server({}, contents(folder / "run"));
+  ServerProcess server({}, content_of(folder / "run"));
   client::StateLink states = subscribe(server, {"force"});
   protocol::Force force;
   do force = receive<protocol::Force>(states);
@@ -299,7 +289,7 @@ TEST_CASE("in real time a server goes on from a recording, and its needles rest 
 TEST_CASE("a server that begins paused rests at its moment until it is resumed, and a needle can be taken before") {
   const TemporaryFolder folder;
   record_steps(folder / "run");
-  ServerProcess server({"--paused"}, contents(folder / "run"));
+  ServerProcess server({"--paused"}, content_of(folder / "run"));
   client::CommandLink others = hold(server);
   CHECK(others.hello(kPatience).paused);
   const protocol::HashReply first = others.hash(kPatience), second = others.hash(kPatience);
@@ -320,7 +310,7 @@ TEST_CASE("options that do not go with a recording, or without one, and recordin
   commands.step(20, kPatience);
   commands.shutdown(kPatience);
   CHECK(recorded.process().wait(kPatience) == 0);
-  const std::string run = contents(folder / "run"), damaged = run.substr(0, run.size() - 1);
+  const std::string run = content_of(folder / "run"), damaged = run.substr(0, run.size() - 1);
   const auto status = [](const std::vector<std::string>& options, const std::string& scene) {
     return ServerProcess(options, scene).process().wait(kPatience);
   };

@@ -8,10 +8,10 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <thread>
 
 #include "tests/integration/server_process.h"
+#include "tests/support/file_content.h"
 
 namespace acus::testing {
 namespace {
@@ -159,8 +159,8 @@ std::vector<std::uint8_t> wait_for_file(const std::string& file) {
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
   while (!std::filesystem::exists(file) && std::chrono::steady_clock::now() < deadline)
     std::this_thread::sleep_for(10ms);
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  const std::string bytes = content_of(file);
+  return {bytes.begin(), bytes.end()};
 }
 
 TEST_CASE("a scene that asks for snapshots gets them into a file, from which a server that was killed goes on") {
@@ -194,8 +194,7 @@ TEST_CASE("a snapshot that cannot be written leaves the one before, and the serv
   client::CommandLink commands(server.commands());
   for (int second = 0; second < 3; ++second) commands.step(200, kPatience);
   CHECK(commands.hash(kPatience).tick == 600);
-  std::ifstream stream(folder / "newest.snapshot");
-  CHECK(std::string{std::istreambuf_iterator<char>(stream), {}} == "as it was");
+  CHECK(content_of(folder / "newest.snapshot") == "as it was");
 }
 
 TEST_CASE("a pipe where a snapshot would be written holds nobody up, with a reader and without") {

@@ -7,19 +7,12 @@
 
 #include <bit>
 #include <csignal>
-#include <fstream>
-#include <sstream>
 
+#include "tests/support/file_content.h"
 #include "tests/support/temporary_folder.h"
 
 namespace acus {
 namespace {
-
-std::string contents(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
 
 recorded::BodyCommand given() {
   Command command{.seq = 7, .pose = Pose{{-0.0, 2, 1e-300}, Quaternion(1, 0, 0, 0)}, .spin = {}};
@@ -140,7 +133,7 @@ TEST_CASE("a recording is read to its end, and there is none of the same name be
 
 TEST_CASE("a recording that was cut anywhere gives what stood whole before") {
   const TemporaryFolder folder;
-  const std::string whole = contents(write_small(folder, "run"));
+  const std::string whole = content_of(write_small(folder, "run"));
   int most = 0;
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const std::string path = folder.write("cut", whole.substr(0, size));
@@ -159,7 +152,7 @@ TEST_CASE("a recording that was cut anywhere gives what stood whole before") {
 // Some bits of a frame's header mean nothing.
 TEST_CASE("a recording with a byte changed gives what stands before it, or an error, and nothing else") {
   const TemporaryFolder folder;
-  const std::string whole = contents(write_small(folder, "run"));
+  const std::string whole = content_of(write_small(folder, "run"));
   for (std::size_t at = 0; at < whole.size(); ++at) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
@@ -174,7 +167,7 @@ TEST_CASE("a recording with a byte changed gives what stands before it, or an er
 
 TEST_CASE("what stands behind the end of a recording is told of") {
   const TemporaryFolder folder;
-  const std::string whole = contents(write_small(folder, "run"));
+  const std::string whole = content_of(write_small(folder, "run"));
   for (const std::string& more : {std::string("x"), std::string(100, '\0'), whole}) {
     const Read read = read_all(folder.write("more", whole + more));
     CHECK(read.ticks == 3);

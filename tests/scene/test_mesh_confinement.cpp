@@ -15,11 +15,11 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <fstream>
 #include <sstream>
 
 #include "server/engine/scene/mesh_confinement.h"
 #include "server/engine/scene/mesh_process.h"
+#include "tests/support/file_content.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
@@ -57,12 +57,6 @@ int first_wrong_call(const char* writable) {
   refused(syscall(SYS_pidfd_open, getppid(), 0));
   refused(syscall(SYS_memfd_create, "x", 0));
   return wrong;
-}
-
-std::string read_file(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
 }
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
@@ -106,11 +100,11 @@ TEST_CASE("the reading program is confined, and is not root where there are othe
   close(input);
   pollfd written{answer[0], POLLIN, 0};
   REQUIRE(poll(&written, 1, 60'000) == 1);
-  const std::string status = read_file("/proc/" + std::to_string(child) + "/status");
+  const std::string status = content_of("/proc/" + std::to_string(child) + "/status");
   CHECK(contains(status, "NoNewPrivs:\t1"));
   CHECK(contains(status, "Seccomp:\t2"));
   CHECK(contains(status, "CapEff:\t0000000000000000"));
-  std::istringstream users(read_file("/proc/self/uid_map"));
+  std::istringstream users(content_of("/proc/self/uid_map"));
   long inside = 0, outside = 0, count = 0;
   users >> inside >> outside >> count;
   if (geteuid() == 0 && count > 65534) CHECK(contains(status, "Uid:\t65534\t65534\t65534\t65534"));

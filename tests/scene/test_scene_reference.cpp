@@ -8,12 +8,12 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <sstream>
 #include <vector>
 
 #include "server/engine/scene/scene_fields.h"
 #include "server/engine/scene/scene_json.h"
 #include "server/engine/scene/scene_reference.h"
+#include "tests/support/file_content.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
@@ -21,11 +21,9 @@ namespace acus {
 namespace {
 
 std::string read_text(const std::string& path) {
-  std::ifstream file(source_path(path), std::ios::binary);
-  REQUIRE(file);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
+  const std::string text = content_of(source_path(path));
+  REQUIRE(!text.empty());
+  return text;
 }
 
 // A field of the schema: the path to it as in messages, and how to write a scene that gives it one value.

@@ -2,24 +2,18 @@
 // The phases of a needle: the documents show the arrows that the code knows, and no tick goes another way.
 #include <doctest/doctest.h>
 
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <string>
 
 #include "server/engine/math/random.h"
 #include "server/engine/state/phase.h"
+#include "tests/support/file_content.h"
 #include "tests/support/places.h"
 #include "tests/tick/bench.h"
 
 namespace acus::test {
 
 namespace {
-
-std::string contents(const std::string& below) {
-  std::ifstream file(source_path(below));
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 std::string name(Phase phase) { return protocol::kPhaseNames[static_cast<std::size_t>(phase)]; }
 std::string name(EventKind kind) { return protocol::kEventKindNames[static_cast<std::size_t>(kind)]; }
@@ -34,7 +28,7 @@ std::string table() {
 
 // The diagram at the head of state/phase.h, without the comment's slashes.
 std::string diagram() {
-  const std::string header = contents("server/engine/state/phase.h");
+  const std::string header = content_of(source_path("server/engine/state/phase.h"));
   const std::size_t first = header.find("\n//  "), last = header.find("\n// kPhaseChanges");
   REQUIRE(first != std::string::npos);
   REQUIRE(last != std::string::npos);
@@ -53,10 +47,11 @@ std::string diagram() {
 TEST_CASE("MODEL.md and the contract have the table of phases, and MODEL.md the diagram") {
   for (const char* page : {"server/MODEL.md", "protocol/README.md"}) {
     CAPTURE(page);
-    CHECK_MESSAGE(contents(page).find(table()) != std::string::npos, "expected this table:\n" << table());
+    const std::string text = content_of(source_path(page));
+    CHECK_MESSAGE(text.find(table()) != std::string::npos, "expected this table:\n" << table());
   }
-  CHECK_MESSAGE(contents("server/MODEL.md").find(diagram()) != std::string::npos, "expected this diagram:\n"
-                                                                                      << diagram());
+  const std::string model = content_of(source_path("server/MODEL.md"));
+  CHECK_MESSAGE(model.find(diagram()) != std::string::npos, "expected this diagram:\n" << diagram());
 }
 
 // Bench holds after every tick that the events explain the phase.

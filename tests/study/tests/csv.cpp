@@ -4,10 +4,9 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
+#include "tests/support/file_content.h"
 #include "tests/support/temporary_folder.h"
 
 namespace acus {
@@ -19,9 +18,7 @@ TEST_CASE("a table holds what was written at every moment") {
   CsvFile table(path, {"what", "number", "count", "pass"});
   table.row({"a, \"quoted\" word", 1.0 / 3, 7, true});
   table.row({"plain", std::nan(""), 0, false});
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  CHECK(text.str() ==
+  CHECK(content_of(path) ==
         "what,number,count,pass\n"
         "\"a, \"\"quoted\"\" word\",0.333333,7,yes\n"
         "plain,,0,no\n");
