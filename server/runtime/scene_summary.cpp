@@ -271,7 +271,8 @@ void add_tissue(TextTable& table, const Tissue& tissue, const Costs& costs, cons
                                            five_digits(costs.slice * costs.window) + " entries; "
                                      : "work of a tick as much as " + five_digits(costs.slice) + " entries, at most " +
                                            five_digits(costs.largest_slice) + "; ") +
-                   std::to_string(costs.modes) + " modes"});
+                   std::to_string(costs.modes) + " modes, about the " +
+                   (costs.about_equilibrium ? "equilibrium" : "rest shape")});
   table.add({"  corridor", megabytes(bytes.corridor),
              std::string("compliance of up to ") + std::to_string(costs.corridor_nodes) + " nodes around the needles"});
 }

@@ -38,15 +38,17 @@ struct FieldBench {
 
 class FieldMotion : private BenchSystem, public TissueMotion {
  public:
-  FieldMotion(const TissueModel& model, int window)
-      : BenchSystem{{model, kStep, TissueMatrix::turned, window}}, TissueMotion(system, 1, 40) {}
+  FieldMotion(const TissueModel& model, int window, const TissueState* equilibrium = nullptr, double h = kStep)
+      : BenchSystem{{model, h, TissueMatrix::turned, window, false, equilibrium}}, TissueMotion(system, 1, 40) {}
 
-  TissueState state() const {
+  TissueState state(const TissueState* equilibrium = nullptr) const {
     TissueState state = make_tissue_state(system.model);
-    if (system.field) state.field = make_field_state(system, 40);
+    if (equilibrium) state.x = equilibrium->x, state.rotations = equilibrium->rotations;
+    if (system.field) state.field = make_field_state(system, 40, equilibrium);
     return state;
   }
   const TissueSystem& tissue() const { return system; }
+  void increase_by(double times) { system.field->increase = times; }
 };
 
 // A tick with a force (N) on a point.
@@ -65,6 +67,19 @@ const MaterialPoint kNone{};
 MaterialPoint middle_of(int tetrahedron) { return {tetrahedron, Eigen::Vector4d::Constant(0.25)}; }
 
 double largest_difference(const Matrix3X& a, const Matrix3X& b) { return (a - b).cwiseAbs().maxCoeff(); }
+
+// Under the weight of the model, by long ticks.
+TissueState at_rest(const TissueModel& model) {
+  FieldMotion motion(model, 0, nullptr, 1);
+  TissueState state = motion.state();
+  for (int i = 0; i < 1000; ++i) {
+    const Matrix3X before = state.x;
+    tick(motion, state, kNone, Vector3::Zero());
+    if (largest_difference(state.x, before) < 1e-12) return state;
+  }
+  FAIL("it comes to no rest");
+  return state;
+}
 
 }  // namespace
 
@@ -211,6 +226,111 @@ TEST_CASE("tissue that is crushed by a weight it cannot bear stays finite, and i
     REQUIRE(state.x.allFinite());
   }
   CHECK(share < 0.5);
+}
+
+// Whether a push dies away in tissue that has become (1 + r) times as stiff as the field's matrix.
+bool dies_away(double r, int window, double increase = 1) {
+  FieldBench bench;
+  FieldMotion motion(bench.model, window);
+  motion.increase_by(increase);
+  for (ElementBatch& batch : bench.model.batches) {
+    for (double& mu : batch.shape.mu.at) mu *= 1 + r;
+    for (double& lambda : batch.shape.lambda.at) lambda *= 1 + r;
+  }
+  TissueState state = motion.state();
+  auto largest_until = [&, i = 0](int end) mutable {
+    double largest = 0;
+    for (; i < end; ++i) {
+      tick(motion, state, middle_of(200), push(i) * Vector3(1e-3, 1e-3, -1e-3));
+      largest = std::max(largest, largest_difference(state.x, bench.mesh.nodes));
+    }
+    return largest;
+  };
+  const double pushed = largest_until(500);
+  largest_until(8000);
+  return largest_until(8500) < 0.01 * pushed;
+}
+
+TEST_CASE("motions die away in tissue that is not much stiffer or softer than the field's matrix" *
+          doctest::test_suite("gate")) {
+  for (const auto& [window, bearable] : {std::pair{8, 0.9}, {16, 0.45}, {32, 0.23}}) {
+    CAPTURE(window);
+    CHECK(dies_away(0.6 * bearable, window));
+    CHECK_FALSE(dies_away(1.5 * bearable, window));
+  }
+  CHECK(dies_away(-0.45, 32));
+  CHECK_FALSE(dies_away(-0.75, 32));
+  CHECK(dies_away(-0.75, 32, 0));
+  CHECK(dies_away(-0.9, 32, 0));
+}
+
+TEST_CASE("about an equilibrium the field's matrix is that of small motions there, in the frames of its nodes") {
+  const FieldBench bench({8, 3, 8});
+  const TissueState rest = at_rest(bench.model);
+  CHECK(largest_difference(rest.x, bench.mesh.nodes) > 0.02);
+  const TissueSystem system(bench.model, kStep, TissueMatrix::turned, 8, false, &rest);
+  REQUIRE(system.field->about_equilibrium);
+
+  const Matrix4X frames = node_frames(system, rest.rotations);
+  const Matrix3X moved = Random(5).matrix(3, bench.model.nodes(), 1e-8);  // m, in the frames
+  const auto forces_at = [&](double share) {
+    Matrix3X x = rest.x, forces(3, bench.model.nodes());
+    for (const int node : bench.model.free_nodes) x.col(node) += share * (rotation_of(frames, node) * moved.col(node));
+    ElementRotations rotations = rest.rotations;
+    elastic_forces(bench.model, x, rotations, forces);
+    return forces;
+  };
+  const Matrix3X change = (forces_at(1) - forces_at(-1)) / 2;
+  VectorX solution(bench.model.unknowns());
+  for (std::size_t f = 0; f < system.position.size(); ++f) {
+    const int node = bench.model.free_nodes[f];
+    solution.segment<3>(system.position[f]) =
+        system.field->c2 * (rotation_of(frames, node).conjugate() * Vector3(change.col(node)));
+  }
+  MatrixX panel_rows = system.factor.make_panel_rows();
+  system.factor.forward(solution, panel_rows);
+  system.factor.backward(solution, panel_rows);
+  double off = 0;
+  for (std::size_t f = 0; f < system.position.size(); ++f)
+    off = std::max(off, (solution.segment<3>(system.position[f]) - moved.col(bench.model.free_nodes[f])).norm());
+  CHECK(off < 1e-3 * 1e-8);
+}
+
+TEST_CASE("tissue that is stretched by a fifth swings out after a push, whatever its window" *
+          doctest::test_suite("gate")) {
+  const FieldBench bench({0, 0, 40});
+  const TissueState rest = at_rest(bench.model);
+  for (const int window : {8, 16, 32}) {
+    CAPTURE(window);
+    FieldMotion motion(bench.model, window, &rest);
+    TissueState state = motion.state(&rest);
+    const auto run = [&](int from, int to) {
+      double largest = 0;
+      for (int i = from; i < to; ++i) {
+        tick(motion, state, middle_of(200), push(i) * Vector3(0.5, 0.2, -1));
+        largest = std::max(largest, largest_difference(state.x, rest.x));
+      }
+      return largest;
+    };
+    const double pushed = run(0, 400);
+    CHECK(pushed > 1e-4);
+    CHECK(run(400, 6000) < pushed);
+    CHECK(run(6000, 7000) < 1e-3 * pushed);
+    CHECK(state.field->window->share == 1);
+  }
+}
+
+TEST_CASE("a column that is about to buckle keeps the matrix of its rest shape") {
+  const FieldBench bench({0, 0, -31});
+  const TissueState rest = at_rest(bench.model);
+  const TissueSystem system(bench.model, kStep, TissueMatrix::turned, 8, false, &rest);
+  CHECK_FALSE(system.field->about_equilibrium);
+  FieldMotion motion(bench.model, 32, &rest);
+  TissueState state = motion.state(&rest);
+  for (int i = 0; i < 4000; ++i) tick(motion, state, middle_of(200), push(i) * Vector3(0.01, 0, 0));
+  CHECK(largest_difference(state.x, rest.x) < 1e-8);
+  CHECK(system.field->modes.omega2[0] ==
+        TissueSystem(bench.model, kStep, TissueMatrix::turned, 8).field->modes.omega2[0]);
 }
 
 TEST_CASE("tissue that no support holds has no deferred field") {

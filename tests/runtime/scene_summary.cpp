@@ -217,6 +217,19 @@ TEST_CASE("the check says how far equilibrium has moved tissue and needles") {
   CHECK(line_of(text, "  rest at the start") == "");
 }
 
+TEST_CASE("the check says which stiffness a window reckons with") {
+  const std::string hung = R"(
+gravity: [0, 0, 9.81]
+tissue:
+  window: 8
+  mesh: {box: {cells: [3, 3, 3]}}
+  regions: [{material: {rayleigh_stiffness: 0.01}}]
+  fixed: [{box: {max: [.inf, .inf, -0.0499]}}]
+)";
+  CHECK(line_of(summary_of(hung), "  window").ends_with("modes, about the rest shape"));
+  CHECK(line_of(summary_of(hung + "start: equilibrium\n"), "  window").ends_with("modes, about the equilibrium"));
+}
+
 TEST_CASE("columns are aligned by characters, not bytes") {
   TextTable table;
   table.add({"a", "b", "c"});

@@ -12,8 +12,10 @@
 //   d⁺ = theta1 ((d - d⁻)/h² + c1 d + (c2 - 1) omega² d + Phiᵀ dphi⁺)
 //   theta0 = 1/(c2 omega²),  theta1 = 1/(c1 + c2 omega²)
 //
-// The factor is that of c2 K = L Lᵀ, with one beta, the largest. Of held nodes, Y = L⁻¹ eᵢ (corridor.h), the tick is exact:
-// their compliance is G = YᵀY - Psi Psiᵀ, Psi = Phi (theta0 - theta1)^½.
+// K is the stiffness of the rest shape, or that of the equilibrium in which the tissue begins, in the frames that its
+// nodes have there: of strained tissue the first may be so far off that defects grow (below). Damping is that of K, too.
+// The factor is that of c2 K = L Lᵀ, with one beta, the largest. Of held nodes, Y = L⁻¹ eᵢ (corridor.h), the tick is
+// exact: their compliance is G = YᵀY - Psi Psiᵀ, Psi = Phi (theta0 - theta1)^½.
 //
 // The window (field_window.h) begins with a picture of where everything is. Its ticks make of it, a slice each
 // (field_task.h), the whole field x, the exact corotational forces f(x) there, and the defect
@@ -24,9 +26,13 @@
 // tissue at rest is at rest under its own corotational forces, whatever is lumped here; what k sets is how much later
 // turning, stretching and differences of beta are felt.
 //
-// Where material is much stiffer against what happens to it than K, a defect calls forth a larger one. If defects
-// grow that are as large as all forces on the tissue, the field is stopped, begins anew from where it is, and only a share
-// of each defect is fed in, half as much each time; it comes back slowly.
+// A defect calls forth a larger one where the tissue resists a motion with (1 + r) K and r is large. One motion of beta
+// 10 ms at 1 kHz, whatever its frequency, dies away up to r = 0.9, 0.45, 0.23 with windows of 8, 16, 32 ticks, and down
+// to r = -0.58 with 32; without the increase, whatever the softness. So defects are not increased where tissue begins in
+// an equilibrium that is too soft to be K.
+//
+// Defects that grow and are as large as all forces on the tissue stop the field: it begins anew from where it is, and
+// only a share of each defect is fed in, half as much each time; it comes back slowly.
 //
 // [after "deferred correction", Stetter 1978; condensed modes, Craig and Bampton 1968]
 #pragma once
@@ -42,6 +48,8 @@ struct DeferredField {
 
   int window;               // k, ticks
   bool threaded;            // the work of windows has a thread of its own
+  bool about_equilibrium = false;  // K is that of the equilibrium
+  double increase = 1;             // times its last change, by which a defect is increased
   double h;                 // s
   double beta, alpha;       // s, 1/s
   double c1, c2, rho;

@@ -155,7 +155,7 @@ void FieldTask::run(const TissueSystem& system, const FieldWindow& window, const
     case Work::defect:
       return find_defect(system, window, first, last);
     case Work::feed:
-      if (first == 0) judge(window);
+      if (first == 0) judge(system, window);
       return feed(window, 3 * first, 3 * last);
     case Work::project:
       for (int position = 3 * first; position < 3 * last; position += 3)
@@ -239,7 +239,7 @@ void FieldTask::find_defect(const TissueSystem& system, const FieldWindow& windo
 }
 
 // Finds what share of the defect is fed in, and whether the field is to be stopped.
-void FieldTask::judge(const FieldWindow& window) {
+void FieldTask::judge(const TissueSystem& system, const FieldWindow& window) {
   FieldWindow& next = *result_.window;
   next.size = std::sqrt(squares_);
   next.scale = std::max(std::sqrt(applied_), kFading * window.scale);
@@ -249,7 +249,7 @@ void FieldTask::judge(const FieldWindow& window) {
   next.grown = beyond(kGrowth, kPart) ? std::min(window.grown, kGrowing - 1) + 1 : 0;
   result_.stops = next.grown >= kGrowing || beyond(1, kMost);
   next.share = result_.stops ? std::max(kLeastShare, window.share / 2) : std::min(1.0, kComingBack * window.share);
-  next.increase = result_.stops || next.share < 1 ? 0 : 1;
+  next.increase = result_.stops || next.share < 1 ? 0 : system.field->increase;
 }
 
 void FieldTask::feed(const FieldWindow& window, int first, int last) {
@@ -277,10 +277,7 @@ FieldState make_field_state(const TissueSystem& system, int most_held, const Tis
   window.p.setZero(unknowns);
   if (in_equilibrium) {
     window.x = in_equilibrium->x;
-    window.rotations.resize(4, system.model.nodes());
-    node_rotations(system.model, in_equilibrium->rotations, window.rotations);
-    Matrix4X sums(4, system.rotation_grid.points);
-    smooth_rotations(system.rotation_grid, window.rotations, sums);
+    window.rotations = node_frames(system, in_equilibrium->rotations);
   } else {
     window.x = system.model.mesh->nodes;
     window.rotations.setZero(4, system.model.nodes());
@@ -289,6 +286,7 @@ FieldState make_field_state(const TissueSystem& system, int most_held, const Tis
       window.p.segment<3>(system.position[f]) = system.model.applied.col(system.model.free_nodes[f]);
   }
   window.y = window.scheduled = window.total = window.p;
+  window.increase = field.increase;
   MatrixX panel_rows = system.factor.make_panel_rows();
   system.factor.forward(window.y, panel_rows);
   for (int position = 0; position < unknowns; position += 3)

@@ -74,7 +74,7 @@ class FieldTask {
   void carry(const FieldWindow& window, int first, int last);
   void place(const TissueSystem& system, const FieldWindow& window, int first, int last);
   void find_defect(const TissueSystem& system, const FieldWindow& window, int first, int last);
-  void judge(const FieldWindow& window);
+  void judge(const TissueSystem& system, const FieldWindow& window);
   void feed(const FieldWindow& window, int first, int last);
 
   std::vector<SparseCholesky::Part> parts_;

@@ -2,6 +2,7 @@
 #include "server/engine/models/tissue_assembler.h"
 
 #include <algorithm>
+#include <cassert>
 #include <span>
 #include <utility>
 
@@ -67,6 +68,14 @@ SparseMatrix make_pattern(const TissueModel& model) {
   return pattern;
 }
 
+using ElementMatrix = Eigen::Matrix<double, 12, 12>;
+
+void turn_into(const Matrix4X& frames, const std::array<int, 4>& nodes, ElementMatrix& k) {
+  ElementMatrix axes = ElementMatrix::Zero();
+  for (int a = 0; a < 4; ++a) axes.block<3, 3>(3 * a, 3 * a) = rotation_of(frames, nodes[a]).toRotationMatrix();
+  k = (axes.transpose() * k * axes).eval();
+}
+
 // What the elements at x give to the patches: all g_a, and the pressures (Pa).
 struct PatchState {
   PatchGradients gradients;
@@ -105,7 +114,8 @@ TissueAssembler::TissueAssembler(const TissueModel& model, std::vector<double> s
 }
 
 void TissueAssembler::assemble(const Matrix3X& x, const ElementRotations& rotations, Tangent tangent,
-                               const MatrixFactors& factors, SparseMatrix& matrix) const {
+                               const MatrixFactors& factors, SparseMatrix& matrix, const Matrix4X* frames) const {
+  assert(!frames || model_.pressure.patches() == 0);
   if (matrix.nonZeros() != pattern_.nonZeros()) matrix = pattern_;
   double* values = matrix.valuePtr();
   std::fill_n(values, matrix.nonZeros(), 0.0);
@@ -118,8 +128,8 @@ void TissueAssembler::assemble(const Matrix3X& x, const ElementRotations& rotati
     const double pressure = model_.pressure.patches() == 0 ? 0 : mean_pressure(model_.pressure, t, patches.pressures);
     const double stiffness = stiffening_.empty() ? factors.stiffness : factors.stiffness * stiffening_[t];
     const double factor = stiffness + factors.stiffness_damping * model_.rayleigh_stiffness[t];
-    const Eigen::Matrix<double, 12, 12> k =
-        corotational_tangent(model_.elements[t], local, q, tangent == Tangent::exact, pressure);
+    ElementMatrix k = corotational_tangent(model_.elements[t], local, q, tangent == Tangent::exact, pressure);
+    if (frames) turn_into(*frames, model_.mesh->tetrahedra[t], k);
     for_lower_triangle([&](int index, int a, int b) {
       if (positions_[t][index] >= 0) values[positions_[t][index]] += factor * k(a, b);
     });

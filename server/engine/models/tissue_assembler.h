@@ -33,9 +33,10 @@ class TissueAssembler {
   // `stiffening`: per tetrahedron, what its stiffness is multiplied by (tissue_memory.h); empty: 1.
   explicit TissueAssembler(const TissueModel& model, std::vector<double> stiffening = {});
 
-  // Overwrites `matrix`, which must be empty or come from this assembler.
+  // Overwrites `matrix`, which must be empty or come from this assembler. With `frames` R (4 x nodes, unit, w x y z)
+  // the unknowns of a node are along its own axes, dx = R dq, and K becomes Rᵀ K R; not of tissue with nodal pressures.
   void assemble(const Matrix3X& x, const ElementRotations& rotations, Tangent tangent, const MatrixFactors& factors,
-                SparseMatrix& matrix) const;
+                SparseMatrix& matrix, const Matrix4X* frames = nullptr) const;
 
  private:
   void add_patches(const PatchGradients& gradients, const MatrixFactors& factors, SparseMatrix& matrix) const;

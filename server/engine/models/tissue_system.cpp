@@ -11,6 +11,9 @@ namespace acus {
 namespace {
 
 constexpr double kLargestErrorOfHeld = 0.5;  // - (factor_error())
+// Of the rest shape's stiffness, that an equilibrium's must have left for every motion: where it is near to buckling,
+// tissue gets many times as stiff as it moves, which a field about it does not bear (deferred_field.h).
+constexpr double kLeastOfRest = 0.3;
 
 // The free nodes of tetrahedra and patches that have a fixed node.
 std::vector<int> nodes_beside_supports(const TissueModel& model) {
@@ -79,12 +82,32 @@ double keep_few_bits(SparseCholesky& factor, const SparseMatrix& rest) {
   return error;
 }
 
-void factorize_rest(TissueSystem& system, const ElementRotations& upright) {
+// c2 times the Hessian at an equilibrium, in the frames that nodes have there; false where it does not hold the tissue
+// as the rest shape's does.
+bool factorize_about(TissueSystem& system, const TissueState& equilibrium) {
+  const Matrix4X frames = node_frames(system, equilibrium.rotations);
+  const MatrixFactors factors{.stiffness = system.field->c2};
+  SparseMatrix matrix, margin;
+  system.assembler.assemble(equilibrium.x, equilibrium.rotations, Tangent::exact, factors, matrix, &frames);
+  system.assembler.assemble(equilibrium.x, equilibrium.rotations, Tangent::turned, factors, margin, &frames);
+  Eigen::Map<VectorX> difference(margin.valuePtr(), margin.nonZeros());
+  difference = Eigen::Map<const VectorX>(matrix.valuePtr(), matrix.nonZeros()) - kLeastOfRest * difference;
+  return system.factor.factorize(margin) && system.factor.factorize(matrix) &&
+         keep_few_bits(system.factor, matrix) < kLargestErrorOfHeld;
+}
+
+// The matrix that stays, of refactorized ones the pattern.
+void factorize_once(TissueSystem& system, const ElementRotations& upright, const TissueState* equilibrium) {
   SparseMatrix rest;
   const Matrix3X& nodes = system.model.mesh->nodes;
   system.assembler.assemble(nodes, upright, Tangent::rest,
                             system.field ? MatrixFactors{.stiffness = system.field->c2} : tick_factors(system.h), rest);
   system.factor.analyze(rest, 3);
+  if (system.field && equilibrium) {
+    system.field->about_equilibrium = factorize_about(system, *equilibrium);
+    if (system.field->about_equilibrium) return system.factor.finish();
+    system.field->increase = 0;
+  }
   const bool definite = system.factor.factorize(rest), once = system.matrix != TissueMatrix::refactorized;
   const double error = definite && once ? keep_few_bits(system.factor, rest) : 0;
   // Rounding may make a singular matrix definite; but then it does not say where translations go.
@@ -145,7 +168,8 @@ void finish_deferred_field(const TissueSystem& system, DeferredField& field) {
 
 }  // namespace
 
-TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMatrix kind, int window, bool threaded)
+TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMatrix kind, int window, bool threaded,
+                           const TissueState* equilibrium)
     : model(tissue),
       h(time_step),
       matrix(kind),
@@ -161,13 +185,20 @@ TissueSystem::TissueSystem(const TissueModel& tissue, double time_step, TissueMa
   if (empty()) return;
   const ElementRotations upright(model);
   if (window > 0) field = begin_deferred_field(*this, window, threaded);
-  factorize_rest(*this, upright);
+  factorize_once(*this, upright, equilibrium);
   for (int f = 0; f < static_cast<int>(model.free_nodes.size()); ++f) position.push_back(factor.position(3 * f));
   if (field) {
     finish_deferred_field(*this, *field);
   } else if (damped && matrix != TissueMatrix::refactorized) {
     sum_damping_beside_supports(*this, upright);
   }
+}
+
+Matrix4X node_frames(const TissueSystem& system, const ElementRotations& rotations) {
+  Matrix4X frames(4, system.model.nodes()), sums(4, system.rotation_grid.points);
+  node_rotations(system.model, rotations, frames);
+  smooth_rotations(system.rotation_grid, frames, sums);
+  return frames;
 }
 
 double elastic_energy(const TissueSystem& system, const TissueState& state) {

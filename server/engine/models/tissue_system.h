@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a tick of the tissue needs and never changes: the factorised matrix of the rest shape and what goes with it.
+// What a tick of the tissue needs and never changes: a factorised matrix and what goes with it.
 //
 // Matrix `constant` (rung linear): A0 = M/h² + B0/h + K0, factorised once, and K0 itself.
 // Matrix `turned` (rungs warped, refined): the same A0, whose unknowns a tick turns by the nodes' rotations.
@@ -41,10 +41,12 @@ struct TissueSystem {
   // no tissue: nothing is computed.
   //
   // `window` > 0: the tissue has a deferred field of so many ticks (deferred_field.h), which takes matrix `turned`,
-  // linear elements, supports and damping of the stiffness. Its factor is that of c2 K0. `threaded`: the work of
-  // windows has a thread of its own (field_worker.h). Tissue that remembers (tissue_memory.h) takes matrix `turned` and
-  // no field.
-  TissueSystem(const TissueModel& model, double h, TissueMatrix matrix, int window = 0, bool threaded = false);
+  // linear elements, supports and damping of the stiffness. Its factor is that of c2 K, K being K0, or, of tissue that
+  // begins in an `equilibrium`, the Hessian there, unless some motion has less than 0.3 of K0 left. Null: it begins at
+  // rest in the mesh's shape. `threaded`: the work of windows has a thread of its own (field_worker.h). Tissue that
+  // remembers (tissue_memory.h) takes matrix `turned` and no field.
+  TissueSystem(const TissueModel& model, double h, TissueMatrix matrix, int window = 0, bool threaded = false,
+               const TissueState* equilibrium = nullptr);
   TissueSystem(const TissueSystem&) = delete;
   TissueSystem& operator=(const TissueSystem&) = delete;
 
@@ -59,7 +61,7 @@ struct TissueSystem {
   Vector3 applied = Vector3::Zero();        // to the free nodes, weight and pressures (N)
   std::optional<TissueMemory> memory;       // of tissue that remembers
   TissueAssembler assembler;
-  SparseCholesky factor;                    // of the rest shape's matrix
+  SparseCholesky factor;                    // of the rest shape's matrix, or with a field of c2 K
   std::vector<int> position;                // per free node, of its first unknown in the factor
   std::optional<DeferredField> field;
   std::optional<RestStiffness> stiffness;   // constant
@@ -67,6 +69,9 @@ struct TissueSystem {
   std::vector<int> beside_supports;         // free nodes that a matrix entry couples to a fixed one
   std::vector<Matrix3> damping_sums;        // for each of them, sum over free rows of beta K0
 };
+
+// Of matrix `turned`: rotation of every node, made smooth (4 x nodes, unit, w x y z), the frames of its unknowns.
+Matrix4X node_frames(const TissueSystem& system, const ElementRotations& rotations);
 
 // Energy of the rung's own elastic forces (J), with the elements' rotations found last.
 double elastic_energy(const TissueSystem& system, const TissueState& state);

@@ -38,7 +38,7 @@ EngineModel::EngineModel(const Scene& scene) : EngineModel(scene, read_mesh(scen
 
 EngineModel::EngineModel(const Scene& scene, std::optional<TetrahedralMesh> own_mesh)
     : settled_(settle(scene, {}, own_mesh)),
-      model_(scene, {}, own_mesh),
+      model_(scene, {}, own_mesh, tissue_of(settled_)),
       world_(std::make_shared<recorded::World>(record_of(scene, *own_mesh, model_.fingerprint))) {}
 
 int EngineModel::needle(const std::string& name) const {

@@ -174,7 +174,8 @@ int max_rows_of_needles_alone(const Scene& scene) {
   return kMaxGuideRows * static_cast<int>(scene.guides.size()) + kRowsOfNeedleContact * max_needle_contacts(scene);
 }
 
-Model::Model(const Scene& s, const Progress& progress, std::optional<TetrahedralMesh> own_mesh)
+Model::Model(const Scene& s, const Progress& progress, std::optional<TetrahedralMesh> own_mesh,
+             const TissueState* equilibrium)
     : scene(checked(s)),
       h(1 / s.rate),
       mesh(placed(s, own_mesh ? *std::move(own_mesh) : announced(progress, "mesh", [&] { return read_mesh(s); }))),
@@ -193,9 +194,11 @@ Model::Model(const Scene& s, const Progress& progress, std::optional<Tetrahedral
                        })),
       surface(announced(progress, "surfaces", [&] { return Surface(mesh); })),
       borders(s.tissue, mesh, regions),
-      tissue_system(announced(
-          progress, "factor",
-          [&] { return TissueSystem(tissue, h, matrix_of(s.tissue.rung), s.tissue.window, s.tissue.window_thread); })),
+      tissue_system(announced(progress, "factor",
+                              [&] {
+                                return TissueSystem(tissue, h, matrix_of(s.tissue.rung), s.tissue.window,
+                                                    s.tissue.window_thread, equilibrium);
+                              })),
       needles(announced(progress, "needles", [&] { return needles_of(s); })),
       cutting_directions(cutting_directions_of(s, needles)),
       needle_limits(limits_of(s.needles)),

@@ -21,8 +21,10 @@ namespace acus {
 using Progress = std::function<void(const char* what)>;
 
 struct Model {
-  // Factorises, with the scene's mesh as read_mesh() gives it, or reads that first; throws SceneError.
-  explicit Model(const Scene& scene, const Progress& progress = {}, std::optional<TetrahedralMesh> own_mesh = {});
+  // Factorises, with the scene's mesh as read_mesh() gives it, or reads that first; throws SceneError. `equilibrium` of
+  // the tissue, where it begins in one (tick/static_start.h), is read only here.
+  explicit Model(const Scene& scene, const Progress& progress = {}, std::optional<TetrahedralMesh> own_mesh = {},
+                 const TissueState* equilibrium = nullptr);
   Model(const Model&) = delete;  // parts refer to each other
   Model& operator=(const Model&) = delete;
 

@@ -12,7 +12,7 @@ namespace acus {
 
 Simulation::Simulation(const Scene& scene, const Progress& progress, std::optional<TetrahedralMesh> own_mesh)
     : settled_(settle(scene, progress, own_mesh)),
-      model_(scene, progress, std::move(own_mesh)),
+      model_(scene, progress, std::move(own_mesh), tissue_of(settled_)),
       state_(start_state(model_, settled_)),
       commands_(scene.needles.size() + scene.guides.size()),
       scratch_(std::make_unique<Scratch>(model_, progress)),
@@ -95,6 +95,7 @@ Costs Simulation::costs() const {
   if (const auto& field = model_.tissue_system.field) {
     const FieldTask& task = scratch_->tissue.field->worker.task();
     costs.window = field->window;
+    costs.about_equilibrium = field->about_equilibrium;
     costs.modes = static_cast<int>(field->modes.count());
     costs.slice = task.cost() / field->window;
     costs.largest_slice = task.largest_slice(field->window);

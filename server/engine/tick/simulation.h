@@ -24,6 +24,7 @@ struct Costs {
   int corridor_column = 0;         // entries of each of their three columns, at most
   int window = 0;                  // ticks of the deferred field; without one the next three are 0
   int modes = 0;                   // that carry its inertia
+  bool about_equilibrium = false;  // its matrix is that of the equilibrium, not of the rest shape
   double slice = 0;                // of its work in a tick, in entries of the factor: the mean,
   double largest_slice = 0;        // and the largest
   int max_rows = 0;                // scalar rows of the laws in one tick

@@ -9,10 +9,10 @@
 // Ticks of 1 s find it, backward Euler steps so long that inertia holds next to nothing back, without damping, and with
 // relaxations that are over within one. Each solves with the factor of the rest shape (`exact`: with that of the
 // current one) until no node moves by more than kSettled in a tick: some 10 ticks where the tissue is hardly strained,
-// 100 where it hangs by its side. Loading takes that, and a second factorisation.
+// 100 where it hangs by its side. Loading takes that, and one more factorisation, with a window two or three.
 //
-// Of tissue with a window (models/deferred_field.h), what a needle in contact does comes in the first tick: its force is
-// off by up to 8 % in the first windows (`tests/tick/test_static_start.cpp`).
+// Of tissue with a window (models/deferred_field.h), what a needle in contact does comes in the first tick: its force
+// is off by up to 8 % in the first windows (`tests/tick/test_static_start.cpp`).
 #pragma once
 
 #include <map>
@@ -32,6 +32,11 @@ inline constexpr int kMaxCrushedTicks = 100;  // in a row, elements being flat o
 // mesh if that is not at hand. Throws SceneError where there is none: nothing holds the tissue, it is pressed flat,
 // comes to no rest, or has come over the tip of a needle.
 std::optional<State> settle(const Scene& scene, const Progress& progress, std::optional<TetrahedralMesh>& own_mesh);
+
+// The tissue in equilibrium, for the scene's model; null where it starts undeformed.
+inline const TissueState* tissue_of(const std::optional<State>& settled) {
+  return settled ? &settled->tissue : nullptr;
+}
 
 // The state after loading, tick 0. `places`: of bodies, needles and after them guides, that stand elsewhere than in the
 // scene (world, unit orientation); they hang there as their weight bends them. Throws PlacementError for a tip inside
