@@ -437,5 +437,11 @@ TEST_CASE("a command after a pause is approached in ten milliseconds, evenly") {
   CHECK(motion.pose().position.x() == doctest::Approx(1e-3));
 }
 
+TEST_CASE("a command's orientation is of unit length, but for rounding") {
+  const auto command = [](double w) { return Command{1, Pose{{0, 0, 0}, Quaternion(w, 0, 0, 0)}, {}}; };
+  for (const double off : {0.0, 1e-15, -1e-7, 1e-7}) CHECK(in_range(command(1 + off)));
+  for (const double off : {-4e-5, 4e-5, 1e-6, -1.0, std::nan("")}) CHECK_FALSE(in_range(command(1 + off)));
+}
+
 }  // namespace
 }  // namespace acus

@@ -15,6 +15,10 @@ constexpr double kMaxTurn = 3;           // rad of spin in a tick: less than hal
 
 constexpr double kMemory = 16;  // commands that the rhythm is a mean of
 
+// Of a quaternion's squared length, half of what rotation_log() bears. Whoever takes less exact ones from outside divides
+// them by their length (protocol/unit_quaternion.h).
+constexpr double kUnitTolerance = 5e-7;
+
 // A command that a tick takes in; `ticks` since the one before.
 void hear(CommandRhythm& rhythm, std::uint64_t ticks, double h) {
   const auto interval = static_cast<double>(ticks);
@@ -34,7 +38,7 @@ void hear(CommandRhythm& rhythm, std::uint64_t ticks, double h) {
 // Written so that not-a-number is out of range.
 bool in_range(const Pose& pose) {
   return pose.position.array().isFinite().all() && pose.position.cwiseAbs().maxCoeff() <= kMaxPosition &&
-         std::abs(pose.orientation.norm() - 1) <= protocol::kQuaternionTolerance;
+         std::abs(pose.orientation.squaredNorm() - 1) <= kUnitTolerance;
 }
 
 double length(double x) { return std::abs(x); }
