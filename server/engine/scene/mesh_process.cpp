@@ -277,9 +277,7 @@ std::vector<char> run_mesh_program(const std::string& program, const std::string
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) fail("no pipe can be made to read it", errno);
   const Descriptor answer(ends[0]);
-  Descriptor low(ends[1]);
-  Descriptor written = moved_up(low);
-  low.close();
+  Descriptor written = moved_up(Descriptor(ends[1]));
 
   const MeshFolder folder(ending);
   const Deadline deadline(limits.time);

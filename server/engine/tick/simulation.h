@@ -22,7 +22,7 @@ struct Costs {
   std::size_t factor_bytes = 0;
   int corridor_nodes = 0;          // tissue nodes whose compliance is kept
   int corridor_column = 0;         // entries of each of their three columns, at most
-  int window = 0;                  // ticks of the deferred field; without one the next three are 0
+  int window = 0;                  // ticks of the deferred field; without one the next four are 0
   int modes = 0;                   // that carry its inertia
   bool about_equilibrium = false;  // its matrix is that of the equilibrium, not of the rest shape
   double slice = 0;                // of its work in a tick, in entries of the factor: the mean,
