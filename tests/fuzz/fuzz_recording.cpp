@@ -8,7 +8,6 @@
 #include "server/engine/recording/rerun.h"
 #include "server/engine/state/snapshot.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/fuzz/samples.h"
 #include "tests/support/small_block.h"
 
 namespace {

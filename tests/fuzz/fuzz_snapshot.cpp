@@ -6,7 +6,7 @@
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/fuzz/samples.h"
+#include "tests/fuzz/pushing.h"
 #include "tests/support/small_block.h"
 
 namespace {

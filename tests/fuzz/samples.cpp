@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/fuzz/samples.h"
 
+#include <cmath>
 #include <filesystem>
+#include <regex>
 #include <stdexcept>
 
 #include "protocol/codec.h"
@@ -9,7 +11,9 @@
 #include "server/engine/scene/mesh_answer.h"
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
+#include "tests/fuzz/pushing.h"
 #include "tests/support/file_content.h"
+#include "tests/support/mesh_files.h"
 #include "tests/support/places.h"
 #include "tests/support/small_block.h"
 
@@ -17,10 +21,18 @@ namespace acus::fuzz {
 
 namespace {
 
-std::vector<std::string> files(const char* folder, const char* ending, std::size_t most) {
+std::vector<std::string> files(const char* folder, const char* ending, std::size_t most = 1 << 16) {
   std::vector<std::string> all;
   for (const auto& entry : std::filesystem::directory_iterator(source_path("scenes/") + folder))
     if (entry.path().extension() == ending) all.push_back(content_of(entry.path()).substr(0, most));
+  return all;
+}
+
+// Scenes without their comments, whose numbers mean nothing.
+std::vector<std::string> scenes() {
+  std::vector<std::string> all = files(".", ".yaml");
+  static const std::regex comment(R"(\s*#[^\n]*)");
+  for (std::string& text : all) text = std::regex_replace(text, comment, "");
   return all;
 }
 
@@ -37,6 +49,13 @@ std::vector<std::string> messages() {
   return all;
 }
 
+// In the layout of fuzz_mesh_file.cpp.
+std::vector<std::string> mesh_files() {
+  std::vector<std::string> all;
+  for (const auto& [name, text] : test::kMeshFiles) all.push_back(name.substr(name.find('.')) + '\n' + text);
+  return all;
+}
+
 RawMesh small_mesh() {
   const TetrahedralMesh box = make_box_mesh({1, 1, 1}, {1, 1, 1});
   RawMesh mesh;
@@ -48,6 +67,19 @@ RawMesh small_mesh() {
 }
 
 std::string as_text(const std::vector<char>& bytes) { return {bytes.begin(), bytes.end()}; }
+
+// In the layout of fuzz_mesh_shape.cpp.
+std::string shape_of(const std::array<int, 3>& cells) {
+  const TetrahedralMesh box = make_box_mesh({0.1, 0.1, 0.1}, cells);
+  std::string bytes{static_cast<char>(box.node_count()), 3, 1};
+  for (const double coordinate : box.nodes.reshaped()) {
+    const auto number = static_cast<std::int16_t>(std::lround(coordinate / 1e-5));
+    bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+  }
+  for (const std::array<int, 4>& corners : box.tetrahedra)
+    for (const int corner : corners) bytes.push_back(static_cast<char>(corner));
+  return bytes;
+}
 
 std::string image_of(const Simulation& simulation) {
   const std::vector<std::byte> image = to_bytes(simulation.state());
@@ -83,18 +115,12 @@ std::string items() {
 
 }  // namespace
 
-void push(Simulation& simulation) {
-  Pose pose = simulation.state().bases[0].target;
-  pose.position.z() -= 4e-4;
-  simulation.command(0, {.seq = simulation.state().tick + 1, .pose = pose, .spin = {}});
-  simulation.step();
-}
-
 std::vector<std::string> samples(const std::string& target) {
   if (target == "decode") return messages();
-  if (target == "scene") return files(".", ".yaml", 1 << 16);
+  if (target == "scene" || target == "world") return scenes();
   if (target == "mesh_answer") return {as_text(encode_mesh(small_mesh())), as_text(encode_mesh_error("no such file"))};
-  if (target == "mesh_file") return files("meshes", ".msh", 1 << 14);
+  if (target == "mesh_file") return mesh_files();
+  if (target == "mesh_shape") return {shape_of({1, 1, 1}), shape_of({2, 2, 2})};
   if (target == "trajectory") return files("trajectories", ".csv", 2000);
   if (target == "snapshot") return images();
   if (target == "recording") return {items()};

@@ -5,14 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "server/engine/tick/simulation.h"
-
 namespace acus::fuzz {
 
 // Of the target with that name; throws std::runtime_error if there is none.
 std::vector<std::string> samples(const std::string& target);
-
-// Tells the needle to go on into the block, and makes a tick.
-void push(Simulation& simulation);
 
 }  // namespace acus::fuzz

@@ -17,10 +17,15 @@
 #include "server/engine/scene/gmsh_mesh.h"
 #include "server/engine/scene/mesh_answer.h"
 #include "server/engine/scene/mesh_process.h"
+#include "tests/support/mesh_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace acus {
 namespace {
+
+using test::kMeshFiles;
+using test::kMsh2;
+using test::MeshFile;
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
@@ -33,66 +38,6 @@ std::string error_of(Action action) {
   }
   return "no error";
 }
-
-template <class Number>
-std::string bytes_of(std::initializer_list<Number> numbers, bool big_endian = false) {
-  std::string bytes;
-  for (const Number number : numbers) {
-    std::string one(sizeof(number), '\0');
-    std::memcpy(one.data(), &number, sizeof(number));
-    bytes.append(big_endian ? std::string(one.rbegin(), one.rend()) : one);
-  }
-  return bytes;
-}
-
-struct MeshFile {
-  std::string name;
-  std::string text;
-};
-
-// The unit tetrahedron as each format has it.
-const MeshFile kMsh1{"a.msh",
-                     "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n1\n1 4 7 1 4 1 2 3 4\n$ENDELM\n"};
-const MeshFile kMsh2{"b.msh",
-                     "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 7 \"liver\"\n$EndPhysicalNames\n"
-                     "$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n"
-                     "$Elements\n1\n1 4 2 7 1 1 2 3 4\n$EndElements\n"};
-const MeshFile kMsh2Binary{"c.msh", "$MeshFormat\n2.2 1 8\n" + bytes_of({1}) + "\n$EndMeshFormat\n$Nodes\n4\n" +
-                                        bytes_of({1}) + bytes_of({0., 0., 0.}) + bytes_of({2}) +
-                                        bytes_of({1., 0., 0.}) + bytes_of({3}) + bytes_of({0., 1., 0.}) +
-                                        bytes_of({4}) + bytes_of({0., 0., 1.}) + "\n$EndNodes\n$Elements\n1\n" +
-                                        bytes_of({4, 1, 2, 1, 7, 1, 1, 2, 3, 4}) + "\n$EndElements\n"};
-const MeshFile kMsh4{"d.msh",
-                     "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 7 \"liver\"\n$EndPhysicalNames\n"
-                     "$Entities\n0 0 0 1\n1 0 0 0 1 1 1 1 7 0\n$EndEntities\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n"
-                     "0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n"};
-const MeshFile kMsh4Binary{
-    "e.msh", "$MeshFormat\n4.1 1 8\n" + bytes_of({1}) + "\n$EndMeshFormat\n$Entities\n" +
-                 bytes_of<std::uint64_t>({0, 0, 0, 1}) + bytes_of({1}) + bytes_of({0., 0., 0., 1., 1., 1.}) +
-                 bytes_of<std::uint64_t>({1}) + bytes_of({7}) + bytes_of<std::uint64_t>({0}) +
-                 "\n$EndEntities\n$Nodes\n" + bytes_of<std::uint64_t>({1, 4, 1, 4}) + bytes_of({3, 1, 0}) +
-                 bytes_of<std::uint64_t>({4, 1, 2, 3, 4}) + bytes_of({0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1.}) +
-                 "\n$EndNodes\n$Elements\n" + bytes_of<std::uint64_t>({1, 1, 1, 1}) + bytes_of({3, 1, 4}) +
-                 bytes_of<std::uint64_t>({1, 1, 1, 2, 3, 4}) + "\n$EndElements\n"};
-const MeshFile kVtk{"f.vtk",
-                    "# vtk DataFile Version 2.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n"
-                    "0 0 0\n1 0 0\n0 1 0\n0 0 1\n\nCELLS 1 5\n4 0 1 2 3\n\nCELL_TYPES 1\n10\n"};
-const MeshFile kVtkBinary{"g.vtk",
-                          "# vtk DataFile Version 2.0\nx\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n" +
-                              bytes_of({0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1.}, true) + "\n\nCELLS 1 5\n" +
-                              bytes_of({4, 0, 1, 2, 3}, true) + "\n\nCELL_TYPES 1\n" + bytes_of({10}, true) + "\n"};
-const MeshFile kUnv{"h.unv",
-                    "    -1\n  2411\n"
-                    "         1         1         1        11\n   0.0D+00   0.0D+00   0.0D+00\n"
-                    "         2         1         1        11\n   1.0D+00   0.0D+00   0.0D+00\n"
-                    "         3         1         1        11\n   0.0D+00   1.0D+00   0.0D+00\n"
-                    "         4         1         1        11\n   0.0D+00   0.0D+00   1.0D+00\n    -1\n"
-                    "    -1\n  2412\n         1       111         1         7         7         4\n"
-                    "         1         2         3         4\n    -1\n"};
-const MeshFile kMedit{"i.mesh",
-                      "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 1\n1 0 0 1\n0 1 0 1\n0 0 1 1\n"
-                      "Tetrahedra\n1\n1 2 3 4 7\nEnd\n"};
-const std::vector<MeshFile> kFiles{kMsh1, kMsh2, kMsh2Binary, kMsh4, kMsh4Binary, kVtk, kVtkBinary, kUnv, kMedit};
 
 // Numbers that stand in for a size or a node.
 const std::vector<std::string> kBadNumbers{"-1",   "0",   "3", "99", "2147483647", "99999999999999999999",
@@ -149,7 +94,7 @@ RawMesh unit_tetrahedron() { return {{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 1
 }  // namespace
 
 TEST_CASE("every mesh format is read" * doctest::test_suite("gate")) {
-  for (const MeshFile& file : kFiles) {
+  for (const MeshFile& file : kMeshFiles) {
     CAPTURE(file.name);
     const TemporaryFolder folder;
     const TetrahedralMesh mesh = read_gmsh_mesh(folder.write(file.name, file.text), 0.5);
@@ -159,7 +104,7 @@ TEST_CASE("every mesh format is read" * doctest::test_suite("gate")) {
 }
 
 TEST_CASE("a script beside a mesh is not run" * doctest::test_suite("gate")) {
-  for (const MeshFile& file : kFiles) {
+  for (const MeshFile& file : kMeshFiles) {
     CAPTURE(file.name);
     const TemporaryFolder folder;
     const std::string trace = folder.path() + "/trace";
@@ -193,7 +138,7 @@ TEST_CASE("damaged meshes are refused, and the program goes on" * doctest::test_
   std::mt19937 random(1);
   const TemporaryFolder own;
   setenv("TMPDIR", own.path().c_str(), 1);
-  for (const MeshFile& file : kFiles) {
+  for (const MeshFile& file : kMeshFiles) {
     for (int i = 0; i < kMutants; ++i) {
       const TemporaryFolder folder;
       const std::string path = folder.write(file.name, mutate(file.text, random));

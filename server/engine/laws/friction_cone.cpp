@@ -34,7 +34,8 @@ ConeLaws laws_of_rows(const FrictionCone& cone, const DiskContact& contact) {
   const double size = slip.matrix().norm();
   if (contact.slips && size > 0) {
     const double full = contact.slip.norm(), slope = law.slope(full);
-    const double at_rest = law.force(full) - slope * full, viscosity = slope * full / size;  // the tangent
+    // The tangent, which meets the axis at a force that is not negative but for rounding.
+    const double at_rest = std::max(law.force(full) - slope * full, 0.0), viscosity = slope * full / size;
     const Eigen::Array2d way = slip / size, across = kSlope * way.square().reverse();
     const Eigen::Array2d thresholds = at_rest * way * (1 - across), viscosities = at_rest / size * across + viscosity;
     return friction(r, thresholds[0], viscosities[0], thresholds[1], viscosities[1]);
