@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/fuzz/samples.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <regex>
@@ -52,7 +53,10 @@ std::vector<std::string> messages() {
 // In the layout of fuzz_mesh_file.cpp.
 std::vector<std::string> mesh_files() {
   std::vector<std::string> all;
-  for (const auto& [name, text] : test::kMeshFiles) all.push_back(name.substr(name.find('.')) + '\n' + text);
+  for (const auto& [name, text] : test::kMeshFiles) {
+    const auto ending = std::ranges::find(test::kMeshEndings, name.substr(name.find('.')));
+    all.push_back(static_cast<char>(ending - test::kMeshEndings.begin()) + text);
+  }
   return all;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One tetrahedron in every format that meshes are read from, but MED.
+// Formats that meshes are read from, and one tetrahedron in each but MED.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
@@ -20,6 +21,8 @@ std::string bytes_of(std::initializer_list<Number> numbers, bool big_endian = fa
   }
   return bytes;
 }
+
+inline constexpr std::array kMeshEndings{".msh", ".vtk", ".unv", ".mesh", ".bdf", ".nas", ".med"};
 
 struct MeshFile {
   std::string name;

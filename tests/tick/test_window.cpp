@@ -203,7 +203,7 @@ TEST_CASE("scenes that cannot have a deferred field are refused with the reason"
     try {
       const Simulation simulation(scene);
       return std::string();
-    } catch (const std::runtime_error& error) {
+    } catch (const SceneError& error) {
       return std::string(error.what());
     }
   };

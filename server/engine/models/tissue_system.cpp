@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <stdexcept>
+
+#include "server/engine/models/unfit_tissue.h"
 
 namespace acus {
 
@@ -112,13 +113,14 @@ void factorize_once(TissueSystem& system, const ElementRotations& upright, const
   const double error = definite && once ? keep_few_bits(system.factor, rest) : 0;
   // Rounding may make a singular matrix definite; but then it does not say where translations go.
   if (system.field && (!definite || !(error < kLargestErrorOfHeld))) {
-    throw std::runtime_error(
-        "tissue.window: expected 0 for tissue that supports do not hold, found parts that are free; "
-        "add `fixed` volumes that hold them, or leave the window out");
+    throw UnfitTissue("tissue.window",
+                      "expected 0 for tissue that supports do not hold, found parts that are free; add `fixed` volumes "
+                      "that hold them, or leave the window out");
   }
   if (!definite) {
-    throw std::runtime_error(
-        "tissue: expected a stiffness that can be factorised, found a matrix that is not positive definite; bring "
+    throw UnfitTissue(
+        "tissue",
+        "expected a stiffness that can be factorised, found a matrix that is not positive definite; bring "
         "young_modulus and density of its regions closer together, or poisson_ratio further from 0.5");
   }
   if (once) system.factor.finish();

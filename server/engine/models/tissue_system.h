@@ -37,7 +37,7 @@ struct TissueSystem {
   static constexpr double kSinglePrecisionError = 1e-4;  // -
   static constexpr double kLargeStep = 0.1;              // -, of the mean element size
 
-  // Throws std::runtime_error if the factorisation fails. The model must outlive the system. One without free nodes is
+  // Throws UnfitTissue if the factorisation fails. The model must outlive the system. One without free nodes is
   // no tissue: nothing is computed.
   //
   // `window` > 0: the tissue has a deferred field of so many ticks (deferred_field.h), which takes matrix `turned`,

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include "server/engine/models/unfit_tissue.h"
 #include "server/engine/scene/fingerprint.h"
 #include "server/engine/scene/scene_error.h"
 #include "server/engine/state/capacities.h"
@@ -59,6 +60,15 @@ TissueMatrix matrix_of(TissueRung rung) {
       return TissueMatrix::refactorized;
     default:
       return TissueMatrix::turned;
+  }
+}
+
+TissueSystem tissue_system_of(const Scene& scene, const TissueModel& tissue, double h, const TissueState* equilibrium) {
+  try {
+    return TissueSystem(tissue, h, matrix_of(scene.tissue.rung), scene.tissue.window, scene.tissue.window_thread,
+                        equilibrium);
+  } catch (const UnfitTissue& unfit) {
+    throw scene_error(scene, unfit.field, unfit.what());
   }
 }
 
@@ -194,11 +204,7 @@ Model::Model(const Scene& s, const Progress& progress, std::optional<Tetrahedral
                        })),
       surface(announced(progress, "surfaces", [&] { return Surface(mesh); })),
       borders(s.tissue, mesh, regions),
-      tissue_system(announced(progress, "factor",
-                              [&] {
-                                return TissueSystem(tissue, h, matrix_of(s.tissue.rung), s.tissue.window,
-                                                    s.tissue.window_thread, equilibrium);
-                              })),
+      tissue_system(announced(progress, "factor", [&] { return tissue_system_of(s, tissue, h, equilibrium); })),
       needles(announced(progress, "needles", [&] { return needles_of(s); })),
       cutting_directions(cutting_directions_of(s, needles)),
       needle_limits(limits_of(s.needles)),
