@@ -193,9 +193,11 @@ void measure_depth(const Transition& now) {
                                                              state.vertices[vertex].s);
   };
   double end = needle.model.length;
-  if (path.exited)
-    end = std::min(end, exit_advance(now.at, path, state) +
-                            place(path.end, end_tangent(now.at.tissue, path, tip_tangent), state.end_s));
+  if (path.exited) {
+    const double exit =
+        exit_advance(now.at, path, state) + place(path.end, end_tangent(now.at.tissue, path, tip_tangent), state.end_s);
+    end = std::clamp(exit, 0.0, end);  // a needle across its path meets the plane of the exit anywhere
+  }
   double air = 0;
   for (const int exit : path.exits) {
     const auto of = [&](int vertex) { return std::clamp(wall(vertex), 0.0, end); };
