@@ -2,16 +2,20 @@
 // acus-server: loads a scene, simulates it on one thread and serves it on another.
 #include <pthread.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
 #include <optional>
+#include <system_error>
 #include <thread>
 
 #include "protocol/endpoint_address.h"
@@ -129,6 +133,8 @@ std::string check_moment(const std::string& text) {
   return "expected a number of seconds, at least 0, found " + text;
 }
 
+std::string check_named(const std::string& file) { return file.empty() ? "expected the name of a file" : ""; }
+
 std::string check_endpoint(const std::string& endpoint) {
   const std::string problem = protocol::problem_with_endpoint(endpoint, protocol::EndpointUse::listen);
   return problem.empty() ? problem : "endpoint '" + endpoint + "': " + problem;
@@ -180,7 +186,8 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->default_str("that of SCENE");
   app.add_option("--restore", arguments.restore,
                  "Go on from a snapshot of this scene, in a file: the bytes of a client's 'snapshot'")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(check_named);
   app.add_option("--at", arguments.at,
                  "Go on from so many seconds of simulation time after the beginning of the recording that SCENE is")
       ->type_name("SECONDS")
@@ -190,11 +197,12 @@ void declare(CLI::App& app, Arguments& arguments) {
          "--snapshot", arguments.endpoint.snapshot,
          "File for the snapshots that a scene asks for (publish.snapshot_every), the newest in place of the one "
          "before; --restore goes on from it")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(check_named);
   app.add_option("--record", arguments.endpoint.record,
                  "Record the run from its first tick into a new file, which acus-export runs again")
       ->type_name("FILE")
-      ->check([](const std::string& file) { return file.empty() ? "expected the name of a file" : std::string(); });
+      ->check(check_named);
   app.add_option("--recordings", arguments.endpoint.recordings,
                  "Folder that clients may record into; without it they may not")
       ->type_name("FOLDER")
@@ -318,11 +326,30 @@ void read_keys(Arguments& arguments) {
                                                    protocol::read_public_keys(arguments.curve_clients)};
 }
 
+// Why there can be no snapshots in the file; empty if there can.
+std::string problem_with_snapshots(const std::string& file, const std::string& record) {
+  std::error_code error;
+  const std::filesystem::path path = std::filesystem::absolute(file, error).lexically_normal();
+  const std::string option = "--snapshot " + file + ": ";
+  if (!record.empty() && path == std::filesystem::absolute(record, error).lexically_normal())
+    return option + "--record names the same file; give each its own";
+  if (access(path.parent_path().c_str(), W_OK) != 0)
+    return option + "no file can be made in its folder (" + std::strerror(errno) + ")";
+  const auto there = std::filesystem::status(path, error);
+  const bool empty = is_regular_file(there) && std::filesystem::file_size(path, error) == 0;
+  if (!exists(there) || empty || is_snapshot(path)) return "";
+  return option + "there is something else of this name, which a snapshot would replace; give a new name";
+}
+
 // What does not go together, depending on what SCENE is; empty if all does.
 std::string problem_with(const Arguments& arguments) {
   const std::string& scene = arguments.scene;
   if (arguments.check_system)
     return scene.empty() ? "" : "--check-system measures the system, and needs no SCENE; leave " + scene + " out";
+  if (const std::string& snapshot = arguments.endpoint.snapshot; !snapshot.empty()) {
+    if (const std::string problem = problem_with_snapshots(snapshot, arguments.endpoint.record); !problem.empty())
+      return problem;
+  }
   const bool recording = is_recording(scene);
   if (arguments.at && !recording)
     return "--at is for recordings, and " + scene + " is none; give one as SCENE, or leave --at out";

@@ -2,6 +2,7 @@
 // Where servers may listen, and what they say if they cannot.
 #include <doctest/doctest.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -152,6 +153,26 @@ TEST_CASE("a web page is not heard over TCP either") {
   check_serves(commands);
   client::CommandLink(commands).shutdown(kPatience);
   CHECK(server.process().wait(kPatience) == kEnded);
+}
+
+// Typed for it, or an empty variable of a script.
+TEST_CASE("a file that is no snapshot is not replaced by one") {
+  const Place place;
+  const TemporaryFolder& folder = place.folder;
+  const std::string other = folder.write("other.txt", "as it was"), pipe = folder / "pipe";
+  REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+  const auto check = [&](const std::vector<std::string>& options, const std::string& what) {
+    std::vector<std::string> line = place.server(place.ipc("commands"), place.ipc("states"));
+    line.insert(line.end(), options.begin(), options.end());
+    check_refusal(line, kBadCommandLine, {what});
+  };
+  for (const std::string& there : {other, pipe, folder.path(), place.scene})
+    check({"--snapshot", there}, "--snapshot " + there + ": there is something else of this name");
+  check({"--snapshot", folder / "absent/file"}, "no file can be made in its folder (No such file or directory)");
+  check({"--snapshot", folder / "run", "--record", folder / "absent/../run"}, "--record names the same file");
+  for (const char* option : {"--snapshot", "--restore", "--record"})
+    check({option, ""}, std::string(option) + ": expected the name of a file");
+  CHECK(content_of(other) == "as it was");
 }
 
 }  // namespace acus::testing

@@ -187,14 +187,14 @@ TEST_CASE("a scene that asks for snapshots gets them into a file, from which a s
 
 TEST_CASE("a snapshot that cannot be written leaves the one before, and the server goes on") {
   const TemporaryFolder folder;
-  folder.write("newest.snapshot", "as it was");
+  folder.write("newest.snapshot", "acussnap as it was");
   std::filesystem::create_directory(folder / "newest.snapshot.new");  // where it would be written
   ServerProcess server({"--lockstep", "--snapshot", folder / "newest.snapshot"},
                        small_scene("small") + "publish: {snapshot_every: 1}\n");
   client::CommandLink commands(server.commands());
   for (int second = 0; second < 3; ++second) commands.step(200, kPatience);
   CHECK(commands.hash(kPatience).tick == 600);
-  CHECK(content_of(folder / "newest.snapshot") == "as it was");
+  CHECK(content_of(folder / "newest.snapshot") == "acussnap as it was");
 }
 
 TEST_CASE("a pipe where a snapshot would be written holds nobody up, with a reader and without") {

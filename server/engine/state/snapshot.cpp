@@ -3,6 +3,9 @@
 
 #include <bit>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
 
 #include "server/engine/math/hasher.h"
 #include "server/engine/state/state_bytes.h"
@@ -70,6 +73,14 @@ State read_snapshot(const Model& model, std::span<const std::byte> snapshot) {
     throw SnapshotError(std::string("the snapshot cannot be used: ") + error.what());
   }
   return state;
+}
+
+bool is_snapshot(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  char first[sizeof kMagic] = {};
+  std::ifstream(path, std::ios::binary).read(first, sizeof first);
+  return std::memcmp(first, kMagic, sizeof kMagic) == 0;
 }
 
 }  // namespace acus

@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "server/engine/state/model.h"
@@ -34,5 +35,8 @@ std::vector<std::byte> make_snapshot(std::uint64_t fingerprint, const State& sta
 
 // Throws SnapshotError.
 State read_snapshot(const Model& model, std::span<const std::byte> snapshot);
+
+// Whether the file begins as one.
+bool is_snapshot(const std::string& path);
 
 }  // namespace acus
