@@ -10,7 +10,6 @@
 
 #include "server/engine/scene/gmsh_mesh.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/support/mesh_files.h"
 
 namespace {
 
@@ -29,7 +28,7 @@ void tell_outcome(std::string what) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::string stem = "/tmp/acus-fuzz-" + std::to_string(getpid());
   if (size == 0) return 0;
-  const std::string path = stem + acus::test::kMeshEndings[data[0] % acus::test::kMeshEndings.size()];
+  const std::string path = stem + std::string(acus::kMeshEndings[data[0] % acus::kMeshEndings.size()]);
   std::ofstream(path, std::ios::binary) << acus::fuzz::text_of(data + 1, size - 1);
   try {
     const acus::TetrahedralMesh mesh = acus::read_gmsh_mesh(path, 1);

@@ -83,6 +83,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } catch (const acus::SceneError&) {
     return 0;
   }
-  acus::fuzz::push_on(*simulation, 30);
+  acus::fuzz::push_on(*simulation);
   return 0;
 }

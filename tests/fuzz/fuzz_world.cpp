@@ -10,8 +10,6 @@
 
 namespace {
 
-constexpr int kTicks = 30;
-
 // What only takes time is bounded. A box stands for a mesh of a file, and a ball in it for a group of that mesh.
 acus::Scene made_small(acus::Scene scene) {
   constexpr std::size_t kNeedles = 3;
@@ -46,6 +44,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } catch (const acus::SceneError&) {
     return 0;
   }
-  acus::fuzz::push_on(*simulation, kTicks);
+  acus::fuzz::push_on(*simulation);
   return 0;
 }

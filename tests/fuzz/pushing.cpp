@@ -18,8 +18,9 @@ void push(Simulation& simulation, double distance) {
   simulation.step();
 }
 
-void push_on(Simulation& simulation, int ticks) {
-  for (int i = 0; i < ticks; ++i) {
+void push_on(Simulation& simulation) {
+  constexpr int kTicks = 30;
+  for (int i = 0; i < kTicks; ++i) {
     push(simulation, 1e-3);
     check_state(simulation.model(), simulation.state());
     for (const NeedleReport& needle : simulation.report().needles)

@@ -9,7 +9,7 @@ namespace acus::fuzz {
 // Tells every needle to go on by `distance` (m), or as far as it may go in a tick, and makes a tick.
 void push(Simulation& simulation, double distance = 4e-4);
 
-// Pushes for a number of ticks. After each the state is one that a snapshot could have, and the forces are numbers.
-void push_on(Simulation& simulation, int ticks);
+// Pushes for thirty ticks. After each the state is one that a snapshot could have, and the forces are numbers.
+void push_on(Simulation& simulation);
 
 }  // namespace acus::fuzz

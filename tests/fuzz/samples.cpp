@@ -9,6 +9,7 @@
 
 #include "protocol/codec.h"
 #include "server/engine/recording/recording.h"
+#include "server/engine/scene/gmsh_mesh.h"
 #include "server/engine/scene/mesh_answer.h"
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
@@ -54,8 +55,8 @@ std::vector<std::string> messages() {
 std::vector<std::string> mesh_files() {
   std::vector<std::string> all;
   for (const auto& [name, text] : test::kMeshFiles) {
-    const auto ending = std::ranges::find(test::kMeshEndings, name.substr(name.find('.')));
-    all.push_back(static_cast<char>(ending - test::kMeshEndings.begin()) + text);
+    const auto ending = std::ranges::find(kMeshEndings, name.substr(name.find('.')));
+    all.push_back(static_cast<char>(ending - kMeshEndings.begin()) + text);
   }
   return all;
 }

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Formats that meshes are read from, and one tetrahedron in each but MED.
+// One tetrahedron in each format that meshes are read from, but MED.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
@@ -21,8 +20,6 @@ std::string bytes_of(std::initializer_list<Number> numbers, bool big_endian = fa
   }
   return bytes;
 }
-
-inline constexpr std::array kMeshEndings{".msh", ".vtk", ".unv", ".mesh", ".bdf", ".nas", ".med"};
 
 struct MeshFile {
   std::string name;

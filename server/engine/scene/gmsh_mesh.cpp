@@ -13,10 +13,6 @@
 namespace acus {
 namespace {
 
-// Gmsh runs whatever it does not recognise as a script, which may start programs. A file with one of these endings
-// always meets a mesh reader, except .msh, where its first line decides. Gmsh compares their case too.
-constexpr std::array<std::string_view, 7> kMeshEndings{".msh", ".vtk", ".unv", ".mesh", ".bdf", ".nas", ".med"};
-
 std::string check_ending(const std::string& path) {
   const std::string ending = std::filesystem::path(path).extension().string();
   if (std::find(kMeshEndings.begin(), kMeshEndings.end(), ending) != kMeshEndings.end()) return ending;
