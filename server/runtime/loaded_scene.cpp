@@ -145,7 +145,9 @@ std::unique_ptr<LoadedScene> load_scene(Scene scene, std::optional<double> rate,
   if (rate) scene.rate = *rate;
   const spdlog::stopwatch since_start;
   tell_loading("mesh");
-  auto world = std::make_unique<LoadedScene>(scene, read_mesh(scene, allowed), tell_loading);
+  TetrahedralMesh mesh = read_mesh(scene, allowed);
+  for (const std::string& note : mesh.notes) spdlog::info("mesh file: {}", note);
+  auto world = std::make_unique<LoadedScene>(scene, std::move(mesh), tell_loading);
   spdlog::info("loaded in {:.2f} s", since_start);
   return world;
 }

@@ -13,6 +13,7 @@
 #include "server/engine/scene/scene_fields.h"
 #include "server/engine/scene/text_table.h"
 #include "server/engine/state/borders.h"
+#include "server/runtime/mesh_summary.h"
 
 namespace acus {
 namespace {
@@ -385,7 +386,8 @@ std::string summarise(const Simulation& simulation, const std::vector<SceneWarni
   found.insert(found.end(), more.begin(), more.end());
   const std::string warned = warnings(found);
   std::string text = opening(simulation, !warned.empty());
-  const std::array sections{tissue ? materials(simulation) : "",
+  const std::array sections{tissue ? summarise_mesh_file(simulation) : "",
+                            tissue ? materials(simulation) : "",
                             tissue ? laws(scene) : "",
                             tissue ? borders(simulation) : "",
                             needles(scene),

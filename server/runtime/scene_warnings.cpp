@@ -10,6 +10,7 @@
 #include "server/engine/models/surface.h"
 #include "server/engine/scene/scene_fields.h"
 #include "server/engine/scene/text_table.h"
+#include "server/runtime/mesh_summary.h"
 
 namespace acus {
 namespace {
@@ -192,6 +193,7 @@ std::vector<SceneWarning> scene_warnings(const Simulation& simulation) {
   if (scene.tissue.left_out() || simulation.mesh().node_count() == 0) return found;
   warn_of_size(scene, simulation.mesh(), found);
   warn_of_falling(simulation, found);
+  warn_of_unnamed_groups(simulation, found);
   for (int needle = 0; needle < static_cast<int>(scene.needles.size()); ++needle) {
     warn_of_standing_inside(simulation, needle, found);
     warn_of_missing(simulation, needle, found);

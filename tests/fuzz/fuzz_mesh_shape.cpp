@@ -28,7 +28,6 @@ acus::TetrahedralMesh mesh_of(const std::uint8_t* data, std::size_t size) {
   }
   for (std::size_t at = kHead + kNode * nodes; at + kTetrahedron <= size; at += kTetrahedron)
     mesh.tetrahedra.push_back({data[at], data[at + 1], data[at + 2], data[at + 3]});
-  mesh.tag.assign(mesh.tetrahedra.size(), 0);
   build_topology(mesh);
   return mesh;
 }

@@ -8,9 +8,8 @@
 #include <stdexcept>
 
 #include "protocol/codec.h"
+#include "server/engine/mesh_files/mesh_answer.h"
 #include "server/engine/recording/recording.h"
-#include "server/engine/scene/gmsh_mesh.h"
-#include "server/engine/scene/mesh_answer.h"
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
 #include "tests/fuzz/pushing.h"
@@ -54,10 +53,10 @@ std::vector<std::string> messages() {
 // In the layout of fuzz_mesh_file.cpp.
 std::vector<std::string> mesh_files() {
   std::vector<std::string> all;
-  for (const auto& [name, text] : test::kMeshFiles) {
-    const auto ending = std::ranges::find(kMeshEndings, name.substr(name.find('.')));
-    all.push_back(static_cast<char>(ending - kMeshEndings.begin()) + text);
-  }
+  for (const auto& [name, text] : test::kMeshFiles) all.push_back(static_cast<char>(255) + text);
+  const std::string elements =
+      test::kTetgenElements.text + std::string((16 - test::kTetgenElements.text.size() % 16) % 16, '\n');
+  all.push_back(static_cast<char>(elements.size() / 16) + elements + test::kTetgenNodes.text);
   return all;
 }
 
@@ -65,9 +64,10 @@ RawMesh small_mesh() {
   const TetrahedralMesh box = make_box_mesh({1, 1, 1}, {1, 1, 1});
   RawMesh mesh;
   mesh.coordinates.assign(box.nodes.data(), box.nodes.data() + box.nodes.size());
-  for (const auto& corners : box.tetrahedra) mesh.tetrahedra.insert(mesh.tetrahedra.end(), corners.begin(), corners.end());
-  mesh.groups.assign(box.tetrahedra.size(), 1);
-  mesh.group_names = {"", "liver"};
+  for (const auto& corners : box.tetrahedra)
+    mesh.tetrahedra.insert(mesh.tetrahedra.end(), corners.begin(), corners.end());
+  mesh.groups = {{"", 1, "liver", {0, 1}}, {"label", -2, "", {3}}};
+  mesh.notes = {"a note"};
   return mesh;
 }
 

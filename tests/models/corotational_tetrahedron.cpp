@@ -29,7 +29,6 @@ struct Tetrahedron {
       mesh.nodes = random.matrix(3, 4);
       mesh.tetrahedra = {{0, 1, 2, 3}};
     } while (rest_volume(mesh, 0) < 0.1);
-    mesh.tag = {0};
     build_topology(mesh);
     Material material;
     material.young_modulus = 3;

@@ -12,7 +12,7 @@
 #include "server/engine/math/random.h"
 #include "server/engine/models/clusters.h"
 #include "server/engine/models/triangle.h"
-#include "server/engine/scene/gmsh_mesh.h"
+#include "server/engine/scene/mesh_file.h"
 #include "tests/support/places.h"
 
 namespace acus {
@@ -325,7 +325,7 @@ double largest_turn_at_edges(const TetrahedralMesh& mesh, const Matrix3X& x) {
 
 TEST_CASE("normals are the same on both sides of every shallow edge, on any mesh, however the tissue stands") {
   Random random(14);
-  const TetrahedralMesh organ = read_gmsh_mesh(source_path("scenes/meshes/inclusion.msh"), 1);
+  const TetrahedralMesh organ = read_mesh_file(source_path("scenes/meshes/inclusion.msh"), 1);
   TetrahedralMesh bumpy = make_box_mesh(2 * kHalf, {5, 4, 6});
   bumpy.nodes += random.matrix(3, bumpy.nodes.cols(), 0.004);  // edges of all angles
   for (const TetrahedralMesh& mesh : {organ, bumpy}) {
@@ -541,7 +541,7 @@ TEST_CASE("queries answer as a look at every triangle and tetrahedron does, howe
 }
 
 TEST_CASE("queries answer so on a mesh of irregular tetrahedra") {
-  const TetrahedralMesh mesh = read_gmsh_mesh(source_path("scenes/meshes/inclusion.msh"), 1);
+  const TetrahedralMesh mesh = read_mesh_file(source_path("scenes/meshes/inclusion.msh"), 1);
   Random random(12);
   for (const Matrix3X& x : configurations(mesh, random)) check_telling_points(mesh, x, random, 40);
 }

@@ -105,16 +105,14 @@ TEST_CASE("what is recorded comes back to the last bit") {
   recorded::World world{"a.yaml", "acus_scene: 1", 500, 12, {}};
   CHECK(!there_and_back(world).own_mesh);
   world.own_mesh = make_box_mesh({1, 1, 1}, {1, 2, 3});
-  world.own_mesh->tag.assign(world.own_mesh->tetrahedra.size(), 2);
-  world.own_mesh->tag_names = {"", "liver", "vessel"};
+  world.own_mesh->groups = {{"", 2, "liver", {0, 3, 5}}, {"label", -7, "", {1}}, {"", std::nullopt, "vessel", {2, 3}}};
   const recorded::World back = there_and_back(world);
   CHECK(back.file == "a.yaml");
   CHECK(back.rate == 500);
   REQUIRE(back.own_mesh);
   CHECK(back.own_mesh->nodes == world.own_mesh->nodes);
   CHECK(back.own_mesh->tetrahedra == world.own_mesh->tetrahedra);
-  CHECK(back.own_mesh->tag == world.own_mesh->tag);
-  CHECK(back.own_mesh->tag_names == world.own_mesh->tag_names);
+  CHECK(back.own_mesh->groups == world.own_mesh->groups);
 }
 
 TEST_CASE("a recording is read to its end, and there is none of the same name before") {

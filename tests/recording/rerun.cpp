@@ -113,7 +113,6 @@ TEST_CASE("what cannot be run again is refused with a sentence") {
     TetrahedralMesh mesh;
     mesh.nodes = Matrix3X::Zero(3, 2);
     mesh.tetrahedra = {{0, 1, 2, 1 << 30}};
-    mesh.tag = {0};
     run.writer().add(recorded::World{"small.yaml", test::small_block().text, 500, 1, mesh});
     CHECK(error_of(run).starts_with("the mesh in the recording cannot be used: "));
   }

@@ -56,7 +56,6 @@ TetrahedralMesh single_tetrahedron() {
   mesh.nodes.resize(3, 4);
   mesh.nodes << 0, kEdge, 0, 0, 0, 0, kEdge, 0, 0, 0, 0, kEdge;
   mesh.tetrahedra = {{0, 1, 2, 3}};
-  mesh.tag = {0};
   build_topology(mesh);
   return mesh;
 }

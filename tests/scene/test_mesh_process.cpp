@@ -14,8 +14,8 @@
 #include <limits>
 #include <random>
 
-#include "server/engine/scene/gmsh_mesh.h"
-#include "server/engine/scene/mesh_answer.h"
+#include "server/engine/mesh_files/mesh_answer.h"
+#include "server/engine/scene/mesh_file.h"
 #include "server/engine/scene/mesh_process.h"
 #include "tests/support/mesh_files.h"
 #include "tests/support/temporary_folder.h"
@@ -75,64 +75,43 @@ std::string program_error(const std::string& script, const MeshReadingLimits& li
   const TemporaryFolder folder;
   const std::string program = write_program(folder, script);
   const std::string mesh = folder.write(kMsh2.name, kMsh2.text);
-  return error_of([&] { decode_mesh_answer(run_mesh_program(program, mesh, ".msh", limits)); });
+  return error_of([&] { decode_mesh_answer(run_mesh_program(program, mesh, limits)); });
 }
 
 std::string read_error(const MeshFile& file, const MeshReadingLimits& limits = {}) {
   const TemporaryFolder folder;
   const std::string path = folder.write(file.name, file.text);
-  const std::string ending = std::filesystem::path(path).extension().string();
-  return error_of([&] { decode_mesh_answer(run_mesh_program(mesh_program_path(), path, ending, limits)); });
+  return error_of([&] { decode_mesh_answer(run_mesh_program(mesh_program_path(), path, limits)); });
 }
 
 std::string decode_error(const std::vector<char>& bytes) {
   return error_of([&bytes] { decode_mesh_answer(bytes); });
 }
 
-RawMesh unit_tetrahedron() { return {{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 1, 2, 3}, {2}, {"", "", "liver"}}; }
+RawMesh unit_tetrahedron() {
+  return {"Gmsh 2.2", {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 1, 2, 3}, {{"", 2, "liver", {0}}}, {"a note"}};
+}
 
 }  // namespace
 
-TEST_CASE("every mesh format is read" * doctest::test_suite("gate")) {
+TEST_CASE("the program reads every format" * doctest::test_suite("gate")) {
   for (const MeshFile& file : kMeshFiles) {
     CAPTURE(file.name);
     const TemporaryFolder folder;
-    const TetrahedralMesh mesh = read_gmsh_mesh(folder.write(file.name, file.text), 0.5);
+    const TetrahedralMesh mesh = read_mesh_file(folder.write(file.name, file.text), 0.5);
     CHECK(mesh.node_count() == 4);
     CHECK(rest_volume(mesh, 0) == doctest::Approx(0.125 / 6));
   }
 }
 
-TEST_CASE("a script beside a mesh is not run" * doctest::test_suite("gate")) {
-  for (const MeshFile& file : kMeshFiles) {
-    CAPTURE(file.name);
-    const TemporaryFolder folder;
-    const std::string trace = folder.path() + "/trace";
-    const std::string script = "SystemCall \"touch " + trace + "\";\nPrintf(\"x\") > \"" + trace + "\";\n";
-    folder.write(file.name + ".opt", script);
-    for (const char* name : {".gmshrc", ".gmsh-options", "mesh.opt", "mesh.msh.opt"}) folder.write(name, script);
-    read_gmsh_mesh(folder.write(file.name, file.text), 1);
-    CHECK_FALSE(std::filesystem::exists(trace));
-  }
-}
-
-TEST_CASE("what Gmsh would run all the same starts no program and writes no file") {
+TEST_CASE("of TetGen's two files either may be named, and the other is beside it") {
   const TemporaryFolder folder;
-  const std::string trace = folder.path() + "/trace";
-  const std::string kept = folder.write("kept", "kept");
-  const std::string mesh = folder.write("mesh.msh", kMsh2.text);
-  folder.write("mesh.msh.opt", "SystemCall \"touch " + trace + "\";\nPrintf(\"x\") > \"" + trace +
-                                   "2\";\nPrintf(\"x\") > \"" + kept + "\";\nDelete \"" + kept + "\";\nSave \"" +
-                                   trace + "3.msh\";\n");
-  for (const std::string& path : {folder.path(), kept}) std::filesystem::permissions(path, std::filesystem::perms::all);
-  const std::string answer = "3>/dev/null <" + mesh + " >/dev/null 2>&1";
-  const std::string command = mesh_program_path() + " " + folder.path() + " mesh.msh 8000000000 60 " + answer;
-  CHECK(std::system(command.c_str()) != -1);
-  for (const char* end : {"", "2", "3.msh"}) CHECK_FALSE(std::filesystem::exists(trace + end));
-  CHECK(std::filesystem::file_size(kept) == 4);
+  const std::string nodes = folder.write(test::kTetgenNodes.name, test::kTetgenNodes.text);
+  CHECK(contains(error_of([&] { read_mesh_file(nodes, 1); }), "the .ele file is not beside the other one"));
+  const std::string elements = folder.write(test::kTetgenElements.name, test::kTetgenElements.text);
+  for (const std::string& path : {nodes, elements}) CHECK(read_mesh_file(path, 1).tetrahedron_count() == 1);
 }
 
-// Some of these crash, hang or swell Gmsh 4.8; each is read or refused.
 TEST_CASE("damaged meshes are refused, and the program goes on" * doctest::test_suite("gate")) {
   constexpr int kMutants = 4;
   std::mt19937 random(1);
@@ -142,7 +121,7 @@ TEST_CASE("damaged meshes are refused, and the program goes on" * doctest::test_
     for (int i = 0; i < kMutants; ++i) {
       const TemporaryFolder folder;
       const std::string path = folder.write(file.name, mutate(file.text, random));
-      const std::string error = error_of([&path] { read_gmsh_mesh(path, 1); });
+      const std::string error = error_of([&path] { read_mesh_file(path, 1); });
       CAPTURE(error);
       CHECK((error == "no error" || error.starts_with(path + ": ")));
     }
@@ -153,10 +132,10 @@ TEST_CASE("damaged meshes are refused, and the program goes on" * doctest::test_
   CHECK(errno == ECHILD);
 }
 
-TEST_CASE("a mesh that crashes Gmsh becomes an error") {
-  CHECK(
-      program_error("kill -SEGV $$").starts_with("Gmsh crashed while it read the file (signal 11, Segmentation fault"));
-  CHECK(program_error("exit 3").starts_with("acus-mesh, which reads it with Gmsh, stopped with status 3"));
+TEST_CASE("a mesh that crashes the program becomes an error") {
+  CHECK(program_error("kill -SEGV $$")
+            .starts_with("acus-mesh crashed while it read the file (signal 11, Segmentation fault"));
+  CHECK(program_error("exit 3").starts_with("acus-mesh, which reads it, stopped with status 3"));
   CHECK(contains(program_error("kill -KILL $$"), "was killed, perhaps for want of memory"));
   CHECK(contains(program_error("kill -XCPU $$"), "more than 60 s of processor time"));
 }
@@ -181,7 +160,7 @@ TEST_CASE("reading has limits") {
   SUBCASE("memory") {
     limits.memory_bytes = 123'000'000;
     limits.processor_seconds = 7;
-    CHECK(program_error("test \"$3\" = 123000000 && test \"$4\" = 7 && exit 5", limits).find("status 5") !=
+    CHECK(program_error("test \"$2\" = 123000000 && test \"$3\" = 7 && exit 5", limits).find("status 5") !=
           std::string::npos);
   }
 }
@@ -202,10 +181,11 @@ TEST_CASE("the reading program gets nothing that is not for it") {
   const char* script =
       "test -n \"$ACUS_TEST_VARIABLE\" && exit 11\n"
       "test -n \"$HOME\" && exit 12\n"
-      "test \"$(ls \"$1\")\" = mesh.msh || exit 13\n"
-      "test \"$(cat \"$1/$2\" | head -n 1)\" = '$MeshFormat' || exit 14\n"
+      "test \"$1\" = b.msh || exit 13\n"
+      "test \"$(head -n 1)\" = '$MeshFormat' || exit 14\n"
       "grep -q '^SigBlk:.*0000000000000000$' /proc/self/status || exit 15\n"
-      "for f in 4 5 6 7 8 9 11 12 13 14 15; do test -e /proc/self/fd/$f && exit 16; done\n"
+      "test -z \"$(head -c 1 <&4)\" || exit 17\n"
+      "for f in 5 6 7 8 9 11 12 13 14 15; do test -e /proc/self/fd/$f && exit 16; done\n"
       "exit 42";
   CHECK(contains(program_error(script), "stopped with status 42"));
   unsetenv("ACUS_TEST_VARIABLE");
@@ -217,7 +197,7 @@ TEST_CASE("without the reading program the error says what to do") {
   const TemporaryFolder folder;
   const std::string mesh = folder.write(kMsh2.name, kMsh2.text);
   const std::string missing = folder.path() + "/acus-mesh";
-  const std::string error = error_of([&] { run_mesh_program(missing, mesh, ".msh", {}); });
+  const std::string error = error_of([&] { run_mesh_program(missing, mesh, {}); });
   CHECK(error ==
         "the program " + missing +
             ", which reads meshes, cannot be started (No such file or directory); build or install acus-mesh in "
@@ -229,8 +209,8 @@ TEST_CASE("a pipe in the place of a mesh file is not waited for") {
   const std::string path = folder.path() + "/a.msh";
   REQUIRE(mkfifo(path.c_str(), 0600) == 0);
   const std::string found = "expected a mesh file, found: no regular file, but a folder, a pipe, a socket or a device";
-  CHECK(error_of([&path] { run_mesh_program(mesh_program_path(), path, ".msh", {}); }) == found);
-  CHECK(error_of([&path] { read_gmsh_mesh(path, 1); }) == path + ": " + found);
+  CHECK(error_of([&path] { run_mesh_program(mesh_program_path(), path, {}); }) == found);
+  CHECK(error_of([&path] { read_mesh_file(path, 1); }) == path + ": " + found);
 }
 
 TEST_CASE("an answer is what was encoded") {
@@ -238,9 +218,11 @@ TEST_CASE("an answer is what was encoded") {
   const RawMesh read = decode_mesh_answer(encode_mesh(mesh));
   CHECK(read.coordinates == mesh.coordinates);
   CHECK(read.tetrahedra == mesh.tetrahedra);
+  CHECK(read.format == mesh.format);
   CHECK(read.groups == mesh.groups);
-  CHECK(read.group_names == mesh.group_names);
+  CHECK(read.notes == mesh.notes);
   CHECK(decode_error(encode_mesh_error("no\x1b good")) == "no? good");
+  CHECK(decode_error(encode_mesh_error("K\xc3\xb6rper \xc2\x9b \xff\xe2\x82")) == "K\xc3\xb6rper ?? ???");
   CHECK(decode_error(encode_mesh_error(std::string(5000, 'x'))) == std::string(1000, 'x'));
 }
 
@@ -263,19 +245,21 @@ TEST_CASE("an answer that lies is refused") {
   };
   CHECK(contains(refused([](RawMesh& mesh) { mesh.tetrahedra[2] = 4; }), "names a node that is not there"));
   CHECK(contains(refused([](RawMesh& mesh) { mesh.tetrahedra[2] = -1; }), "names a node that is not there"));
-  CHECK(contains(refused([](RawMesh& mesh) { mesh.groups[0] = -1; }), "physical group is out of range"));
-  CHECK(contains(refused([](RawMesh& mesh) { mesh.groups[0] = kMaxPhysicalGroup + 1; }), "group is out of range"));
-  CHECK(contains(refused([](RawMesh& mesh) { mesh.groups[0] = 1; }), "at most 1 as the number of a named group"));
+  for (const std::vector<int>& members : {std::vector{-1}, {1}, {0, 0}})
+    CHECK(contains(refused([&](RawMesh& mesh) { mesh.groups[0].members = members; }), "of a group"));
+  CHECK(contains(refused([](RawMesh& mesh) { mesh.groups[0].members.clear(); }), "a group is empty"));
   CHECK(contains(refused([](RawMesh& mesh) { mesh.tetrahedra.pop_back(); }), "answer of acus-mesh is wrong"));
   CHECK(contains(refused([](RawMesh& mesh) { mesh = {}; }), "it holds no tetrahedra"));
   for (const double bad : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
     CHECK(refused([bad](RawMesh& mesh) { mesh.coordinates[5] = bad; }) == "node 1 has a coordinate that is not finite");
   }
-  // Every count and size in it, as large as can be.
+  // Every eight bytes of counts and sizes in it, as large as can be.
   const std::vector<char> good = encode_mesh(unit_tetrahedron());
-  for (std::size_t field = 0; field < 5; ++field) {
+  const std::size_t counts = 3 * 8 + std::strlen("Gmsh 2.2");
+  for (std::size_t at :
+       {std::size_t{0}, std::size_t{8}, std::size_t{16}, counts, counts + 8, counts + 16, counts + 24}) {
     std::vector<char> bytes = good;
-    std::memset(bytes.data() + 8 * field, 0xff, 8);
+    std::memset(bytes.data() + at, 0xff, 8);
     CHECK(decode_error(bytes).starts_with("the answer of acus-mesh is wrong: "));
   }
 }
@@ -289,7 +273,7 @@ TEST_CASE("an answer with any byte changed is refused or a mesh in range") {
       try {
         const RawMesh mesh = decode_mesh_answer(bytes);
         CHECK(mesh.coordinates.size() == 12);
-        CHECK(mesh.group_names.size() == static_cast<std::size_t>(mesh.groups.at(0)) + 1);
+        for (const MeshGroup& group : mesh.groups) CHECK(group.members == std::vector<int>{0});
       } catch (const MeshError&) {
       }
     }

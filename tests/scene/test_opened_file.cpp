@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "server/engine/scene/gmsh_mesh.h"
+#include "server/engine/scene/mesh_file.h"
 #include "server/engine/scene/scene.h"
 #include "server/engine/scene/scene_folders.h"
 #include "tests/support/temporary_folder.h"
@@ -103,7 +103,7 @@ TEST_CASE("scenes and meshes are read from the folders only") {
   std::filesystem::create_symlink(scene, root / "a/scene.yaml");
   std::filesystem::create_symlink(mesh, root / "a/mesh.msh");
   CHECK_THROWS_WITH_AS(read_scene(root / "a/scene.yaml", &folders), doctest::Contains("--scenes"), SceneError);
-  CHECK_THROWS_WITH_AS(read_gmsh_mesh(root / "a/mesh.msh", 1, &folders), doctest::Contains("--scenes"), SceneError);
+  CHECK_THROWS_WITH_AS(read_mesh_file(root / "a/mesh.msh", 1, &folders), doctest::Contains("--scenes"), SceneError);
   Scene with_mesh;
   with_mesh.tissue.gmsh = GmshMesh{root / "a/mesh.msh", 1};
   CHECK_THROWS_WITH_AS(read_mesh(with_mesh, &folders), doctest::Contains("--scenes"), SceneError);

@@ -91,7 +91,6 @@ TetrahedralMesh make_box_mesh(const Vector3& size_m, const std::array<int, 3>& c
     for (const Walk& walk : kWalks) mesh.tetrahedra.push_back(walk_tetrahedron(grid, at, walk));
   });
 
-  mesh.tag.assign(mesh.tetrahedra.size(), 0);
   build_topology(mesh);
   return mesh;
 }

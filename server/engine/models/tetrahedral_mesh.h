@@ -10,6 +10,7 @@
 
 #include "server/engine/math/types.h"
 #include "server/engine/models/clusters.h"
+#include "server/engine/models/mesh_group.h"
 
 namespace acus {
 
@@ -21,8 +22,8 @@ struct MeshError : std::runtime_error {
 struct TetrahedralMesh {
   Matrix3X nodes;                                // 3 x n, rest positions (m)
   std::vector<std::array<int, 4>> tetrahedra;    // positive volume: det[x1-x0, x2-x0, x3-x0] > 0
-  std::vector<int> tag;                          // per tetrahedron, its Gmsh physical group; 0 where there is none
-  std::vector<std::string> tag_names;            // name of physical group i, empty where it has none
+  std::vector<MeshGroup> groups;                 // of the file it was read from
+  std::vector<std::string> notes;                // what reading it has split or left out
 
   // Derived by build_topology().
   std::vector<std::array<int, 4>> neighbours;    // tetrahedron across the face opposite to node k, or -1

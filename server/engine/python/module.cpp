@@ -357,6 +357,9 @@ void declare_model(py::module_& module) {
       .def_property_readonly("guides", guides_of, "Likewise.")
       .def_property_readonly("regions", regions_of, "Names.")
       .def_property_readonly(
+          "mesh_notes", [](const EngineModel& of) { return of.model().mesh.notes; },
+          "How its mesh file was read: what was split or left out. Empty for a box.")
+      .def_property_readonly(
           "tetrahedra",
           [](py::object self) { return rows_of(self.cast<const EngineModel&>().model().mesh.tetrahedra, self); },
           "Nodes of each, n x 4.")

@@ -39,11 +39,17 @@ void pack(Packer& packer, const Pose& pose) {
 }
 
 void pack(Packer& packer, const TetrahedralMesh& mesh) {
-  packer.pack_array(4);
+  packer.pack_array(3);
   pack_bytes(packer, mesh.nodes.data(), static_cast<std::size_t>(mesh.nodes.size()) * sizeof(double));
   pack_bytes(packer, mesh.tetrahedra.data(), mesh.tetrahedra.size() * sizeof mesh.tetrahedra[0]);
-  pack_bytes(packer, mesh.tag.data(), mesh.tag.size() * sizeof mesh.tag[0]);
-  packer.pack(mesh.tag_names);
+  packer.pack_array(static_cast<std::uint32_t>(mesh.groups.size()));
+  for (const MeshGroup& group : mesh.groups) {
+    packer.pack_array(4);
+    packer.pack(group.array);
+    packer.pack(group.name);
+    group.number ? packer.pack(*group.number) : packer.pack_nil();
+    pack_bytes(packer, group.members.data(), group.members.size() * sizeof group.members[0]);
+  }
 }
 
 template <class T>
@@ -146,18 +152,32 @@ void unpack(const Object& object, Pose& pose) {
   pose = {{x, y, z}, Quaternion(qw, qx, qy, qz)};
 }
 
-void unpack(const Object& object, TetrahedralMesh& mesh) {
+void unpack(const Object& object, MeshGroup& group) {
   const auto packed = array_of(object, 4);
+  unpack(packed[0], group.array);
+  unpack(packed[1], group.name);
+  if (packed[2].type == msgpack::type::POSITIVE_INTEGER || packed[2].type == msgpack::type::NEGATIVE_INTEGER)
+    group.number = packed[2].via.i64;
+  else if (!packed[2].is_nil())
+    unexpected("the number of a group");
+  unpack_elements(packed[3], group.members);
+}
+
+void unpack(const Object& object, TetrahedralMesh& mesh) {
+  if (object.type == msgpack::type::ARRAY && object.via.array.size == 4)
+    throw RecordingError("the recording's mesh has the form of an older version of Acus; record the run again");
+  const auto packed = array_of(object, 3);
   std::vector<std::array<double, 3>> nodes;
   unpack_elements(packed[0], nodes);
   mesh.nodes.resize(3, static_cast<Eigen::Index>(nodes.size()));
   for (std::size_t i = 0; i < nodes.size(); ++i) mesh.nodes.col(static_cast<Eigen::Index>(i)) = Vector3(nodes[i].data());
   unpack_elements(packed[1], mesh.tetrahedra);
-  unpack_elements(packed[2], mesh.tag);
-  if (mesh.tag.size() != mesh.tetrahedra.size()) unexpected("a group for each tetrahedron");
-  if (packed[3].type != msgpack::type::ARRAY) unexpected("the names of groups");
-  for (const Object& name : std::span(packed[3].via.array.ptr, packed[3].via.array.size))
-    unpack(name, mesh.tag_names.emplace_back());
+  if (packed[2].type != msgpack::type::ARRAY) unexpected("groups of tetrahedra");
+  for (const Object& group : std::span(packed[2].via.array.ptr, packed[2].via.array.size)) {
+    unpack(group, mesh.groups.emplace_back());
+    for (const int member : mesh.groups.back().members)
+      if (member < 0 || member >= mesh.tetrahedron_count()) unexpected("groups of the mesh's tetrahedra");
+  }
 }
 
 template <class T>
@@ -221,8 +241,7 @@ recorded::World record_of(const Scene& scene, const TetrahedralMesh& own_mesh, s
   world.own_mesh.emplace();
   world.own_mesh->nodes = own_mesh.nodes;
   world.own_mesh->tetrahedra = own_mesh.tetrahedra;
-  world.own_mesh->tag = own_mesh.tag;
-  world.own_mesh->tag_names = own_mesh.tag_names;
+  world.own_mesh->groups = own_mesh.groups;
   return world;
 }
 

@@ -28,18 +28,17 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Descriptors that acus-mesh finds open; 1 and 2 lead nowhere.
+// Descriptors that acus-mesh finds open; 1 and 2 lead nowhere, and the companion's where there is none.
 constexpr int kMeshDescriptor = 0;
 constexpr int kAnswerDescriptor = 3;
+constexpr int kCompanionDescriptor = 4;
 
 constexpr std::chrono::milliseconds kWaitStep{1};  // between two looks whether the program has ended
 
-// What acus-mesh needs of the environment. HOME and the like would lead Gmsh to files of its own.
+// What acus-mesh needs of the environment.
 constexpr std::array kKeptVariables{"LD_LIBRARY_PATH", "ASAN_OPTIONS", "LSAN_OPTIONS", "TSAN_OPTIONS", "UBSAN_OPTIONS"};
 
-constexpr const char* kRemedy =
-    "the file is damaged, or Gmsh cannot read it; write it anew as .msh, version 4.1 or 2.2, with the program that "
-    "made it";
+constexpr const char* kRemedy = "the file is damaged; write it anew with the program that made it";
 
 [[noreturn]] void fail(const std::string& what, int error) {
   throw MeshError(what + " (" + std::strerror(error) + ")");
@@ -47,46 +46,10 @@ constexpr const char* kRemedy =
 
 // Away from the numbers that the started program gives a meaning to.
 Descriptor moved_up(const Descriptor& descriptor) {
-  Descriptor higher(fcntl(descriptor.number(), F_DUPFD_CLOEXEC, kAnswerDescriptor + 1));
+  Descriptor higher(fcntl(descriptor.number(), F_DUPFD_CLOEXEC, kCompanionDescriptor + 1));
   if (higher.number() < 0) fail("a file descriptor cannot be had", errno);
   return higher;
 }
-
-// An empty folder of this user's own, in which the mesh gets a name: Gmsh chooses its parser by that. The name leads to
-// the file that the program finds opened.
-class MeshFolder {
- public:
-  explicit MeshFolder(const std::string& ending) {
-    const char* chosen = std::getenv("TMPDIR");
-    std::error_code error;
-    const auto place = chosen && *chosen == '\0' ? "/tmp" : std::filesystem::temp_directory_path(error);
-    path_ = (place / "acus_mesh_XXXXXX").string();
-    if (error || mkdtemp(path_.data()) == nullptr) {
-      throw MeshError("no folder \"" + path_ + "\" can be made to read it in (" + std::strerror(errno) +
-                      "); set TMPDIR to a folder that can be written to");
-    }
-    if (geteuid() == 0) chmod(path_.c_str(), 0711);  // acus-mesh is nobody then
-    link_ = path_ + "/mesh" + ending;
-    const std::string target = "/proc/self/fd/" + std::to_string(kMeshDescriptor);
-    if (symlink(target.c_str(), link_.c_str()) == 0) return;
-    const int why = errno;
-    remove();
-    fail("no link can be made in " + path_, why);
-  }
-  ~MeshFolder() { remove(); }
-  MeshFolder(const MeshFolder&) = delete;
-  MeshFolder& operator=(const MeshFolder&) = delete;
-
-  const std::string& path() const { return path_; }
-
- private:
-  void remove() const {
-    unlink(link_.c_str());
-    rmdir(path_.c_str());
-  }
-
-  std::string path_, link_;
-};
 
 // Whether the calling thread hands a real-time priority on to what it starts.
 bool real_time() {
@@ -97,13 +60,18 @@ bool real_time() {
 // Lists for posix_spawn: of a process with several threads, fork() would leave a copy that may hardly do anything.
 class SpawnSettings {
  public:
-  SpawnSettings(int mesh, int answer) {
+  // `companion` is negative where there is none.
+  SpawnSettings(int mesh, int companion, int answer) {
     posix_spawn_file_actions_init(&actions_);
     posix_spawn_file_actions_adddup2(&actions_, mesh, kMeshDescriptor);
     for (const int unused : {STDOUT_FILENO, STDERR_FILENO})
       posix_spawn_file_actions_addopen(&actions_, unused, "/dev/null", O_RDWR, 0);
     posix_spawn_file_actions_adddup2(&actions_, answer, kAnswerDescriptor);
-    posix_spawn_file_actions_addclosefrom_np(&actions_, kAnswerDescriptor + 1);
+    if (companion >= 0)
+      posix_spawn_file_actions_adddup2(&actions_, companion, kCompanionDescriptor);
+    else
+      posix_spawn_file_actions_addopen(&actions_, kCompanionDescriptor, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addclosefrom_np(&actions_, kCompanionDescriptor + 1);
 
     posix_spawnattr_init(&attributes_);
     sigset_t none, all;
@@ -142,7 +110,7 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
 }
 
 std::vector<std::string> environment() {
-  std::vector<std::string> variables{"LC_ALL=C", "OMP_NUM_THREADS=1", "OPENBLAS_NUM_THREADS=1"};
+  std::vector<std::string> variables{"LC_ALL=C"};
   for (const char* name : kKeptVariables) {
     if (const char* value = std::getenv(name)) variables.push_back(std::string(name) + "=" + value);
   }
@@ -228,8 +196,8 @@ int wait_for_end(Child& child, const Deadline& deadline) {
 void check_status(int status, const MeshReadingLimits& limits) {
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
   if (WIFEXITED(status)) {
-    throw MeshError("acus-mesh, which reads it with Gmsh, stopped with status " + std::to_string(WEXITSTATUS(status)) +
-                    "; " + kRemedy);
+    throw MeshError("acus-mesh, which reads it, stopped with status " + std::to_string(WEXITSTATUS(status)) + "; " +
+                    kRemedy);
   }
   const int number = WTERMSIG(status);
   if (number == SIGXCPU) {
@@ -237,11 +205,11 @@ void check_status(int status, const MeshReadingLimits& limits) {
                     " s of processor time and was stopped; " + kRemedy + ", or make the mesh coarser");
   }
   if (number == SIGKILL) {
-    throw MeshError("acus-mesh, which reads it with Gmsh, was killed, perhaps for want of memory; " +
-                    std::string(kRemedy) + ", or make the mesh coarser");
+    throw MeshError("acus-mesh, which reads it, was killed, perhaps for want of memory; " + std::string(kRemedy) +
+                    ", or make the mesh coarser");
   }
-  throw MeshError("Gmsh crashed while it read the file (signal " + std::to_string(number) + ", " + sigdescr_np(number) +
-                  "); " + kRemedy);
+  throw MeshError("acus-mesh crashed while it read the file (signal " + std::to_string(number) + ", " +
+                  sigdescr_np(number) + "); " + kRemedy);
 }
 
 std::string& chosen_program() {
@@ -259,6 +227,18 @@ Descriptor open_mesh(const std::string& path, std::uint64_t limit, const SceneFo
                   std::to_string(found.st_size));
 }
 
+// TetGen's .node beside an .ele, and the other way round; not open where there is none.
+Descriptor open_companion(const std::filesystem::path& mesh, std::uint64_t limit, const SceneFolders* allowed) {
+  constexpr std::array<std::array<const char*, 2>, 4> kPairs{
+      {{".ele", ".node"}, {".node", ".ele"}, {".ELE", ".NODE"}, {".NODE", ".ELE"}}};
+  for (const auto& [ending, other] : kPairs) {
+    if (mesh.extension() != ending) continue;
+    const std::string companion = std::filesystem::path(mesh).replace_extension(other).string();
+    if (std::filesystem::exists(companion)) return open_mesh(companion, limit, allowed);
+  }
+  return Descriptor();
+}
+
 }  // namespace
 
 void use_mesh_program(const std::string& path) { chosen_program() = path; }
@@ -271,20 +251,20 @@ std::string mesh_program_path() {
   return (self.parent_path() / "acus-mesh").string();
 }
 
-std::vector<char> run_mesh_program(const std::string& program, const std::string& mesh_path, const std::string& ending,
+std::vector<char> run_mesh_program(const std::string& program, const std::string& mesh_path,
                                    const MeshReadingLimits& limits, const SceneFolders* allowed) {
   const Descriptor mesh = open_mesh(mesh_path, limits.file_bytes, allowed);
+  const Descriptor companion = open_companion(mesh_path, limits.file_bytes, allowed);
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) fail("no pipe can be made to read it", errno);
   const Descriptor answer(ends[0]);
   Descriptor written = moved_up(Descriptor(ends[1]));
 
-  const MeshFolder folder(ending);
   const Deadline deadline(limits.time);
-  Child child(
-      program,
-      {folder.path(), "mesh" + ending, std::to_string(limits.memory_bytes), std::to_string(limits.processor_seconds)},
-      SpawnSettings(mesh.number(), written.number()));
+  Child child(program,
+              {std::filesystem::path(mesh_path).filename().string(), std::to_string(limits.memory_bytes),
+               std::to_string(limits.processor_seconds)},
+              SpawnSettings(mesh.number(), companion.number(), written.number()));
   written.close();
   std::vector<char> bytes = read_all(answer.number(), limits.answer_bytes, deadline);
   check_status(wait_for_end(child, deadline), limits);

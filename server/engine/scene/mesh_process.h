@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Mesh files are read by a program of its own, acus-mesh: Gmsh can crash, hang or ask for any amount of memory where a
-// file is damaged, and looks for scripts beside the files that it opens. The program gets the opened file and an empty
-// folder, limits, none of this process's descriptors and signals, and never a real-time priority.
+// Mesh files are read by a program of its own, acus-mesh: what a damaged file makes of its reader ends there. The program
+// gets the opened file and limits, none of this process's descriptors and signals, and never a real-time priority.
 #pragma once
 
 #include <chrono>
@@ -9,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/engine/scene/mesh_answer.h"
+#include "server/engine/mesh_files/mesh_answer.h"
 
 namespace acus {
 
@@ -28,10 +27,10 @@ std::string mesh_program_path();
 // Before scenes are loaded: for a process whose program is not of Acus, as Python's interpreter.
 void use_mesh_program(const std::string& path);
 
-// The answer of `program`, which reads a mesh file of the given ending (".vtk"), for decode_mesh_answer(). Safe in a
-// process with several threads. When it returns or throws, the program has ended. With `allowed`, the file must lie in
-// these folders. Throws MeshError, or SceneError for a file outside.
-std::vector<char> run_mesh_program(const std::string& program, const std::string& mesh_path, const std::string& ending,
+// The answer of `program`, which reads a mesh file, for decode_mesh_answer(). Of TetGen's two files either may be named.
+// Safe in a process with several threads. When it returns or throws, the program has ended. With `allowed`, the file
+// must lie in these folders. Throws MeshError, or SceneError for a file outside.
+std::vector<char> run_mesh_program(const std::string& program, const std::string& mesh_path,
                                    const MeshReadingLimits& limits, const SceneFolders* allowed = nullptr);
 
 }  // namespace acus

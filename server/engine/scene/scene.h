@@ -102,7 +102,7 @@ struct Volume {
 // tetrahedra whose centroid lies inside.
 struct Region : Volume {
   std::string name = "tissue";
-  std::optional<std::string> physical_group;  // Gmsh physical group, by name or number
+  std::optional<std::string> physical_group;  // group of the mesh file, by name or number
   Material material;
   Interaction interaction;
 };

@@ -162,7 +162,7 @@ struct FieldsOf<Region> {
   static constexpr std::tuple list{
       Field{"name", &Region::name, "", kNameLength, "distinct from the other regions' names"},
       Field{"physical_group", &Region::physical_group, "", kNameLength,
-            "selects the tetrahedra of a Gmsh physical group, by name or number"},
+            "selects the tetrahedra of a group of the mesh file, by name or number"},
       Field{"box", &Region::box, "", any(), "selects the tetrahedra whose centroid lies inside"},
       Field{"sphere", &Region::sphere, "", any(), "likewise"},
       Field{"half_space", &Region::half_space, "", any(), "likewise"},

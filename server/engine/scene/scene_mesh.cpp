@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // From a scene's description of its tissue to tetrahedra, their regions and their fixed nodes.
 #include <algorithm>
-#include <charconv>
 
 #include "server/engine/scene/field.h"
-#include "server/engine/scene/gmsh_mesh.h"
+#include "server/engine/scene/mesh_file.h"
 #include "server/engine/scene/scene_error.h"
 
 namespace acus {
@@ -50,56 +49,54 @@ void check_size_and_place(const TetrahedralMesh& mesh) {
   }
 }
 
-// Number of the group that the mesh knows by this name or number, if any tetrahedron has it.
-std::optional<int> find_group(const TetrahedralMesh& mesh, const std::string& group) {
-  for (std::size_t i = 0; i < mesh.tag_names.size(); ++i) {
-    if (mesh.tag_names[i] == group) return static_cast<int>(i);
-  }
-  int number = 0;
-  const auto [end, error] = std::from_chars(group.data(), group.data() + group.size(), number);
-  if (error != std::errc() || end != group.data() + group.size()) return std::nullopt;
-  if (std::find(mesh.tag.begin(), mesh.tag.end(), number) == mesh.tag.end()) return std::nullopt;
-  return number;
+std::string list(const std::vector<const MeshGroup*>& groups) {
+  constexpr std::size_t kShown = 30;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(groups.size(), kShown); ++i) text += (i > 0 ? ", " : "") + groups[i]->label();
+  if (groups.size() > kShown) text += ", and " + std::to_string(groups.size() - kShown) + " more";
+  return text.empty() ? "none" : text;
 }
 
-// "2 (scalp), 3 (skull)", or "none".
-std::string list_groups(const TetrahedralMesh& mesh) {
-  std::vector<int> groups = mesh.tag;
-  std::sort(groups.begin(), groups.end());
-  groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
-  std::string text;
-  for (const int group : groups) {
-    if (group == 0) continue;
-    text += (text.empty() ? "" : ", ") + std::to_string(group);
-    const bool named = group < static_cast<int>(mesh.tag_names.size()) && !mesh.tag_names[group].empty();
-    if (named) text += " (" + mesh.tag_names[group] + ")";
-  }
-  return text.empty() ? "none" : text;
+std::vector<const MeshGroup*> find_groups(const TetrahedralMesh& mesh, const std::string& text) {
+  std::vector<const MeshGroup*> found;
+  for (const MeshGroup& group : mesh.groups)
+    if (group.answers_to(text)) found.push_back(&group);
+  return found;
+}
+
+std::vector<const MeshGroup*> all_groups(const TetrahedralMesh& mesh) {
+  std::vector<const MeshGroup*> all;
+  for (const MeshGroup& group : mesh.groups) all.push_back(&group);
+  return all;
 }
 
 // Which tetrahedra one region selects.
 class Selector {
  public:
   Selector(const Scene& scene, const TetrahedralMesh& mesh, std::size_t region)
-      : mesh_(mesh), region_(scene.tissue.regions[region]), margin_(selection_margin(mesh.nodes)) {
+      : region_(scene.tissue.regions[region]), margin_(selection_margin(mesh.nodes)) {
     if (!region_.physical_group) return;
-    group_ = find_group(mesh, *region_.physical_group);
-    if (group_) return;
     const std::string path = child_path(child_path("tissue.regions", region), "physical_group");
-    throw scene_error(
-        scene, path,
-        "expected a physical group of the mesh (" + list_groups(mesh) + "), found \"" + *region_.physical_group + "\"");
+    const std::vector<const MeshGroup*> found = find_groups(mesh, *region_.physical_group);
+    if (found.empty())
+      throw scene_error(scene, path,
+                        "expected a group of the mesh file (" + list(all_groups(mesh)) + "), found \"" +
+                            *region_.physical_group + "\"");
+    if (found.size() > 1)
+      throw scene_error(scene, path, "expected one of the groups " + list(found) + " by its full name, found \"" +
+                                         *region_.physical_group + "\", which fits all of them");
+    in_group_.assign(mesh.tetrahedra.size(), false);
+    for (const int t : found[0]->members) in_group_[static_cast<std::size_t>(t)] = true;
   }
 
   bool selects(int t, const Vector3& centroid) const {
-    return (!group_ || mesh_.tag[t] == *group_) && region_.contains(centroid, margin_);
+    return (in_group_.empty() || in_group_[static_cast<std::size_t>(t)]) && region_.contains(centroid, margin_);
   }
 
  private:
-  const TetrahedralMesh& mesh_;
   const Region& region_;
-  double margin_;  // m
-  std::optional<int> group_;
+  double margin_;                // m
+  std::vector<bool> in_group_;  // empty where the region names no group
 };
 
 // Gives the tetrahedra that a region selects to it; returns how many.
@@ -170,7 +167,7 @@ TetrahedralMesh read_mesh(const Scene& scene, const SceneFolders* allowed) {
   const Tissue& tissue = scene.tissue;
   if (tissue.left_out()) return {};
   try {
-    return tissue.gmsh ? read_gmsh_mesh(tissue.gmsh->file, tissue.gmsh->metres_per_unit, allowed)
+    return tissue.gmsh ? read_mesh_file(tissue.gmsh->file, tissue.gmsh->metres_per_unit, allowed)
                        : make_box_mesh(tissue.box.size, tissue.box.cells);
   } catch (const MeshError& error) {
     throw scene_error(scene, "tissue.mesh", error.what());

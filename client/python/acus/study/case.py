@@ -136,12 +136,17 @@ def output_columns(row, parameters):
     return [name for name in row if name not in known]
 
 
+COMPANIONS = {".ele": ".node", ".node": ".ele"}  # TetGen's meshes are two files of one name
+
+
 def mesh_digest(scene):
     """Of the content of a scene's mesh file; None where it has none, or there is no such file."""
     try:
         path = os.path.join(scene.folder or "", scene.fields["tissue"]["mesh"]["gmsh"]["file"])
-        stat = os.stat(path)
-        return file_digest(path, stat.st_mtime_ns, stat.st_size)
+        stem, ending = os.path.splitext(path)
+        companion = stem + COMPANIONS[ending] if ending in COMPANIONS else None
+        digests = [file_digest(each, os.stat(each).st_mtime_ns, os.stat(each).st_size) for each in (path, companion) if each]
+        return digest(digests) if companion else digests[0]
     except (KeyError, TypeError, OSError):
         return None
 

@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Layout, in the machine's byte order, all counts as 64-bit numbers: kMagic, kind, and then
-//   kMesh:  nodes n, tetrahedra t, names m; 3n doubles; 4t and t 32-bit integers; m times group, length, bytes
-//   kError: length, bytes
-#include "server/engine/scene/mesh_answer.h"
+//   kMesh:  format; nodes n, tetrahedra t, groups g, notes m; 3n doubles; 4t 32-bit integers; g times array, name, 1
+//   and
+//           the number or 0 twice, count and members as 32-bit integers; m notes
+//   kError: a text
+// A text is its length and its bytes.
+#include "server/engine/mesh_files/mesh_answer.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <string_view>
 
 #include "server/engine/models/tetrahedral_mesh.h"
 
 namespace acus {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x3148'5345'4d41'4341;  // "ACAMESH1"; another layout has another number
+constexpr std::uint64_t kMagic = 0x3248'5345'4d41'4341;  // "ACAMESH2"; another layout has another number
 constexpr std::uint64_t kMesh = 1;
 constexpr std::uint64_t kError = 2;
 
@@ -104,14 +109,36 @@ void check_limit(const char* what, std::uint64_t most, std::uint64_t found) {
                   std::to_string(found));
 }
 
+std::string shortened(const std::string& text) { return text.substr(0, kMaxAnswerText); }
+
 bool all_within(const std::vector<std::int32_t>& values, std::int32_t most) {
   return std::all_of(values.begin(), values.end(), [most](std::int32_t value) { return value >= 0 && value <= most; });
 }
 
+// Bytes of the character in UTF-8 that begins here; 0 where there is none, or a control character.
+std::size_t character_size(std::string_view text) {
+  const auto at = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = at(0);
+  if (first < 0x80) return first < ' ' || first == 0x7f ? 0 : 1;
+  const std::size_t size = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
+  if (first < 0xc2 || first > 0xf4 || size > text.size()) return 0;
+  for (std::size_t i = 1; i < size; ++i)
+    if ((at(i) & 0xc0) != 0x80) return 0;
+  const bool overlong = (first == 0xe0 && at(1) < 0xa0) || (first == 0xf0 && at(1) < 0x90);
+  const bool surrogate = first == 0xed && at(1) > 0x9f, beyond = first == 0xf4 && at(1) > 0x8f;
+  const bool control = first == 0xc2 && at(1) < 0xa0;
+  return overlong || surrogate || beyond || control ? 0 : size;
+}
+
 // Terminals and clients show these texts, which may repeat bytes of a damaged file.
-void make_printable(std::string& text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+std::string printable(const std::string& text) {
+  std::string shown;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t size = character_size(std::string_view(text).substr(i));
+    shown += size == 0 ? "?" : text.substr(i, size);
+    i += std::max<std::size_t>(size, 1);
+  }
+  return shown;
 }
 
 void check_numbers(const RawMesh& mesh) {
@@ -124,29 +151,36 @@ void check_numbers(const RawMesh& mesh) {
   if (!all_within(mesh.tetrahedra, static_cast<std::int32_t>(mesh.coordinates.size() / 3) - 1)) {
     refuse("a tetrahedron names a node that is not there");
   }
-  if (!all_within(mesh.groups, kMaxPhysicalGroup)) refuse("a physical group is out of range");
 }
 
-void read_names(Cursor& cursor, std::uint64_t count, RawMesh& mesh) {
-  const auto largest = static_cast<std::uint64_t>(*std::max_element(mesh.groups.begin(), mesh.groups.end()));
-  mesh.group_names.resize(largest + 1);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const std::uint64_t group = cursor.count("as the number of a named group", largest);
-    mesh.group_names[group] = cursor.text(kMaxGroupName);
-  }
+MeshGroup read_group(Cursor& cursor, std::uint64_t tetrahedra) {
+  MeshGroup group;
+  group.array = printable(cursor.text(kMaxAnswerText));
+  group.name = printable(cursor.text(kMaxAnswerText));
+  const bool numbered = cursor.count("as the mark of a number", 1) == 1;
+  const auto number = static_cast<std::int64_t>(cursor.number());
+  if (numbered) group.number = number;
+  group.members = cursor.numbers<std::int32_t>(cursor.count("members of a group", tetrahedra));
+  if (group.members.empty()) refuse("a group is empty");
+  if (!all_within(group.members, static_cast<std::int32_t>(tetrahedra) - 1) ||
+      std::adjacent_find(group.members.begin(), group.members.end(), std::greater_equal<>()) != group.members.end())
+    refuse("the members of a group are no ascending numbers of tetrahedra");
+  return group;
 }
 
 RawMesh read_mesh(Cursor& cursor) {
+  RawMesh mesh;
+  mesh.format = printable(cursor.text(kMaxAnswerText));
   const std::uint64_t nodes = cursor.count("nodes", kMaxMeshNodes);
   const std::uint64_t tetrahedra = cursor.count("tetrahedra", kMaxMeshTetrahedra);
-  const std::uint64_t names = cursor.count("names", kMaxGroupNames);
+  const std::uint64_t groups = cursor.count("groups", kMaxGroups);
+  const std::uint64_t notes = cursor.count("notes", kMaxNotes);
   if (nodes == 0 || tetrahedra == 0) refuse("it holds no tetrahedra");
-  RawMesh mesh;
   mesh.coordinates = cursor.numbers<double>(3 * nodes);
   mesh.tetrahedra = cursor.numbers<std::int32_t>(4 * tetrahedra);
-  mesh.groups = cursor.numbers<std::int32_t>(tetrahedra);
   check_numbers(mesh);
-  read_names(cursor, names, mesh);
+  for (std::uint64_t i = 0; i < groups; ++i) mesh.groups.push_back(read_group(cursor, tetrahedra));
+  for (std::uint64_t i = 0; i < notes; ++i) mesh.notes.push_back(printable(cursor.text(kMaxAnswerText)));
   cursor.expect_end();
   return mesh;
 }
@@ -155,25 +189,30 @@ RawMesh read_mesh(Cursor& cursor) {
 
 std::vector<char> encode_mesh(const RawMesh& mesh) {
   check_limit("nodes", kMaxMeshNodes, mesh.coordinates.size() / 3);
-  check_limit("tetrahedra", kMaxMeshTetrahedra, mesh.groups.size());
-  const auto named = [](const std::string& name) { return !name.empty(); };
-  const auto names = std::count_if(mesh.group_names.begin(), mesh.group_names.end(), named);
-  check_limit("named groups", kMaxGroupNames, static_cast<std::uint64_t>(names));
+  check_limit("tetrahedra", kMaxMeshTetrahedra, mesh.tetrahedra.size() / 4);
+  check_limit("groups", kMaxGroups, mesh.groups.size());
+  std::uint64_t members = 0;
+  for (const MeshGroup& group : mesh.groups) members += group.members.size();
+  check_limit("members of groups", kMaxGroupMembers, members);
+  const std::size_t notes = std::min<std::size_t>(mesh.notes.size(), kMaxNotes);
   Writer writer;
   writer.put(kMagic);
   writer.put(kMesh);
+  writer.put(shortened(mesh.format));
   writer.put(mesh.coordinates.size() / 3);
+  writer.put(mesh.tetrahedra.size() / 4);
   writer.put(mesh.groups.size());
-  writer.put(static_cast<std::uint64_t>(names));
+  writer.put(notes);
   writer.put_all(mesh.coordinates);
   writer.put_all(mesh.tetrahedra);
-  writer.put_all(mesh.groups);
-  for (std::size_t group = 0; group < mesh.group_names.size(); ++group) {
-    if (!named(mesh.group_names[group])) continue;
-    check_limit("bytes in a group's name", kMaxGroupName, mesh.group_names[group].size());
-    writer.put(group);
-    writer.put(mesh.group_names[group]);
+  for (const MeshGroup& group : mesh.groups) {
+    for (const std::string& text : {group.array, group.name}) writer.put(shortened(text));
+    writer.put(std::uint64_t{group.number.has_value()});
+    writer.put(static_cast<std::uint64_t>(group.number.value_or(0)));
+    writer.put(group.members.size());
+    writer.put_all(group.members);
   }
+  for (std::size_t i = 0; i < notes; ++i) writer.put(shortened(mesh.notes[i]));
   return writer.take();
 }
 
@@ -181,7 +220,7 @@ std::vector<char> encode_mesh_error(const std::string& what) {
   Writer writer;
   writer.put(kMagic);
   writer.put(kError);
-  writer.put(what.substr(0, kMaxAnswerText));
+  writer.put(shortened(what));
   return writer.take();
 }
 
@@ -192,10 +231,9 @@ RawMesh decode_mesh_answer(std::span<const char> bytes) {
   const std::uint64_t kind = cursor.number();
   if (kind == kMesh) return read_mesh(cursor);
   if (kind != kError) refuse("it is neither a mesh nor an error");
-  std::string what = cursor.text(kMaxAnswerText);
+  const std::string what = cursor.text(kMaxAnswerText);
   cursor.expect_end();
-  make_printable(what);
-  throw MeshError(what);
+  throw MeshError(printable(what));
 }
 
 }  // namespace acus

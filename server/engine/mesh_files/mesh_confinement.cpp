@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/scene/mesh_confinement.h"
+#include "server/engine/mesh_files/mesh_confinement.h"
 
-#include <fcntl.h>
 #include <grp.h>
 #include <linux/audit.h>
 #include <linux/capability.h>
@@ -39,8 +38,8 @@ constexpr unsigned kArchitecture = AUDIT_ARCH_AARCH64;
 constexpr unsigned kArchitecture = 0;
 #endif
 
-// Reading and computing take these.
-constexpr std::array kOpenCalls{
+// Reading what is open, computing and answering take these.
+constexpr std::array kAllowedCalls{
     SYS_read,
     SYS_readv,
     SYS_pread64,
@@ -50,13 +49,6 @@ constexpr std::array kOpenCalls{
     SYS_lseek,
     SYS_fstat,
     SYS_newfstatat,
-    SYS_statx,
-    SYS_readlinkat,
-    SYS_faccessat,
-    SYS_faccessat2,
-    SYS_getcwd,
-    SYS_getdents64,
-    SYS_flock,
     SYS_brk,
     SYS_mmap,
     SYS_munmap,
@@ -88,17 +80,10 @@ constexpr std::array kOpenCalls{
     SYS_sigaltstack,
     SYS_exit,
     SYS_exit_group,
-#ifdef SYS_stat  // older names
-    SYS_stat,
-    SYS_lstat,
-    SYS_readlink,
-    SYS_access,
+#ifdef SYS_time
     SYS_time,
 #endif
 };
-
-// Files may be opened for reading only.
-constexpr unsigned kWritingFlags = O_WRONLY | O_RDWR | O_CREAT | O_TRUNC;
 
 sock_filter load(std::size_t offset) { return BPF_STMT(BPF_LD | BPF_W | BPF_ABS, static_cast<unsigned>(offset)); }
 // The lower half of an argument: both machines are little-endian, and these arguments are 32 bits.
@@ -115,7 +100,7 @@ std::vector<sock_filter> filter_of_calls() {
   std::vector<sock_filter> filter{load(offsetof(seccomp_data, arch)),
                                   BPF_JUMP(BPF_JMP | BPF_K | BPF_JEQ, kArchitecture, 1, 0), answer(kRefuse),
                                   load(offsetof(seccomp_data, nr))};
-  for (const long call : kOpenCalls) {
+  for (const long call : kAllowedCalls) {
     filter.push_back(skip_unless(BPF_JEQ, static_cast<unsigned>(call)));
     filter.push_back(answer(kAllow));
   }
@@ -127,10 +112,6 @@ std::vector<sock_filter> filter_of_calls() {
     filter.push_back(answer(then));
     filter.push_back(answer(other));
   };
-  judge(SYS_openat, 2, BPF_JSET, kWritingFlags, kRefuse, kAllow);
-#ifdef SYS_open
-  judge(SYS_open, 1, BPF_JSET, kWritingFlags, kRefuse, kAllow);
-#endif
   judge(SYS_ioctl, 1, BPF_JEQ, TCGETS, kAllow, kRefuse);                            // isatty()
   judge(SYS_prlimit64, 0, BPF_JEQ, 0, kAllow, kRefuse);                             // its own limits
   judge(SYS_tgkill, 0, BPF_JEQ, static_cast<unsigned>(getpid()), kAllow, kRefuse);  // abort()
@@ -143,8 +124,8 @@ void leave_root() {
   constexpr unsigned kNobody = 65534;
   if (geteuid() == 0) {
     setgroups(0, nullptr);
-    if (setresgid(kNobody, kNobody, kNobody) == 0 && setresuid(kNobody, kNobody, kNobody) == 0)
-      prctl(PR_SET_DUMPABLE, 1, 0, 0, 0);  // or /proc/self, through which the mesh is opened, would be root's
+    const bool left = setresgid(kNobody, kNobody, kNobody) == 0 && setresuid(kNobody, kNobody, kNobody) == 0;
+    static_cast<void>(left);
   }
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
   const std::array<__user_cap_data_struct, 2> none{};
