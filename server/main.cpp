@@ -38,6 +38,7 @@
 #include "server/runtime/termination.h"
 #include "server/transport/endpoint.h"
 #include "server/transport/listening.h"
+#include "server/transport/snapshot_file.h"
 
 namespace {
 
@@ -70,8 +71,9 @@ constexpr const char* kFooter =
     "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
     "\nExit status: 0 ended by SIGINT, SIGTERM, SIGHUP, a client's shutdown, or --ticks; 1 bad command line; 2 the "
     "scene, "
-    "recording or snapshot cannot be used;\n3 an endpoint cannot be listened on; 4 anything else; 5 the recording "
-    "cannot be written; 6 --check-system found that ticks would be late, or was ended. Log lines go to standard error.";
+    "recording or snapshot cannot be used;\n3 an endpoint cannot be listened on; 4 anything else; 5 the recording or "
+    "snapshots cannot be written; 6 --check-system found that ticks would be late, or was ended. Log lines go to "
+    "standard error.";
 
 struct Arguments {
   std::string scene;
@@ -79,7 +81,7 @@ struct Arguments {
   LoopOptions loop;
   LogOptions log;
   std::string restore;
-  std::optional<double> at;  // s
+  std::optional<double> at;                     // s
   std::string curve_server_key, curve_clients;  // files
   bool check = false;
   bool json = false;
@@ -335,10 +337,8 @@ std::string problem_with_snapshots(const std::string& file, const std::string& r
     return option + "--record names the same file; give each its own";
   if (access(path.parent_path().c_str(), W_OK) != 0)
     return option + "no file can be made in its folder (" + std::strerror(errno) + ")";
-  const auto there = std::filesystem::status(path, error);
-  const bool empty = is_regular_file(there) && std::filesystem::file_size(path, error) == 0;
-  if (!exists(there) || empty || is_snapshot(path)) return "";
-  return option + "there is something else of this name, which a snapshot would replace; give a new name";
+  const std::string problem = SnapshotFile::problem_with(file);
+  return problem.empty() ? "" : "--snapshot " + problem;
 }
 
 // What does not go together, depending on what SCENE is; empty if all does.
@@ -423,6 +423,9 @@ int run(const Arguments& arguments) {
     return kCannotListen;
   } catch (const RecordingError& error) {
     spdlog::error("--record {}", error.what());
+    return kCannotRecord;
+  } catch (const NotLocked& error) {
+    spdlog::error("--snapshot {}", error.what());
     return kCannotRecord;
   }
   serve(*endpoint, std::move(world), arguments, link, termination);

@@ -24,6 +24,7 @@
 #include "client/replay/same_file.h"
 #include "client/replay/text_histogram.h"
 #include "client/replay/timing_log.h"
+#include "protocol/own_file.h"
 
 namespace {
 
@@ -60,9 +61,10 @@ struct Arguments {
 void declare(CLI::App& app, Arguments& arguments) {
   app.footer(kFooter);
   app.set_version_flag("--version", ACUS_VERSION);
-  app.add_option("trajectory", arguments.trajectory,
-                 "CSV with the columns t,needle,x,y,z,qw,qx,qy,qz[,spin]; 'needle' may name a guide, too. A recording of "
-                 "a server (acus-server --record) is handed to acus-export, which runs it again")
+  app.add_option(
+         "trajectory", arguments.trajectory,
+         "CSV with the columns t,needle,x,y,z,qw,qx,qy,qz[,spin]; 'needle' may name a guide, too. A recording of "
+         "a server (acus-server --record) is handed to acus-export, which runs it again")
       ->required();
   app.add_option("--commands", arguments.replay.commands, "the server's endpoint for commands")
       ->check(check_endpoint)
@@ -88,8 +90,7 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->check(within(0.001, 86'400.0))
       ->capture_default_str();
   app.add_option("--summary", arguments.summary, "file to write with what is printed at the end, as JSON");
-  CLI::App& limits =
-      declare(app, arguments.limits, "the round trip from a pose to the first state that used it");
+  CLI::App& limits = declare(app, arguments.limits, "the round trip from a pose to the first state that used it");
   limits.excludes(
       app.add_flag("--lockstep", arguments.replay.lockstep, "one tick per pose, for a server that runs in lockstep")
           ->excludes(timing));
@@ -249,7 +250,7 @@ int replay_trajectory(Arguments& arguments) {
   if (!arguments.timing.empty()) timing.emplace(arguments.timing);
 
   std::optional<LogFile> summary;
-  if (!arguments.summary.empty()) summary.emplace(arguments.summary);
+  if (!arguments.summary.empty()) summary.emplace(arguments.summary, acus::protocol::json_of_acus());
 
   const bool punctual = arguments.replay.lockstep || acus::client::raise_priority();
   Progress progress(arguments.replay.passes * (trajectory.end() - trajectory.begin()));

@@ -10,7 +10,6 @@ Trajectory: SI units, world frame; the needle lies along its base's +x axis.
 """
 
 import argparse
-import csv
 import math
 import os
 import sys
@@ -19,6 +18,8 @@ import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python"))
 
+from acus import own_files  # noqa: E402
+from acus.errors import AcusError  # noqa: E402
 from acus.rotation import conjugate, multiply, rotate, shortest_rotation, unit  # noqa: E402
 
 MM = 1e-3  # m
@@ -111,12 +112,13 @@ def main():
     scale = arguments.scale
     if arguments.travel is not None:
         scale = arguments.travel / principal_way(samples)[1]
-    with open(arguments.out, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        rows = convert(samples, arguments.rate, arguments.start, arguments.direction, scale, arguments.turn)
-        for time, *pose in rows:
-            writer.writerow([f"{time:.9g}", arguments.needle, *(f"{number:.9g}" for number in pose), "0"])
+    rows = convert(samples, arguments.rate, arguments.start, arguments.direction, scale, arguments.turn)
+    table = own_files.table_of(COLUMNS, ([f"{time:.9g}", arguments.needle, *(f"{number:.9g}" for number in pose), "0"]
+                                         for time, *pose in rows))
+    try:
+        own_files.write(arguments.out, own_files.sealed(table.decode()), own_files.is_sealed)
+    except AcusError as error:
+        sys.exit(f"convert_hand_motion.py: {error}")
 
 
 if __name__ == "__main__":

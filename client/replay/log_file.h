@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A file that a run is written into, with errors that name it. What the file held before is kept until there is
-// something to write: a run that is refused costs nothing.
+// A file that a run is written into, with errors that name it. It replaces nothing but a file of its own kind, and that
+// one is kept until there is something to write: a run that is refused costs nothing.
 #pragma once
 
 #include <filesystem>
@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "protocol/own_file.h"
 
 namespace acus::client {
 
@@ -18,8 +20,12 @@ struct LogError : std::runtime_error {
 
 class LogFile {
  public:
-  // Throws LogError if the file cannot be written. `header` comes before everything else.
-  explicit LogFile(std::string path, std::string header = {}) : path_(std::move(path)), header_(std::move(header)) {
+  // Whose own files begin with the header.
+  LogFile(std::string path, std::string header) : LogFile(std::move(path), protocol::beginning_with(header), header) {}
+  // Throws LogError if the file cannot be written, or holds something else. `header` comes before everything else.
+  LogFile(std::string path, const protocol::IsOwn& is_own, std::string header = {})
+      : path_(std::move(path)), header_(std::move(header)) {
+    if (protocol::holds_another_file(path_, is_own)) throw LogError(path_ + protocol::kAnotherFile);
     std::error_code ignored;
     made_here_ = !std::filesystem::exists(std::filesystem::symlink_status(path_, ignored));
     open(std::ios::app);

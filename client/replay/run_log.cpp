@@ -117,11 +117,17 @@ std::string header_of() {
   return row;
 }
 
+// Own files of forces have wall time or not.
+LogFile forces_file(const std::string& path, bool wall_time) {
+  const std::string columns = header_of<protocol::Force>();
+  return {path, protocol::beginning_with(columns), columns + (wall_time ? ",received_s" : "") + '\n'};
+}
+
 }  // namespace
 
 RunLog::RunLog(const std::string& path, bool wall_time)
     : wall_time_(wall_time),
-      forces_(path, header_of<protocol::Force>() + (wall_time ? ",received_s" : "") + '\n'),
+      forces_(forces_file(path, wall_time)),
       events_(events_path_beside(path), header_of<protocol::Event>() + '\n') {}
 
 std::string RunLog::events_path_beside(const std::string& path) {

@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "protocol/own_file.h"
+
 namespace acus::client {
 
 namespace {
@@ -65,7 +67,8 @@ MeasuredTiming measured_timing(const Replay& replay) {
 std::string run_summary(const Replay& replay, const ReplayOptions& options, const MeasuredTiming& measured,
                         const std::vector<TimingLimit>& limits) {
   const RunStatistics& statistics = replay.statistics();
-  Json json{{"scene", replay.server().scene},
+  Json json{{protocol::kWrittenBy, protocol::kWriter},
+            {"scene", replay.server().scene},
             {"lockstep", options.lockstep},
             {"rate_Hz", replay.server().rate},
             {"rate_held_Hz", statistics.rate()},

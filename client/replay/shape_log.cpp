@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "client/link/client.h"
 #include "protocol/codec.h"
@@ -22,7 +23,13 @@ std::uint64_t period_of(const protocol::HelloReply& hello, const std::string& na
 
 }  // namespace
 
-ShapeLog::ShapeLog(const std::string& path) : file_(path) {}
+bool are_messages(std::string_view beginning) {
+  constexpr std::size_t kMost = 16;  // bytes, in which the type of a message stands
+  return beginning.substr(0, kMost + std::strlen(protocol::HelloReply::kType)).find(protocol::HelloReply::kType) !=
+         std::string_view::npos;
+}
+
+ShapeLog::ShapeLog(const std::string& path) : file_(path, are_messages) {}
 
 void ShapeLog::begin(const protocol::HelloReply& hello, const protocol::DescribeReply& describe) {
   tissue_.period = period_of(hello, protocol::TissueShape::kType);

@@ -8,11 +8,15 @@
 #include <fstream>
 #include <map>
 #include <string>
+#include <string_view>
 
 #include "client/replay/log_file.h"
 #include "protocol/messages.h"
 
 namespace acus::client {
+
+// Whether a file that begins so holds recorded shapes or messages: the first is the server's answer to a hello.
+bool are_messages(std::string_view beginning);
 
 class ShapeLog {
  public:

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
@@ -38,8 +40,11 @@ class Pictures {
       std::filesystem::create_directories(target_);
       return;
     }
+    std::FILE* file = std::fopen(target_.c_str(), "wxe");  // nobody else's, which ffmpeg may replace and this removes
+    if (file == nullptr) throw std::runtime_error(target_ + " cannot be made anew: " + std::strerror(errno));
+    std::fclose(file);
     // Films have pixels by four, hence even sizes.
-    const std::string command = "ffmpeg -loglevel error -f image2pipe -framerate " + std::to_string(options.rate) +
+    const std::string command = "ffmpeg -y -loglevel error -f image2pipe -framerate " + std::to_string(options.rate) +
                                 " -i - -vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p " +
                                 quoted("file:" + target_);
     ffmpeg_ = popen(command.c_str(), "we");
@@ -62,8 +67,8 @@ class Pictures {
     std::array<char, 16> name{};
     std::snprintf(name.data(), name.size(), "%06d.png", ++count_);
     const std::string path = target_ + "/" + name.data();
-    std::FILE* file = std::fopen(path.c_str(), "wbe");
-    if (file == nullptr) throw std::runtime_error(path + " cannot be written");
+    std::FILE* file = std::fopen(path.c_str(), "wbxe");
+    if (file == nullptr) throw std::runtime_error(path + " cannot be made anew: " + std::strerror(errno));
     const bool whole = written(picture, file);
     if (std::fclose(file) != 0 || !whole) throw std::runtime_error(path + " could not be written whole");
   }

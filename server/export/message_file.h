@@ -7,6 +7,7 @@
 #include <string>
 
 #include "client/replay/log_file.h"
+#include "client/replay/shape_log.h"
 #include "protocol/codec.h"
 
 namespace acus {
@@ -14,7 +15,7 @@ namespace acus {
 class MessageFile {
  public:
   // Throws client::LogError, here and below.
-  explicit MessageFile(const std::string& path) : file_(path) {}
+  explicit MessageFile(const std::string& path) : file_(path, client::are_messages) {}
 
   template <class Message>
   void write(const Message& message) {

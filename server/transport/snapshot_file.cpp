@@ -8,11 +8,13 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <filesystem>
 #include <span>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
 
+#include "protocol/own_file.h"
 #include "server/engine/state/snapshot.h"
 #include "server/runtime/is_ready.h"
 
@@ -53,29 +55,48 @@ class File {
   int file_;
 };
 
+std::string fresh_of(const std::string& path) { return path + ".new"; }
+
 void replace(const std::string& path, std::span<const std::byte> bytes) {
-  const std::string fresh = path + ".new";
+  if (const std::string problem = SnapshotFile::problem_with(path); !problem.empty()) throw std::runtime_error(problem);
+  const std::string fresh = fresh_of(path);
   File(fresh).write(bytes);
   if (std::rename(fresh.c_str(), path.c_str()) != 0) fail();
 }
 
 }  // namespace
 
+SnapshotFile::SnapshotFile(std::string path) : path_(std::move(path)) {
+  if (!path_.empty()) lock_ = std::make_shared<const FileLock>(path_);
+}
+
 SnapshotFile::~SnapshotFile() {
   if (writing_.valid() && writing_.wait_for(kPatience) != std::future_status::ready)
     spdlog::error("--snapshot {}: the newest is not on the disk, which does not answer", path_);
 }
 
+std::string SnapshotFile::problem_with(const std::string& path) {
+  for (const std::string& file : {path, fresh_of(path)}) {
+    std::error_code error;
+    const auto there = std::filesystem::status(file, error);
+    const bool lost =
+        protocol::holds_another_file(file, begins_as_snapshot) || (exists(there) && !is_regular_file(there));
+    if (lost) return file + protocol::kAnotherFile;
+  }
+  return "";
+}
+
 bool SnapshotFile::ready() const { return !path_.empty() && (!writing_.valid() || is_ready(writing_)); }
 
 void SnapshotFile::write(std::uint64_t fingerprint, std::unique_ptr<State> state) {
-  std::packaged_task<void()> work([path = path_, fingerprint, state = std::shared_ptr<State>(std::move(state))] {
-    try {
-      replace(path, make_snapshot(fingerprint, *state));
-    } catch (const std::exception& error) {
-      spdlog::error("--snapshot {}: {}", path, error.what());
-    }
-  });
+  std::packaged_task<void()> work(
+      [path = path_, lock = lock_, fingerprint, state = std::shared_ptr<State>(std::move(state))] {
+        try {
+          replace(path, make_snapshot(fingerprint, *state));
+        } catch (const std::exception& error) {
+          spdlog::error("--snapshot {}: {}", path, error.what());
+        }
+      });
   writing_ = work.get_future();
   begun_ = Clock::now();
   told_ = false;

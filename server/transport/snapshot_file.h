@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The file of a server's snapshots: the newest whole one, whatever happens while the next is being written. It is
 // written beside the file, brought to the disk and put in its place. On a thread of its own, as disks may take seconds;
-// one that takes longer is told of, and nobody waits for it.
+// one that takes longer is told of, and nobody waits for it. Only one process writes to it, and it replaces nothing but
+// snapshots.
 #pragma once
 
 #include <chrono>
@@ -11,6 +12,7 @@
 #include <string>
 
 #include "server/engine/state/state.h"
+#include "server/transport/file_lock.h"
 
 namespace acus {
 
@@ -18,12 +20,15 @@ class SnapshotFile {
  public:
   using Clock = std::chrono::steady_clock;
 
-  // Empty: there is none.
-  explicit SnapshotFile(std::string path) : path_(std::move(path)) {}
+  // Empty: there is none. Throws NotLocked where another process writes to it.
+  explicit SnapshotFile(std::string path);
   // Waits a second for what is being written.
   ~SnapshotFile();
   SnapshotFile(const SnapshotFile&) = delete;
   SnapshotFile& operator=(const SnapshotFile&) = delete;
+
+  // Why snapshots cannot be put there, with the remedy; empty if they can.
+  static std::string problem_with(const std::string& path);
 
   // Whether it can take a snapshot now.
   bool ready() const;
@@ -36,6 +41,7 @@ class SnapshotFile {
 
  private:
   const std::string path_;
+  std::shared_ptr<const FileLock> lock_;  // also of a thread that is still writing
   std::future<void> writing_;
   Clock::time_point begun_;
   bool told_ = false;

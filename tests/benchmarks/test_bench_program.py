@@ -136,7 +136,7 @@ class Program(unittest.TestCase):
             ([scene("cube_1000"), TRAJECTORY, "--core", "1000000"], 3, "--core: processor 1000000"),
             ([scene("cube_1000"), TRAJECTORY, "--rung", "wrapped"], 1, "wrapped"),
             ([scene("cube_1000"), TRAJECTORY, "--skip", "-1"], 1, "--skip"),
-            (["no.yaml", TRAJECTORY, "--json", "/no/such/folder/x.json"], 3, "--json: /no/such"),
+            (["no.yaml", TRAJECTORY, "--json", "/no/such/folder/x.json"], 3, "/no/such/folder/x.json: cannot be written"),
         ]:
             with self.subTest(words):
                 done = bench(*arguments)

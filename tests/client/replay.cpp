@@ -283,7 +283,10 @@ TEST_CASE("a trajectory for another scene is refused with the names of the needl
 TEST_CASE("a run that is refused leaves the recording of the one before, and no empty file" *
           doctest::test_suite("gate")) {
   const Workplace here;
-  here.write("run.csv", "of the run before");
+  MockServer earlier;
+  REQUIRE(here.replay(earlier, "--out '" + here.path("run.csv") + "'").status == 0);
+  const std::string before = here.read("run.csv");
+  std::filesystem::remove(here.path("run.events.csv"));
   MockScript script;
   script.needles = {"left", "right"};
   MockServer server(script);
@@ -291,9 +294,32 @@ TEST_CASE("a run that is refused leaves the recording of the one before, and no 
       here.replay(server, "--out '" + here.path("run.csv") + "' --timing '" + here.path("t.csv") + "'");
   CHECK(outcome.status == 1);
   CHECK_FALSE(contains(outcome.output, "written"));
-  CHECK(here.read("run.csv") == "of the run before");
+  CHECK(here.read("run.csv") == before);
   CHECK_FALSE(std::filesystem::exists(here.path("run.events.csv")));
   CHECK_FALSE(std::filesystem::exists(here.path("t.csv")));
+}
+
+TEST_CASE("a run replaces the files of one before, and none of anybody else" * doctest::test_suite("gate")) {
+  const Workplace here;
+  const std::string options = "--out '" + here.path("run.csv") + "' --shapes '" + here.path("run.shapes") +
+                              "' --timing '" + here.path("t.csv") + "' --summary '" + here.path("run.json") + "'";
+  for (int run = 0; run < 2; ++run) {
+    MockServer server;
+    const auto outcome = here.replay(server, options);
+    INFO(outcome.output);
+    CHECK(outcome.status == 0);
+  }
+  MockServer server;
+  for (const char* name : {"run.csv", "run.events.csv", "run.shapes", "t.csv", "t.stats.csv", "run.json"}) {
+    const std::string before = here.read(name);
+    here.write(name, "my own notes\n");
+    const auto outcome = here.replay(server, options);
+    CHECK(outcome.status == 1);
+    CHECK(
+        contains(outcome.output, here.path(name) + ": something else stands there, which would be lost; give another"));
+    CHECK(here.read(name) == "my own notes\n");
+    here.write(name, before);
+  }
 }
 
 TEST_CASE("a run that ends before any statistics leaves their header, one of no event that of the events" *
@@ -383,11 +409,10 @@ TEST_CASE("two results in one file are refused, also those beside them and by ot
   const Workplace here;
   MockServer server;
   std::filesystem::create_symlink("run.csv", here.path("dangling.csv"));
-  for (const std::string& arguments :
-       {"--out " + here.path("run.csv") + " --shapes " + here.path("run.events.csv"),
-        "--out " + here.path("run.csv") + " --timing " + here.path("run.events.csv"),
-        "--shapes " + here.path("run.stats.csv") + " --timing " + here.path("run.csv"),
-        "--out " + here.path("run.csv") + " --shapes " + here.path("dangling.csv")}) {
+  for (const std::string& arguments : {"--out " + here.path("run.csv") + " --shapes " + here.path("run.events.csv"),
+                                       "--out " + here.path("run.csv") + " --timing " + here.path("run.events.csv"),
+                                       "--shapes " + here.path("run.stats.csv") + " --timing " + here.path("run.csv"),
+                                       "--out " + here.path("run.csv") + " --shapes " + here.path("dangling.csv")}) {
     const auto outcome = here.replay(server, arguments);
     INFO(outcome.output);
     CHECK(outcome.status == 1);

@@ -30,7 +30,7 @@ def run(script, *arguments):
 
 def read_rows(path):
     with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def floats(row, names):
@@ -103,6 +103,16 @@ class ConvertHandMotion(ConvertHandMotionCase):
             self.assertAlmostEqual(cosine, math.cos(math.radians(degrees)), places=6)
             middle = [(a + b) / 2 for a, b in zip(first, last)]
             self.assertAlmostEqual(middle[2], -math.cos(math.radians(degrees / 2)), places=6)
+
+    def test_its_own_file_is_replaced_and_no_other(self):
+        recording = self.write_recording([(0, 10 * i, 0, 1, 0, 0, 0) for i in range(3)])
+        for _ in range(2):
+            self.assert_success(self.convert(recording))
+        with open(self.path("out.csv"), "a", encoding="utf-8") as file:
+            file.write("1,needle,0,0,0,1,0,0,0,0\n")
+        result = self.convert(recording)
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("or it was edited, and would be lost", result.stderr)
 
     def test_bad_rows_are_named(self):
         recording = self.write_recording([(0, 0, 0, 1, 0, 0, 0), (0, 0, "x", 1, 0, 0, 0)])

@@ -159,7 +159,8 @@ TEST_CASE("a web page is not heard over TCP either") {
 TEST_CASE("a file that is no snapshot is not replaced by one") {
   const Place place;
   const TemporaryFolder& folder = place.folder;
-  const std::string other = folder.write("other.txt", "as it was"), pipe = folder / "pipe";
+  const std::string other = folder.write("other.txt", "as it was"), pipe = folder / "pipe",
+                    beside = folder.write("new.new", "as it was");
   REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
   const auto check = [&](const std::vector<std::string>& options, const std::string& what) {
     std::vector<std::string> line = place.server(place.ipc("commands"), place.ipc("states"));
@@ -167,12 +168,13 @@ TEST_CASE("a file that is no snapshot is not replaced by one") {
     check_refusal(line, kBadCommandLine, {what});
   };
   for (const std::string& there : {other, pipe, folder.path(), place.scene})
-    check({"--snapshot", there}, "--snapshot " + there + ": there is something else of this name");
+    check({"--snapshot", there}, "--snapshot " + there + ": something else stands there, which would be lost");
+  check({"--snapshot", folder / "new"}, folder / "new.new: something else stands there, which would be lost");
   check({"--snapshot", folder / "absent/file"}, "no file can be made in its folder (No such file or directory)");
   check({"--snapshot", folder / "run", "--record", folder / "absent/../run"}, "--record names the same file");
   for (const char* option : {"--snapshot", "--restore", "--record"})
     check({option, ""}, std::string(option) + ": expected the name of a file");
-  CHECK(content_of(other) == "as it was");
+  for (const std::string& kept : {other, beside}) CHECK(content_of(kept) == "as it was");
 }
 
 }  // namespace acus::testing

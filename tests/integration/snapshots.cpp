@@ -99,8 +99,9 @@ TEST_CASE("a run branches from a snapshot, and a second server goes on alike") {
   CHECK(others.hash(kPatience).hash == end);
 
   const std::string file = second.folder() / "snapshot";
-  std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(snapshot.snapshot.data()),
-                                              static_cast<std::streamsize>(snapshot.snapshot.size()));
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(snapshot.snapshot.data()),
+             static_cast<std::streamsize>(snapshot.snapshot.size()));
   ServerProcess third({"--lockstep", "--restore", file});
   client::CommandLink again(third.commands());
   CHECK(again.hash(kPatience).tick == 30);
@@ -188,10 +189,11 @@ TEST_CASE("a scene that asks for snapshots gets them into a file, from which a s
 TEST_CASE("a snapshot that cannot be written leaves the one before, and the server goes on") {
   const TemporaryFolder folder;
   folder.write("newest.snapshot", "acussnap as it was");
-  std::filesystem::create_directory(folder / "newest.snapshot.new");  // where it would be written
   ServerProcess server({"--lockstep", "--snapshot", folder / "newest.snapshot"},
                        small_scene("small") + "publish: {snapshot_every: 1}\n");
   client::CommandLink commands(server.commands());
+  commands.hello(kPatience);
+  std::filesystem::create_directory(folder / "newest.snapshot.new");  // where it would be written
   for (int second = 0; second < 3; ++second) commands.step(200, kPatience);
   CHECK(commands.hash(kPatience).tick == 600);
   CHECK(content_of(folder / "newest.snapshot") == "acussnap as it was");
@@ -201,17 +203,50 @@ TEST_CASE("a pipe where a snapshot would be written holds nobody up, with a read
   for (const bool read : {false, true}) {
     const TemporaryFolder folder;
     const std::string pipe = folder / "newest.snapshot.new";
-    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
-    const int reader = read ? open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC) : -1;
     ServerProcess server({"--lockstep", "--snapshot", folder / "newest.snapshot"},
                          small_scene("small") + "publish: {snapshot_every: 1}\n");
     client::CommandLink commands(server.commands());
+    commands.hello(kPatience);
+    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+    const int reader = read ? open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC) : -1;
     for (int second = 0; second < 3; ++second) commands.step(200, kPatience);
     server.process().send_signal(SIGTERM);
     CHECK(server.process().wait(kPatience) == 0);
     CHECK_FALSE(std::filesystem::exists(folder / "newest.snapshot"));
     if (reader >= 0) close(reader);
   }
+}
+
+TEST_CASE("what another program puts in the place of a snapshot meanwhile is not replaced") {
+  const TemporaryFolder folder;
+  ServerProcess server({"--lockstep", "--snapshot", folder / "newest.snapshot"},
+                       small_scene("small") + "publish: {snapshot_every: 1}\n");
+  client::CommandLink commands(server.commands());
+  commands.hello(kPatience);
+  folder.write("newest.snapshot", "as it was");
+  for (int second = 0; second < 3; ++second) commands.step(200, kPatience);
+  server.process().send_signal(SIGTERM);
+  CHECK(server.process().wait(kPatience) == 0);
+  CHECK(content_of(folder / "newest.snapshot") == "as it was");
+}
+
+TEST_CASE("two servers do not write one file of snapshots; the second does not start") {
+  const TemporaryFolder folder, link;
+  const std::string file = folder / "newest.snapshot";
+  std::filesystem::create_directory_symlink(folder.path(), link / "link");
+  ServerProcess first({"--lockstep", "--snapshot", file});
+  client::CommandLink(first.commands()).hello(kPatience);
+  ServerProcess second({"--lockstep", "--snapshot", link / "link/newest.snapshot"});
+  CHECK(second.process().wait(kPatience) == 5);
+  ServerProcess other({"--lockstep", "--snapshot", folder / "other.snapshot"});
+  client::CommandLink(other.commands()).hello(kPatience);
+  first.process().send_signal(SIGKILL);
+  first.process().wait(kPatience);
+  ServerProcess third({"--lockstep", "--snapshot", file});
+  client::CommandLink(third.commands()).hello(kPatience);
+  third.process().send_signal(SIGTERM);
+  CHECK(third.process().wait(kPatience) == 0);
+  CHECK_FALSE(std::filesystem::exists(file + ".lock"));
 }
 
 TEST_CASE("what is no file is not restored from") {

@@ -240,6 +240,17 @@ class Program(InTemporaryFolder):
             self.assertIn(what, done.stderr)
             self.assertNotIn("Traceback", done.stderr)
 
+    def test_results_replace_no_file_of_others(self):
+        self.write_scene()
+        self.write("data.csv", "time_s,force_N\n0,0\n1,1\n2,2\n3,1\n")
+        for name in ("scene.yaml", "fit.json", "curves.csv", "fit.png"):
+            mine = self.write(f"{name} results/{name}", "mine")
+            done = self.run_program("small.yaml", "data.csv", "--speed", "0.05", "--free", STIFFNESS + "=2e3:30e3", "--folder", f"{name} results")
+            self.assertEqual((done.returncode, done.stdout), (1, ""), done.stderr)
+            self.assertIn(f"{name}: something else stands there", done.stderr)
+            with open(mine, encoding="utf-8") as file:
+                self.assertEqual(file.read(), "mine")
+
 
 if __name__ == "__main__":
     unittest.main()

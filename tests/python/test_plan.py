@@ -251,7 +251,12 @@ class Planned(OfPlans):
         self.assertGreater(os.path.getsize(self.path("plan.acus")), 1000)
         np.testing.assert_allclose(plan.nominal.miss, approach.TissuePoint(self.model, TARGET, "target").at(result.state) - result.track.tip_position[-1],
                                    atol=1e-12)
-        scene, trajectory = plan.write(self.path("plan"))
+        self.write("plan.csv", "t,needle,x,y,z,qw,qx,qy,qz,spin\n0,needle,0,0,0,1,0,0,0,0\n")
+        self.assertRaisesRegex(acus.PlanError, "plan.csv: something else stands there", plan.write, self.path("plan"))
+        self.assertFalse(os.path.exists(self.path("plan.yaml")))
+        os.remove(self.path("plan.csv"))
+        for _ in range(2):
+            scene, trajectory = plan.write(self.path("plan"))
         with acus.Server(scene, lockstep=True) as server:
             replay = os.path.join(os.path.dirname(acus.find_server()), "acus-replay")
             subprocess.run([replay, trajectory, "--lockstep", "--commands", server.commands, "--states", server.states, "--out", self.path("run.csv")],

@@ -28,6 +28,15 @@ class Reading(InTemporaryFolder):
                 scene["tissue.mesh.gmsh.file"] = os.path.join(SCENES, scene["tissue.mesh.gmsh.file"])
             self.assertEqual(again.fields, scene.fields, path)
 
+    def test_a_file_that_was_edited_is_replaced_only_where_that_is_said(self):
+        path = self.write_scene()
+        scene = acus.Scene.read(path)
+        self.assertRaisesRegex(acus.SceneError, "small.yaml: something else stands there, .* replace=True", scene.save, path)
+        scene.save(path, replace=True)
+        scene["rate"] = 500
+        scene.save(path)
+        self.assertEqual(acus.Scene.read(path)["rate"], 500)
+
     def test_fields_are_named_as_in_messages(self):
         scene = acus.Scene.read(os.path.join(SCENES, "brachytherapy.yaml"))
         self.assertEqual(scene["needles[3].length"], 0.15)

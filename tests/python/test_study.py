@@ -417,10 +417,23 @@ class Given(OfStudies):
             self.assertAlmostEqual(tips[speed, True], 0.06, 5)
 
     def test_files_of_others_are_left_alone(self):
-        self.write("study/table.csv", "mine")
-        self.assertRaisesRegex(acus.StudyError, "a table.csv that is of no study", self.study().run, progress=False)
-        with open(self.path("study", "table.csv"), encoding="utf-8") as file:
-            self.assertEqual(file.read(), "mine")
+        for name in ("table.csv", "scene.yaml", "study.json", "rows.jsonl"):
+            folder = f"study {name}"
+            mine = self.write(f"{folder}/{name}", '{"rows": 5}\n')
+            self.assertRaisesRegex(acus.StudyError, f"{name}: something else stands there, .*; give the study another folder",
+                                   self.study(folder=folder).run, progress=False)
+            self.assertEqual(os.listdir(self.path(folder)), [name])
+            with open(mine, encoding="utf-8") as file:
+                self.assertEqual(file.read(), '{"rows": 5}\n')
+        made = self.run_study({STIFFNESS: [5e3]})
+        self.run_study({STIFFNESS: [5e3]})
+        mine = self.write("mine.csv", "case,a\n1,2\n")
+        self.assertRaisesRegex(acus.StudyError, "mine.csv: something else stands there", made.write, mine)
+        for _ in range(2):
+            made.write(self.path("table.csv"))
+        with open(self.path("study", "scene.yaml"), "a", encoding="utf-8") as file:
+            file.write("# my notes\n")
+        self.assertRaisesRegex(acus.StudyError, "scene.yaml: .* edited, and would be lost", self.study({STIFFNESS: [5e3]}).run, progress=False)
 
     def test_motions_outputs_and_settings_that_are_none(self):
         for settings, what in (({"outputs": "peak"}, "no output 'peak'; there are peak_force"), ({"outputs": [5]}, "no output '5'"),

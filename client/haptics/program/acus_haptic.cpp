@@ -24,6 +24,7 @@
 #include "client/haptics/program/verification.h"
 #include "client/link/command_line.h"
 #include "client/replay/log_file.h"
+#include "protocol/own_file.h"
 
 namespace {
 
@@ -338,7 +339,7 @@ int drive(Arguments& arguments) {
   }
   options.keys = client::read_keys(arguments.keys);
   std::optional<client::LogFile> summary, record;
-  if (!arguments.summary.empty()) summary.emplace(arguments.summary);
+  if (!arguments.summary.empty()) summary.emplace(arguments.summary, acus::protocol::json_of_acus());
   if (!arguments.record.empty()) record.emplace(arguments.record, kSampleHeader);
 
   Session session(options);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/replay/run_statistics.h"
+#include "protocol/own_file.h"
 
 namespace acus::haptics {
 
@@ -54,6 +55,7 @@ std::string readable(const SessionResults& results, const std::string& device) {
 std::string as_json(const SessionResults& results, const std::string& device) {
   const client::Distribution delay = client::distribution_of(results.delays);
   const nlohmann::ordered_json json{
+      {acus::protocol::kWrittenBy, acus::protocol::kWriter},
       {"device", device},
       {"scene", results.scene},
       {"needle", results.needle},

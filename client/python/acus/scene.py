@@ -19,6 +19,7 @@ import tempfile
 
 import numpy as np
 
+from . import own_files
 from .errors import SceneError
 from .programs import find_server
 
@@ -130,9 +131,11 @@ class Scene:
             inside[last] = os.path.join(self.folder, inside[last])
         return yaml(fields)
 
-    def save(self, path):
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(self.text())
+    def save(self, path, replace=False):
+        """Writes text() to a file. One that is there is replaced where save() wrote it and nobody has edited it since; with
+        `replace` any. Raises SceneError."""
+        own_files.write(path, own_files.sealed(self.text()), (lambda _: True) if replace else own_files.is_sealed, SceneError,
+                        "give another name, or replace=True")
 
     @staticmethod
     def _default(schema, steps, depth):

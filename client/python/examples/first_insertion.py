@@ -31,13 +31,15 @@ try:
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+
+    from acus.apps import drawing
 except ImportError:
-    print("no picture: Matplotlib is not installed")
+    print("no picture: Matplotlib or Pillow is not installed")
 else:
     plt.plot(1e3 * track.depth, track.axial_resistance)
     plt.xlabel("needle inside the tissue (mm)")
     plt.ylabel("axial resistance (N)")
-    plt.savefig("first_insertion.png")
+    drawing.save(plt.gcf(), "first_insertion.png")  # replaces no picture of anybody else's
 
 # %% The end.
 client.close()

@@ -3,9 +3,6 @@
 
 #include <bit>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <system_error>
 
 #include "server/engine/math/hasher.h"
 #include "server/engine/state/state_bytes.h"
@@ -75,12 +72,8 @@ State read_snapshot(const Model& model, std::span<const std::byte> snapshot) {
   return state;
 }
 
-bool is_snapshot(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;
-  char first[sizeof kMagic] = {};
-  std::ifstream(path, std::ios::binary).read(first, sizeof first);
-  return std::memcmp(first, kMagic, sizeof kMagic) == 0;
+bool begins_as_snapshot(std::string_view beginning) {
+  return beginning.starts_with(std::string_view(kMagic, sizeof kMagic));
 }
 
 }  // namespace acus

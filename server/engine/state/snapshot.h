@@ -18,6 +18,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/engine/state/model.h"
@@ -36,7 +37,7 @@ std::vector<std::byte> make_snapshot(std::uint64_t fingerprint, const State& sta
 // Throws SnapshotError.
 State read_snapshot(const Model& model, std::span<const std::byte> snapshot);
 
-// Whether the file begins as one.
-bool is_snapshot(const std::string& path);
+// Whether a file that begins so is one.
+bool begins_as_snapshot(std::string_view beginning);
 
 }  // namespace acus

@@ -8,14 +8,15 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
 #include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <system_error>
 
+#include "client/replay/log_file.h"
 #include "client/replay/timing_limits.h"
+#include "protocol/own_file.h"
 #include "server/engine/math/kernel_set.h"
 #include "server/engine/scene/scene_fields.h"
 #include "tests/study/bench/bench_report.h"
@@ -147,21 +148,6 @@ Scene read_scene_as_asked(const Arguments& arguments) {
   return scene;
 }
 
-void require_written(const std::ofstream& file, const std::string& path) {
-  if (!file) throw std::runtime_error("--json: " + path + " cannot be written; does its folder exist?");
-}
-
-// Before anything is measured; what the file holds stays until there is something to replace it.
-void check_json_path(const std::string& path) {
-  if (!path.empty() && path != "-") require_written(std::ofstream(path, std::ios::app), path);
-}
-
-void write_json(const std::string& path, const std::string& json) {
-  std::ofstream file(path, std::ios::trunc);
-  file << json << std::flush;
-  require_written(file, path);
-}
-
 using Say = std::function<void(const std::string&)>;
 
 // What is measured, as loaded.
@@ -192,14 +178,16 @@ Calibration prepare_calibration(const Arguments& arguments, const Simulation& si
 }
 
 void print(const Arguments& arguments, const BenchRun& run, const Simulation& simulation,
-           const Calibration& calibration) {
+           const Calibration& calibration, std::optional<client::LogFile>& file) {
   const std::string json = bench_json(run, simulation, calibration);
   if (arguments.json == "-") {
     std::fputs(json.c_str(), stdout);
     return;
   }
   if (!arguments.quiet) std::fputs(bench_table(run, simulation, calibration).c_str(), stdout);
-  if (!arguments.json.empty()) write_json(arguments.json, json);
+  if (!file) return;
+  file->out() << json;
+  file->close();
 }
 
 // A tick that takes longer than the time that it simulates would be late.
@@ -236,7 +224,8 @@ int run(const Arguments& arguments) {
   run.scene_file = arguments.scene;
   run.trajectory_file = arguments.trajectory;
   run.core = pin_to_core(arguments.core);
-  check_json_path(arguments.json);
+  std::optional<client::LogFile> json;  // before anything is measured
+  if (!arguments.json.empty() && arguments.json != "-") json.emplace(arguments.json, protocol::json_of_acus());
   const std::vector<HistoryRow> history =
       arguments.against.empty() ? std::vector<HistoryRow>() : read_history(arguments.against);
 
@@ -252,7 +241,7 @@ int run(const Arguments& arguments) {
   }
   Calibration calibration = prepare_calibration(arguments, experiment->simulation, say);
   run.measured = measure_telling(*experiment, calibration, arguments.plan, say);
-  print(arguments, run, experiment->simulation, calibration);
+  print(arguments, run, experiment->simulation, calibration, json);
   if (run.measured.times.whole.wall.empty()) {
     std::fprintf(stderr, "acus-bench: %s\n", kNothingCounted);
     return kBadInput;

@@ -11,6 +11,7 @@
 
 #include "client/replay/latency.h"
 #include "protocol/messages.h"
+#include "protocol/own_file.h"
 #include "server/engine/math/kernel_set.h"
 #include "server/engine/scene/scene_fields.h"
 #include "server/engine/scene/text_table.h"
@@ -263,6 +264,7 @@ std::string bench_json(const BenchRun& run, const Simulation& simulation, const 
   const Distribution rows = distribution_of(m.rows), sweeps = distribution_of(m.sweeps);
   const Costs costs = simulation.costs();
   const Json json{
+      {protocol::kWrittenBy, protocol::kWriter},
       {"scene", run.scene_file},
       {"trajectory", run.trajectory_file},
       {"rung", rung_name(simulation)},

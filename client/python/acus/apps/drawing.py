@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: MIT
 """How the forces and events of a run are drawn: what acus-plot and acus-picture have in common."""
 
+import io
+import os
+
 import numpy as np
 from PIL import Image
 
 import acus
+from acus import own_files
 
 MM = 1e3  # per m
 DOTS_PER_INCH = 130  # of pixel pictures
@@ -136,11 +140,14 @@ def draw_grid(axes):
 
 
 def save(figure, path):
-    try:
-        figure.savefig(path, dpi=DOTS_PER_INCH)
-        if path.lower().endswith(".png"):
-            with Image.open(path) as image:
-                small = image.convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, 1, dither=Image.Dither.NONE)
-            small.save(path, optimize=True)
-    except (OSError, ValueError) as error:
-        raise acus.AcusError(f"{path}: {error}") from None
+    ending = os.path.splitext(path)[1].lower()
+    if ending not in own_files.PICTURES:
+        raise acus.AcusError(f"{path}: expected a name that ends with {', '.join(own_files.PICTURES)}")
+    drawn = io.BytesIO()
+    figure.savefig(drawn, dpi=DOTS_PER_INCH, format=ending[1:], metadata={own_files.PICTURES[ending][0]: own_files.WRITER})
+    if ending != ".png":
+        own_files.write(path, drawn.getvalue(), own_files.is_picture)
+        return
+    with Image.open(drawn) as image:
+        small = image.convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, 1, dither=Image.Dither.NONE)
+    own_files.write_image(path, small)

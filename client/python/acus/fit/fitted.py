@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: MIT
 """What a fit has found: values, how well they are known, curves, and what it foretells of other data."""
 
-import csv
 import dataclasses
-import json
 import math
 import os
 
 import numpy as np
 
+from .. import own_files
 from ..errors import FitError
 from .identify import CONFIDENCE
 
+COLUMNS = ("data", "x", "measured", "simulated", "fitted")
+RESULTS = {"fit.json": own_files.is_signed, "scene.yaml": own_files.is_sealed, "curves.csv": own_files.has_columns(COLUMNS, ()),
+           "fit.png": own_files.is_picture}  # files, and what shows that one is of a fit
 DRAWN = 12  # sets of values that the data allow, for the spread of a prediction
 
 
@@ -105,20 +107,17 @@ class Fitted:
     def write(self, folder):
         """fit.json, scene.yaml, curves.csv and fit.png (needs matplotlib) in a folder, which is made."""
         make_folder(folder)
-        try:
-            with open(os.path.join(folder, "fit.json"), "w", encoding="utf-8") as file:
-                json.dump(self.told(), file, indent=2)
-                file.write("\n")
-            self.scene().save(os.path.join(folder, "scene.yaml"))
-            with open(os.path.join(folder, "curves.csv"), "w", newline="", encoding="utf-8") as file:
-                rows = csv.writer(file)
-                rows.writerow(["data", "x", "measured", "simulated", "fitted"])
-                for each, curve in zip(self.fit.measurements, self.curves):
-                    rows.writerows([each.name, f"{x:.9g}", f"{y:.9g}", f"{s:.9g}", int(used)]
-                                   for x, y, s, used in zip(each.x, each.y, curve.at(each.x), each.fitted))
-        except OSError as error:
-            raise FitError(f"{error.filename or folder}: {error.strerror}") from None
+        contents = {"fit.json": own_files.signed(self.told()), "scene.yaml": own_files.sealed(self.scene().text()),
+                    "curves.csv": own_files.table_of(COLUMNS, self._points())}
+        for name, data in contents.items():
+            own_files.write(os.path.join(folder, name), data, RESULTS[name], FitError)
         self.draw(os.path.join(folder, "fit.png"))
+
+    def _points(self):
+        """Rows of curves.csv."""
+        for each, curve in zip(self.fit.measurements, self.curves):
+            for x, y, simulated, used in zip(each.x, each.y, curve.at(each.x), each.fitted):
+                yield each.name, f"{x:.9g}", f"{y:.9g}", f"{simulated:.9g}", int(used)
 
     def told(self):
         """As fit.json has it."""
@@ -139,13 +138,15 @@ class Fitted:
 
 
 def make_folder(folder):
-    """Raises FitError for one that cannot be written into."""
+    """For results. Raises FitError for one that cannot be written into, or where files stand that would be lost."""
     try:
         os.makedirs(folder, exist_ok=True)
     except OSError as error:
         raise FitError(f"{error.filename or folder}: {error.strerror}") from None
     if not os.access(folder, os.W_OK | os.X_OK):
         raise FitError(f"{folder}: it cannot be written into")
+    for name, is_own in RESULTS.items():
+        own_files.check(os.path.join(folder, name), is_own, FitError, "give another folder")
 
 
 def rms_of(measurement, points, curve):

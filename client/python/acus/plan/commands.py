@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What a motion commands, for acus-server and acus-replay."""
 
-import csv
 import os
 
+from .. import own_files
 from ..errors import PlanError
 from ..scene import plain
 from ..study.case import Models
@@ -42,20 +42,19 @@ def placed_scene(scene, motion):
 def write_motion(path, scene, motion):
     """`path`.yaml, the scene with the needles where the motion begins, and `path`.csv, its trajectory. Both paths. Raises
     PlanError."""
-    path = os.path.splitext(os.fspath(path))[0]
+    path = os.fspath(path).removesuffix(".yaml").removesuffix(".csv")
+    scene_file, motion_file = f"{path}.yaml", f"{path}.csv"
+    for each in (scene_file, motion_file):
+        own_files.check(each, own_files.is_sealed, PlanError)
     model = Models().load(scene)
     world = Logged(model, motion.bodies(model))
     motion(world)
-    try:
-        placed_scene(scene, motion).save(f"{path}.yaml")
-        with open(f"{path}.csv", "w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(COLUMNS)
-            writer.writerows([repr(tick * world.time_step), name, *map(repr, [*plain(position), *plain(orientation), float(spin)])]
-                             for tick, name, position, orientation, spin in rows_of(world))
-    except OSError as error:
-        raise PlanError(f"{path}: {error.strerror}") from None
-    return f"{path}.yaml", f"{path}.csv"
+    own_files.write(scene_file, own_files.sealed(placed_scene(scene, motion).text()), own_files.is_sealed, PlanError)
+    table = own_files.table_of(COLUMNS, (
+        [repr(tick * world.time_step), name, *map(repr, [*plain(position), *plain(orientation), float(spin)])]
+        for tick, name, position, orientation, spin in rows_of(world)))
+    own_files.write(motion_file, own_files.sealed(table.decode()), own_files.is_sealed, PlanError)
+    return scene_file, motion_file
 
 
 def rows_of(world):

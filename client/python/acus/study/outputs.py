@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import StudyError
 from ..messages import flag_names
+from ..own_files import write_image
 from ..run import Run
 from ..scene import plain
 from ..tissue_points import TissuePoints
@@ -49,7 +50,7 @@ class Result:
         from PIL import Image  # pylint: disable=import-outside-toplevel  # with matplotlib
         from ..env.render import picture  # pylint: disable=import-outside-toplevel
         pixels = picture(self.model, self.state, self.needle, target, self.world.guides)
-        Image.fromarray(pixels).save(path)
+        write_image(path, Image.fromarray(pixels), StudyError)
 
     @property
     def flags(self):

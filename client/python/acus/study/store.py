@@ -7,9 +7,28 @@ import json
 import os
 import time
 
+from .. import own_files
 from ..errors import StudyError
+from .case import MEASURED, RESULT
 
 SYNCHRONISE = 1.0  # s: rows of this long may be lost if the whole machine fails; if a program does, none
+
+
+def is_table(data):
+    """As Study.write() writes it: CSV, or Parquet."""
+    if data.startswith(b"PAR1"):
+        from pyarrow import BufferReader, parquet  # pylint: disable=import-outside-toplevel  # it was there to write it
+        data = ",".join(parquet.read_schema(BufferReader(data)).names).encode()
+    return own_files.has_columns(("case",), (*RESULT, *MEASURED))(data)
+
+
+def are_rows(data):
+    """Any of them: a line may be cut."""
+    return data.startswith(FIRST) or any(map(row_of, data.split(b"\n")))
+
+
+FIRST = b'{"key": '  # of every line
+FILES = {"rows.jsonl": are_rows, "study.json": own_files.is_signed, "scene.yaml": own_files.is_sealed, "table.csv": is_table}
 
 
 class Store:
@@ -35,8 +54,8 @@ class Store:
 
     def __enter__(self):
         """To write; only one process may. Raises StudyError."""
-        if os.path.exists(os.path.join(self.folder, "table.csv")) and not os.path.exists(self.path):
-            raise StudyError(f"{self.folder}: there is a table.csv that is of no study; give the study another folder")
+        for name, is_own in FILES.items():
+            own_files.check(os.path.join(self.folder, name), is_own, StudyError, "give the study another folder")
         try:
             os.makedirs(self.folder, exist_ok=True)
             self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
@@ -93,8 +112,8 @@ class Store:
             remove(self.recording(key))
 
     def note_definition(self, told, scene):
-        self._write_file(os.path.join(self.folder, "study.json"), json.dumps(told, indent=2).encode())
-        self._write_file(os.path.join(self.folder, "scene.yaml"), scene.encode())
+        for name, data in (("study.json", own_files.signed(told)), ("scene.yaml", own_files.sealed(scene))):
+            own_files.write(os.path.join(self.folder, name), data, FILES[name], StudyError, "give the study another folder")
 
     def _text(self, key):
         return self.recording(key).removesuffix(".acus") + ".txt"

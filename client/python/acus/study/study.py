@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """One scene and motion in many cases."""
 
-import csv
 import functools
 import math
 import os
@@ -11,6 +10,7 @@ from collections import Counter
 
 import numpy as np
 
+from .. import own_files
 from ..errors import StudyError
 from ..programs import find_scene
 from ..scene import Scene
@@ -22,7 +22,7 @@ from .motions import policy_of
 from .outputs import outputs_of
 from .progress import Progress
 from .sensitivity import Saltelli, sobol_indices
-from .store import Store, remove
+from .store import Store, is_table, remove
 from .um_bridge import PORT, ModelServer
 from .values import digest
 from .workers import limit_of, local_rows, processors
@@ -217,20 +217,17 @@ class Study:
 
     def write(self, path):
         """The table as CSV, or, where the name ends so, as Parquet, which needs pandas and pyarrow."""
-        path, part = os.fspath(path), f"{os.fspath(path)}.part"
+        path = os.fspath(path)
         if not path.endswith((".csv", ".parquet")):
             raise StudyError(f"{path}: expected a name that ends with .csv or .parquet")
         try:
             if path.endswith(".parquet"):
-                self.table.to_parquet(part)
+                data = self.table.to_parquet()
             else:
-                write_csv(part, self.columns, self.rows)
-            os.replace(part, path)
+                data = own_files.table_of(self.columns, ([row.get(name) for name in self.columns] for row in self.rows))
+            own_files.write(path, data, is_table, StudyError)
         except ImportError:
             raise StudyError(f"{path}: Parquet needs pyarrow; a name that ends with .csv needs nothing") from None
-        except OSError as error:
-            remove(part)
-            raise StudyError(f"{path}: {error.strerror}") from None
 
     # ---- Parts of run() ----
 
@@ -303,10 +300,3 @@ def scene_of(given):
 def name_of(scene):
     """As part of a path."""
     return re.sub(r"\W+", "_", str(scene.fields.get("name", "scene"))).strip("_")[:LONGEST_NAME] or "scene"
-
-
-def write_csv(path, columns, rows):
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows([row.get(name) for name in columns] for row in rows)
