@@ -7,6 +7,7 @@ import json
 import math
 import os
 import signal
+import socket
 import subprocess
 import threading
 import time
@@ -17,19 +18,20 @@ from of_studies import PUSH, STIFFNESS, OfStudies
 from small_scene import PATIENCE, ROOT, SCENE
 
 import acus  # noqa: E402
+from acus.study.um_bridge import MOST_WAITING  # noqa: E402
 
 
 class Client:
     """Of one server."""
 
     def __init__(self, port):
-        self._port = port
+        self.port = port
 
-    def ask(self, path, request=None, method=None, body=None):
+    def ask(self, path, request=None, method=None, body=None, headers=None):
         """Status and answer."""
-        connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=PATIENCE)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
         body = json.dumps(request).encode() if request is not None else body
-        connection.request(method or ("GET" if body is None else "POST"), path, body)
+        connection.request(method or ("GET" if body is None else "POST"), path, body, headers or {})
         answer = connection.getresponse()
         text = answer.read()
         connection.close()
@@ -79,6 +81,35 @@ class Model(OfStudies):
             self.assertEqual(self.client.ask("/Evaluate", body=body)[0], 400)
         self.assertEqual(self.client.ask("/nothing", {})[0], 404)
         self.assertEqual(self.client.ask("/Evaluate", body=b" " * (2 << 20))[0], 413)
+
+    def test_what_a_browser_sends_unasked_is_refused(self):
+        body = json.dumps({"name": "forward", "input": [[5e3, 0.1]]}).encode()
+        own, kind = f"127.0.0.1:{self.client.port}", {"Content-Type": "application/json"}
+        for status, headers in ((200, kind), (200, {}), (200, {"Content-Type": "application/json; charset=utf-8"}), (200, {"Host": "localhost"}),
+                                (200, {"Host": f"[::1]:{self.client.port}"}), (200, {"Host": own, "Origin": "http://" + own}),
+                                (403, {**kind, "Origin": "http://evil.example"}), (403, {**kind, "Origin": "null"}),
+                                (403, {**kind, "Origin": "https://" + own}), (403, {**kind, "Host": "evil.example"}), (403, {"Host": ""}),
+                                (403, {"Host": f"evil.example:{self.client.port}"}), (403, {"Host": "127.0.0.1.evil.example"}),
+                                (403, {"Host": "evil.example", "Origin": "http://evil.example"}), (415, {"Content-Type": "text/plain"}),
+                                (415, {"Content-Type": "application/x-www-form-urlencoded"}), (415, {"Content-Type": "multipart/form-data"}),
+                                (415, {"Content-Type": ""})):
+            with self.subTest(headers=headers):
+                self.assertEqual(self.client.ask("/Evaluate", body=body, headers=headers)[0], status)
+        for headers in ({"Host": "evil.example"}, {"Origin": "http://evil.example"}):
+            self.assertEqual(self.client.ask("/Info", headers=headers)[0], 403)
+
+    def test_connections_that_wait_keep_nobody_out(self):
+        slow = [socket.create_connection(("127.0.0.1", self.client.port), PATIENCE) for _ in range(MOST_WAITING + 20)]
+        for connection in slow:
+            self.addCleanup(connection.close)
+            connection.sendall(b"POST /Evaluate HTTP/1.1\r\nHost: ")
+        kept = http.client.HTTPConnection("127.0.0.1", self.client.port, timeout=PATIENCE)
+        self.addCleanup(kept.close)
+        for _ in range(3):
+            self.assertEqual(self.client.evaluate([5e3, 0.1])[0], 200)
+            kept.request("GET", "/Info")
+            self.assertEqual(json.loads(kept.getresponse().read())["models"], ["forward"])
+        self.assertEqual(slow[0].recv(1), b"")  # the one that has waited longest was ended
 
     def test_outputs_are_those_of_the_study(self):
         rows = self.made.run(workers=0, progress=False).rows

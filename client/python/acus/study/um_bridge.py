@@ -6,14 +6,23 @@ One model, `forward`: one input vector, the study's parameters in their order; o
 There are no derivatives. A request that cannot be answered gets {"error": {"type", "message"}}: ModelNotFound, InvalidInput
 and UnsupportedFeature with status 400, InvalidOutput (of a case that failed, or an output that is no finite number) with
 500.
+
+A web page of any site can make a browser ask, of this machine too. What it can send without being let is refused: another
+site in Origin, a name in Host that is not this machine's, a body that is not said to be JSON (status 403, 415). Connections
+that send no request keep none out that do: of more than MOST_WAITING the one that has waited longest is ended.
 """
 
 import copy
+import ipaddress
 import json
 import math
 import queue
+import socket
 import threading
+from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+from urllib.parse import urlsplit
 
 from ..errors import AcusError, StudyError
 from .case import Models, evaluate, output_columns
@@ -24,6 +33,7 @@ from .workers import TRIES, Worker, limit_of
 MODEL, PROTOCOL, PORT = "forward", 1.0, 4242
 MOST_BYTES, MOST_DISCARDED = 1 << 20, 1 << 26  # of a request
 SILENCE = 60.0  # s after which a connection without a request ends
+MOST_WAITING = 64  # connections without a whole request
 FEATURES = ("Evaluate", "Gradient", "ApplyJacobian", "ApplyHessian")
 
 
@@ -149,7 +159,20 @@ class Handler(BaseHTTPRequestHandler):
     timeout = SILENCE
     model = None  # of the class that a server makes of this
 
+    def setup(self):
+        super().setup()
+        self.server.waiting.add(self.connection)
+
+    def finish(self):
+        self.server.waiting.remove(self.connection)
+        super().finish()
+
     def do_GET(self):  # pylint: disable=invalid-name
+        try:
+            self._check_sender()
+        except Trouble as trouble:
+            self._refuse(trouble)
+            return
         self._answer("Info" if self.path.strip("/") in ("", "Info") else None, {})
 
     do_HEAD = do_GET
@@ -158,19 +181,36 @@ class Handler(BaseHTTPRequestHandler):
         try:
             request = self._request()
         except Trouble as trouble:
-            self.close_connection = True
-            self._send(trouble.status, told(trouble))
+            self._refuse(trouble)
             return
         self._answer(self.path.strip("/"), request)
+
+    def _refuse(self, trouble):
+        self.close_connection = True
+        self._send(trouble.status, told(trouble))
+
+    def _check_sender(self):
+        for host in self.headers.get_all("Host", []):
+            if not self.server.is_name(host):
+                raise Trouble("InvalidInput", f"Host: expected the address of this machine or its name, found {host!r}", 403)
+            for origin in self.headers.get_all("Origin", []):
+                if origin != f"http://{host}":
+                    raise Trouble("InvalidInput", f"Origin: web pages are not answered, found {origin!r}", 403)
 
     def _request(self):
         try:
             size = int(self.headers.get("Content-Length", ""))
         except ValueError:
             raise Trouble("InvalidInput", "expected a request with a Content-Length") from None
-        if not 0 <= size <= MOST_BYTES:
+        try:
+            self._check_sender()
+            if self.headers.get_content_type() != "application/json" and "Content-Type" in self.headers:
+                raise Trouble("InvalidInput", f"Content-Type: expected application/json, found {self.headers['Content-Type']!r}", 415)
+            if not 0 <= size <= MOST_BYTES:
+                raise Trouble("InvalidInput", f"expected a request of at most {MOST_BYTES} bytes", 413)
+        except Trouble:
             self._take_in(size)
-            raise Trouble("InvalidInput", f"expected a request of at most {MOST_BYTES} bytes", 413)
+            raise
         try:
             request = json.loads(self.rfile.read(size) or b"{}")
         except (ValueError, RecursionError) as error:
@@ -186,12 +226,14 @@ class Handler(BaseHTTPRequestHandler):
             left -= len(part)
 
     def _answer(self, what, request):
+        self.server.waiting.remove(self.connection)
         try:
             self._send(200, self._answered(what, request))
         except Trouble as trouble:
             self._send(trouble.status, told(trouble))
         except AcusError as error:
             self._send(500, told(Trouble("InvalidOutput", str(error))))
+        self.server.waiting.add(self.connection)
 
     def _answered(self, what, request):
         if what == "Info":
@@ -224,9 +266,11 @@ class Handler(BaseHTTPRequestHandler):
         self.send_response(status)
         self.send_header("Content-Type", "application/json")
         self.send_header("Content-Length", str(len(body)))
-        self.end_headers()
-        if self.command != "HEAD":
-            self.wfile.write(body)
+        try:
+            self.end_headers()
+            self.wfile.write(body if self.command != "HEAD" else b"")
+        except ConnectionError:  # nobody reads it
+            self.close_connection = True
 
     def log_message(self, *_):  # pylint: disable=arguments-differ  # a line a request would be too many
         pass
@@ -236,18 +280,51 @@ def told(trouble):
     return {"error": {"type": trouble.kind, "message": str(trouble)}}
 
 
+class Waiting:
+    """Connections without a whole request, in the order in which they began to wait. One too many ends the first."""
+
+    def __init__(self):
+        self._connections, self._lock = {}, threading.Lock()
+
+    def add(self, connection):
+        with self._lock:
+            self._connections[connection] = None
+            if len(self._connections) > MOST_WAITING:
+                first = next(iter(self._connections))
+                del self._connections[first]
+                with suppress(OSError):
+                    first.shutdown(socket.SHUT_RDWR)  # its thread reads the end
+
+    def remove(self, connection):
+        with self._lock:
+            self._connections.pop(connection, None)
+
+
 class ModelServer(ThreadingHTTPServer):
     """Listens when it is made; serve_forever() answers, and the `with` block ends its workers. Raises StudyError."""
 
     daemon_threads = True
+    request_queue_size = 128
 
     def __init__(self, definition, host="127.0.0.1", port=PORT, workers=1, timeout=None):
+        self.waiting = Waiting()
+        self.names = {"localhost", host.lower(), socket.gethostname().lower()}
         self.model = Model(definition, workers, timeout)
         try:
             super().__init__((host, port), type("ModelHandler", (Handler,), {"model": self.model}))
         except (OSError, OverflowError) as error:
             self.model.close()
             raise StudyError(f"{host}:{port}: {getattr(error, 'strerror', None) or error}") from None
+
+    def is_name(self, host):
+        """Whether a Host is an address, which no other site has, or a name of this machine; whatever the port."""
+        with suppress(ValueError):
+            name = urlsplit(f"//{host}").hostname or ""
+            if name in (*self.names, self.server_name.lower()):
+                return True
+            ipaddress.ip_address(name)
+            return True
+        return False
 
     def server_close(self):
         super().server_close()
