@@ -18,6 +18,7 @@
 #include "client/link/command_line.h"
 #include "client/view/film.h"
 #include "client/view/gateway.h"
+#include "client/view/redirecting_file.h"
 #include "client/view/started_server.h"
 #include "protocol/messages.h"
 
@@ -125,10 +126,12 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_flag("--no-browser", arguments.no_browser, "Print the URL and open nothing");
 }
 
-// Where there is a desktop. The program that opens it is not waited for.
-void open_browser(const std::string& url) {
+// Where there is a desktop. The program that opens it is not waited for; it gets a file that leads to the URL, whose
+// token is nobody else's to see.
+void open_browser(const std::string& url, std::optional<view::RedirectingFile>& file) {
   if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
-  const std::string command = "xdg-open '" + url + "' >/dev/null 2>&1 &";
+  file.emplace(url);
+  const std::string command = "xdg-open '" + file->path() + "' >/dev/null 2>&1 &";
   if (std::system(command.c_str()) != 0) std::fprintf(stderr, "acus-view: no program opened the page; open its URL\n");
 }
 
@@ -262,7 +265,8 @@ int run(const Arguments& arguments) {
   }
   std::printf("%s\n", gateway->url().c_str());
   std::fflush(stdout);
-  if (!arguments.no_browser) open_browser(gateway->url());
+  std::optional<view::RedirectingFile> opened;
+  if (!arguments.no_browser) open_browser(gateway->url(), opened);
 
   context.run();
   return gone ? kNoServer : kEnded;

@@ -12,7 +12,6 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
@@ -30,7 +29,8 @@ namespace http = beast::http;
 using asio::ip::tcp;
 
 constexpr auto kRequestPatience = std::chrono::seconds(10);  // for a request to come, and an answer to leave
-constexpr int kMostConnections = 256;
+constexpr auto kDownloadPatience = std::chrono::minutes(5);  // for any byte of a recording to leave
+constexpr int kDownloadBuffer = 64 << 10;  // bytes, of the kernel: they leave evenly however slowly they are read
 constexpr auto kPause = std::chrono::milliseconds(100);
 constexpr unsigned kLargestHeader = 16 << 10;  // bytes
 constexpr const char* kRecordings = "/recordings/";
@@ -63,15 +63,19 @@ bool is_plain(std::string_view name) {
 // One connection of a browser: requests for files, and the one that makes it a WebSocket.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket socket, Gateway& gateway, Count count)
-      : stream_(std::move(socket)), gateway_(gateway), count_(std::move(count)) {}
+  Connection(tcp::socket socket, Gateway& gateway, Place place)
+      : stream_(std::move(socket)), gateway_(gateway), place_(std::move(place)) {}
 
   void read() {
     parser_.emplace();
     parser_->header_limit(kLargestHeader);
     stream_.expires_after(kRequestPatience);
+    place_.wait([connection = weak_from_this()] {
+      if (const auto self = connection.lock()) self->stream_.close();
+    });
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](const beast::error_code& error, std::size_t) {
+                       self->place_.serve();
                        if (!error) self->answer(self->parser_->get());
                      });
   }
@@ -86,36 +90,44 @@ class Connection : public std::enable_shared_from_this<Connection> {
       if (request.target() != "/link") return refuse(http::status::not_found, "expected /link");
       if (view_of(request[http::field::origin]) != "http://" + std::string(host))
         return refuse(http::status::forbidden, "expected the gateway's own page in Origin");
-      std::make_shared<Viewer>(std::move(stream_), gateway_, std::move(count_))->begin(request);
+      std::make_shared<Viewer>(std::move(stream_), gateway_, std::move(place_))->begin(request);
       return;
     }
+    if (request.target().starts_with(kRecordings)) return answer_for_recording(request);
     if (request.method() != http::verb::get && request.method() != http::verb::head)
       return refuse(http::status::method_not_allowed, "expected GET");
-    if (request.target().starts_with(kRecordings)) {
-      if (request.method() == http::verb::head) return refuse(http::status::method_not_allowed, "expected GET");
-      return hand_out(request);
-    }
     const auto file = gateway_.options().page.find(std::string(view_of(request.target())));
     if (file == gateway_.options().page.end()) return refuse(http::status::not_found, "no such file");
     send(http::status::ok, file->second, request.method() == http::verb::head, request.keep_alive());
   }
 
-  void hand_out(const Request& request) {
+  // Where it is, it stays until somebody who has the token says that it is saved.
+  void answer_for_recording(const Request& request) {
     constexpr std::string_view kScheme = "Bearer ";
     const std::string_view credentials = view_of(request[http::field::authorization]);
     if (!credentials.starts_with(kScheme) || !gateway_.is_token(credentials.substr(kScheme.size())))
       return refuse(http::status::unauthorized, "expected the token in Authorization");
     const std::string name(view_of(request.target()).substr(std::strlen(kRecordings)));
-    auto response = std::make_shared<http::response<http::file_body>>(http::status::ok, 11);
-    beast::error_code error = http::make_error_code(http::error::bad_target);
-    if (is_plain(name) && !gateway_.options().recordings.empty())
-      response->body().open((gateway_.options().recordings + "/" + name).c_str(), beast::file_mode::scan, error);
+    const std::string file = gateway_.options().recordings + "/" + name;
+    std::error_code error;
+    if (!is_plain(name) || gateway_.options().recordings.empty() || !std::filesystem::is_regular_file(file, error))
+      return refuse(http::status::not_found, "no such recording");
+    if (request.method() == http::verb::get) return hand_out(file);
+    if (request.method() != http::verb::delete_)
+      return refuse(http::status::method_not_allowed, "expected GET or DELETE");
+    if (!std::filesystem::remove(file, error)) return refuse(http::status::not_found, "no such recording");
+    send(http::status::ok, {"text/plain; charset=utf-8", "removed\n"}, false, request.keep_alive());
+  }
+
+  void hand_out(const std::string& file) {
+    const auto response = std::make_shared<http::response<http::file_body>>(http::status::ok, 11);
+    beast::error_code error;
+    response->body().open(file.c_str(), beast::file_mode::scan, error);
     if (error) return refuse(http::status::not_found, "no such recording");
     response->set(http::field::content_type, "application/octet-stream");
-    respond(response, false, [file = gateway_.options().recordings + "/" + name] {  // it has been taken home
-      std::error_code ignored;
-      std::filesystem::remove(file, ignored);
-    });
+    response->prepare_payload();
+    stream_.socket().set_option(asio::socket_base::send_buffer_size(kDownloadBuffer), error);
+    respond(response, false, kDownloadPatience);
   }
 
   void refuse(http::status status, const char* why) {
@@ -125,14 +137,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void send(http::status status, const PageFile& file, bool head, bool keep_alive = false) {
     auto response = std::make_shared<http::response<http::string_body>>(status, 11, head ? "" : file.bytes);
     response->set(http::field::content_type, file.type);
+    response->content_length(file.bytes.size());
     respond(response, keep_alive && !head);
-    if (head) response->content_length(file.bytes.size());
   }
 
   template <class Body>
   void respond(const std::shared_ptr<http::response<Body>>& response, bool keep_alive,
-               std::function<void()> sent = {}) {
-    response->prepare_payload();
+               std::chrono::seconds patience = kRequestPatience) {
     response->set(http::field::cache_control, "no-store");
     response->set("Content-Security-Policy", kPolicy);
     response->set("Cross-Origin-Opener-Policy", "same-origin");
@@ -140,19 +151,34 @@ class Connection : public std::enable_shared_from_this<Connection> {
     response->set("Referrer-Policy", "no-referrer");
     response->set("X-Content-Type-Options", "nosniff");
     response->keep_alive(keep_alive);
-    stream_.expires_after(kRequestPatience);
-    http::async_write(stream_, *response,
-                      [self = shared_from_this(), response, sent](const beast::error_code& error, std::size_t) {
-                        if (!error && sent) sent();
-                        if (!error && response->keep_alive()) return self->read();
-                        beast::error_code ignored;
-                        self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-                      });
+    write_on(std::make_shared<Leaving<Body>>(response, patience));
+  }
+
+  template <class Body>
+  struct Leaving {
+    Leaving(std::shared_ptr<http::response<Body>> what, std::chrono::seconds most)
+        : response(std::move(what)), serializer(*response), patience(most) {}
+
+    std::shared_ptr<http::response<Body>> response;
+    http::response_serializer<Body> serializer;
+    std::chrono::seconds patience;  // from one byte to the next
+  };
+
+  template <class Body>
+  void write_on(const std::shared_ptr<Leaving<Body>>& leaving) {
+    stream_.expires_after(leaving->patience);
+    http::async_write_some(stream_, leaving->serializer,
+                           [self = shared_from_this(), leaving](const beast::error_code& error, std::size_t) {
+                             if (!error && !leaving->serializer.is_done()) return self->write_on(leaving);
+                             if (!error && leaving->response->keep_alive()) return self->read();
+                             beast::error_code ignored;
+                             self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+                           });
   }
 
   beast::tcp_stream stream_;
   Gateway& gateway_;
-  Count count_;
+  Place place_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
 };
@@ -186,11 +212,11 @@ Gateway::Gateway(asio::io_context& context, Options options)
 void Gateway::accept() {
   acceptor_.async_accept([this](const beast::error_code& error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
-    if (error || *connections_ >= kMostConnections) return accept_later();
+    if (error || !connections_->make_room()) return accept_later();
     beast::error_code ignored;
     fcntl(socket.native_handle(), F_SETFD, FD_CLOEXEC);
     socket.set_option(tcp::no_delay(true), ignored);
-    std::make_shared<Connection>(std::move(socket), *this, Count(connections_))->read();
+    std::make_shared<Connection>(std::move(socket), *this, Place(connections_))->read();
     accept();
   });
 }
@@ -326,8 +352,8 @@ void Gateway::go_live() {
   run_->play(false);
   char moment[32];
   std::snprintf(moment, sizeof moment, "%.6f", run_->at());
-  branched_ = std::make_unique<StartedServer>(context_, options_.run, std::vector<std::string>{"--at", moment, "--paused"},
-                                              [this](int status) {
+  branched_ = std::make_unique<StartedServer>(context_, options_.run,
+                                              std::vector<std::string>{"--at", moment, "--paused"}, [this](int status) {
                                                 back_to_the_run();
                                                 say("the server has ended with status " + std::to_string(status));
                                               });

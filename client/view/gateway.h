@@ -15,7 +15,8 @@
 //            {"beat": k}          has taken in all that came before the gateway's own; a page that is slower gets less
 //   gateway  {"scenes": {NAME: MOTION...}, "motions": [NAME...], "records": bool}
 //            what there is to choose from, with the motion that is made for each scene, "" for none, and whether GET
-//            /recordings/NAME (Authorization: Bearer TOKEN) gives what the server has recorded
+//            /recordings/NAME (Authorization: Bearer TOKEN) gives what the server has recorded; it stays until DELETE
+//            of the same says that it has been saved
 //            {"server": bool, "driving": bool, "driven": bool, "playing": NAME, "viewers": n, "lost": n, "run": null or
 //             {"at": s, "length": s, "whole": bool, "playing": bool, "live": bool}}
 //            whether the server answers, whether this page drives, whether any does, which motion is played, how many
@@ -45,6 +46,7 @@
 #include <vector>
 
 #include "client/view/cloud_link.h"
+#include "client/view/connections.h"
 #include "client/view/motion_player.h"
 #include "client/view/page_files.h"
 #include "client/view/playback.h"
@@ -55,19 +57,6 @@
 namespace acus::view {
 
 class Viewer;
-
-// A share in a number of connections, which may outlive the gateway.
-class Count {
- public:
-  explicit Count(std::shared_ptr<int> number) : number_(std::move(number)) { ++*number_; }
-  Count(Count&&) noexcept = default;
-  ~Count() {
-    if (number_) --*number_;
-  }
-
- private:
-  std::shared_ptr<int> number_;
-};
 
 class Gateway {
  public:
@@ -80,10 +69,10 @@ class Gateway {
     std::function<void(int status)> run_is_unusable;  // of acus-export, which has said why
     std::map<std::string, PageFile> page;
     SceneFolder scenes;
-    std::string recordings;           // folder that the server records into; empty: not known
+    std::string recordings;              // folder that the server records into; empty: not known
     std::vector<std::string> to_server;  // options that tell a program where the server is
     std::optional<CloudOptions> cloud;   // none: no cloud is drawn
-    std::string first_motion;         // to be played once the first page looks; empty: none
+    std::string first_motion;            // to be played once the first page looks; empty: none
   };
 
   // Throws boost::system::system_error if the port is not free, client::ClientError for the server's address.
@@ -132,7 +121,7 @@ class Gateway {
 
   Options options_;
   std::string token_;
-  std::shared_ptr<int> connections_ = std::make_shared<int>(0);
+  std::shared_ptr<Connections> connections_ = std::make_shared<Connections>();
   boost::asio::ip::tcp::acceptor acceptor_;
   boost::asio::steady_timer pause_;
   std::set<Viewer*> viewers_;

@@ -34,8 +34,8 @@ json run_of(const Gateway& gateway) {
 
 }  // namespace
 
-Viewer::Viewer(beast::tcp_stream stream, Gateway& gateway, Count count)
-    : socket_(std::move(stream)), gateway_(gateway), count_(std::move(count)), clock_(socket_.get_executor()) {}
+Viewer::Viewer(beast::tcp_stream stream, Gateway& gateway, Place place)
+    : socket_(std::move(stream)), gateway_(gateway), place_(std::move(place)), clock_(socket_.get_executor()) {}
 
 void Viewer::begin(const beast::http::request<beast::http::empty_body>& upgrade) {
   beast::get_lowest_layer(socket_).expires_never();  // WebSocket has its own
@@ -45,6 +45,9 @@ void Viewer::begin(const beast::http::request<beast::http::empty_body>& upgrade)
   socket_.set_option(timeout);
   socket_.auto_fragment(false);
   socket_.read_message_max(kLargestToken);
+  place_.wait([viewer = weak_from_this()] {
+    if (const auto self = viewer.lock()) beast::get_lowest_layer(self->socket_).close();
+  });
   socket_.async_accept(upgrade, [self = shared_from_this()](const beast::error_code& error) {
     if (error) return;
     self->expect_token();
@@ -91,6 +94,7 @@ void Viewer::take_text(const std::string& text) {
       return close("wrong token: open the URL that acus-view printed");
     if (!gateway_.add(*this)) return close("too many pages look already");
     admitted_ = true;
+    place_.serve();
     socket_.read_message_max(kLargestMessage);
     send_text(gateway_.choices());
     tell_of_the_scene();

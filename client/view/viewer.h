@@ -17,7 +17,7 @@ namespace acus::view {
 
 class Viewer : public std::enable_shared_from_this<Viewer> {
  public:
-  Viewer(boost::beast::tcp_stream stream, Gateway& gateway, Count count);
+  Viewer(boost::beast::tcp_stream stream, Gateway& gateway, Place place);
 
   void begin(const boost::beast::http::request<boost::beast::http::empty_body>& upgrade);
 
@@ -50,7 +50,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
   Gateway& gateway_;
-  Count count_;
+  Place place_;
   boost::asio::steady_timer clock_;
   boost::beast::flat_buffer received_;
   Outbox outbox_;

@@ -6,8 +6,10 @@ import base64
 import glob
 import http.client
 import os
+import select
 import signal
 import socket
+import subprocess
 import time
 import unittest
 from urllib.parse import urlsplit
@@ -32,10 +34,10 @@ class Gateway(WithGateway):
         self.assertEqual(process.wait(PATIENCE), 0)
         self.assertEqual(glob.glob(os.path.join(self.folder, "acus-view-*")), [])
 
-    def ask(self, url, path, **headers):
+    def ask(self, url, path, method="GET", **headers):
         connection = http.client.HTTPConnection("127.0.0.1", urlsplit(url).port, timeout=PATIENCE)
         self.addCleanup(connection.close)
-        connection.request("GET", path, headers=headers)
+        connection.request(method, path, headers=headers)
         answer = connection.getresponse()
         return answer.status, answer.headers, answer.read()
 
@@ -134,9 +136,43 @@ class Gateway(WithGateway):
         self.assertEqual(self.ask(url, "/recordings/run.acus", **token)[::2], (200, b"a recording"))
         for credentials in ({}, {"Authorization": "Bearer "}, {"Authorization": "Bearer 0"}):
             self.assertEqual(self.ask(url, "/recordings/run.acus", **credentials)[0], 401)
-        self.assertEqual(self.ask(url, "/recordings/run.acus", **token)[0], 404)  # it has been taken home
         for name in ("", "other.acus", "../run.acus", ".", "..", "%2e%2e/run.acus", "a/b", "run.acus/"):
             self.assertEqual(self.ask(url, "/recordings/" + name, **token)[0], 404, name)
+
+    def test_a_recording_stays_until_somebody_says_that_it_is_saved(self):
+        _, url = self.view(scene("insertion_pullback"))
+        folder = next(path for path in glob.glob(os.path.join(self.folder, "acus-view-*")))
+        kept = self.write(os.path.join(folder, "run.acus"), 1000 * "a recording")
+        token = {"Authorization": "Bearer " + urlsplit(url).fragment}
+        unread = http.client.HTTPConnection("127.0.0.1", urlsplit(url).port, timeout=PATIENCE)
+        unread.request("GET", "/recordings/run.acus", headers=token)
+        unread.sock.recv(1, socket.MSG_PEEK)  # the answer is there
+        unread.close()
+        for _ in range(2):
+            self.assertEqual(len(self.ask(url, "/recordings/run.acus", **token)[2]), 11_000)
+        for credentials in ({}, {"Authorization": "Bearer 0"}, {**token, "Host": "evil.example"}):
+            self.assertIn(self.ask(url, "/recordings/run.acus", "DELETE", **credentials)[0], (401, 403))
+        self.assertEqual(self.ask(url, "/recordings/../run.acus", "DELETE", **token)[0], 404)
+        self.assertTrue(os.path.exists(kept))
+        for status in (200, 404):
+            self.assertEqual(self.ask(url, "/recordings/run.acus", "DELETE", **token)[0], status)
+        self.assertFalse(os.path.exists(kept))
+
+    def test_the_token_stands_on_no_command_line(self):
+        os.mkfifo(self.path("told"))
+        self.write("xdg-open", '#!/bin/sh\n{ echo "$@"; stat -c %a "$1"; cat "$1"; } > "$(dirname "$0")/told"\n')
+        os.chmod(self.path("xdg-open"), 0o755)
+        process = self.start(program="acus-view", arguments=[scene("insertion_pullback")], stdout=subprocess.PIPE, text=True, stderr=subprocess.PIPE,
+                             env=dict(os.environ, TMPDIR=self.folder, DISPLAY=":9", PATH=f"{self.folder}:{os.environ['PATH']}"))
+        with open(self.path("told"), encoding="utf-8") as file:
+            arguments, mode, *page = file.read().splitlines()
+        url = process.stdout.readline().strip()
+        self.assertNotIn(urlsplit(url).fragment, arguments)
+        self.assertEqual((mode, os.path.exists(arguments)), ("600", True))
+        self.assertIn(f'content="0; url={url}"', "".join(page))
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(process.wait(PATIENCE), 0)
+        self.assertFalse(os.path.exists(arguments))
 
     def test_a_recording_that_nobody_saved_is_kept(self):
         process, _ = self.view(scene("insertion_pullback"))
@@ -202,6 +238,17 @@ class Gateway(WithGateway):
             stream.close()
         self.assertEqual(self.ask(url, "/")[0], 200)
 
+    def test_idle_connections_keep_nobody_out(self):
+        _, url = self.view("--commands", "ipc:///tmp/nobody", "--states", "ipc:///tmp/nobody-either")
+        idle = [socket.create_connection(("127.0.0.1", urlsplit(url).port), PATIENCE) for _ in range(200)]
+        idle += [self.open_link(url)[1] for _ in range(100)]  # without a token
+        for _ in range(3):
+            self.assertEqual(self.ask(url, "/")[0], 200)
+        ended, _, _ = select.select(idle, [], [], 0)
+        self.assertLess(len(ended), 60)  # 44 and those for the requests; all of them after 10 s
+        for stream in idle:
+            stream.close()
+
     def test_a_server_that_ends_with_its_gateway_killed(self):
         process, _ = self.view(scene("insertion_pullback"))
         with open(f"/proc/{process.pid}/task/{process.pid}/children", encoding="utf-8") as file:
@@ -243,6 +290,20 @@ class Gateway(WithGateway):
         process = self.launch("acus-view", "--no-browser", "--port", str(urlsplit(url).port))
         self.assertEqual(process.wait(PATIENCE), 3)
         self.assertIn("port", process.stderr.read())
+
+
+class SlowDownload(WithGateway):
+    def test_a_download_that_takes_long_is_not_cut(self):
+        _, url = self.view(scene("insertion_pullback"))
+        folder = next(path for path in glob.glob(os.path.join(self.folder, "acus-view-*")))
+        self.write(os.path.join(folder, "run.acus"), "x" * 20_000_000)
+        connection = http.client.HTTPConnection("127.0.0.1", urlsplit(url).port, timeout=PATIENCE)
+        self.addCleanup(connection.close)
+        connection.request("GET", "/recordings/run.acus", headers={"Authorization": "Bearer " + urlsplit(url).fragment})
+        answer = connection.getresponse()
+        read = len(answer.read(1000))
+        time.sleep(15)  # longer than for a request
+        self.assertEqual(read + len(answer.read()), 20_000_000)
 
 
 if __name__ == "__main__":

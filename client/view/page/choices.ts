@@ -36,14 +36,24 @@ export function recordingName(): string {
   return `${shown.replace(/\.yaml$/, "").replace(/[^A-Za-z0-9_-]/g, "_").slice(0, 60) || "run"}-${time}.acus`;
 }
 
-// Lets the browser save it.
+const SAVING = 60000; // ms that the browser has to save what it was given
+
+// Lets the browser save it. The server's file goes once that is done; if the page goes before, it stays.
 export async function takeHome(name: string, token: string): Promise<boolean> {
-  const answer = await fetch(`/recordings/${name}`, { headers: { Authorization: `Bearer ${token}` } });
-  if (!answer.ok) return false;
+  const place = `/recordings/${name}`, headers = { Authorization: `Bearer ${token}` };
   const link = document.createElement("a");
-  link.href = URL.createObjectURL(await answer.blob());
+  try {
+    const answer = await fetch(place, { headers });
+    if (!answer.ok) return false;
+    link.href = URL.createObjectURL(await answer.blob());
+  } catch {
+    return false;
+  }
   link.download = name;
   link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+  setTimeout(() => {
+    URL.revokeObjectURL(link.href);
+    void fetch(place, { method: "DELETE", headers });
+  }, SAVING);
   return true;
 }
