@@ -3,6 +3,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <filesystem>
+#include <system_error>
+
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
 #include "server/runtime/privileges.h"
@@ -13,7 +16,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kMaxItems = 32768;          // in the queue, about 5 MB: 16 s of one needle at 1 kHz
+constexpr std::size_t kMaxItems = 32768;  // in the queue, about 5 MB: 16 s of one needle at 1 kHz
 constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr auto kFlush = std::chrono::milliseconds(500);
 constexpr std::size_t kMaxPending = 8 << 20;  // bytes of a frame before it is packed, but for what one item has more
@@ -22,9 +25,15 @@ constexpr std::size_t kMaxPending = 8 << 20;  // bytes of a frame before it is p
 
 Recorder::Recorder(const std::string& path, const std::string& server)
     : path_(path), queue_(kMaxItems), writer_(path), flushed_(Clock::now()) {
-  writer_.add(opening_now(server));
-  writer_.flush();
-  thread_ = std::thread([this] { run(); });
+  try {
+    writer_.add(opening_now(server));
+    writer_.flush();
+    thread_ = std::thread([this] { run(); });
+  } catch (const std::exception& error) {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);  // which was made for this, and holds nothing
+    throw RecordingError(path + ": the recording cannot begin: " + error.what());
+  }
 }
 
 bool Recorder::finish() {

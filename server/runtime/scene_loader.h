@@ -10,6 +10,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <thread>
 
 #include "server/engine/scene/scene_folders.h"
@@ -46,10 +47,10 @@ class SceneLoader {
 
   bool busy() const { return loading_.valid(); }
 
-  // Begins to load. Must not be busy.
+  // Begins to load. Must not be busy. Throws std::system_error where the system gives no thread; it is not busy then.
   void start(const SceneSource& source) {
     std::promise<LoadResult> promise;
-    loading_ = promise.get_future();
+    std::future<LoadResult> loading = promise.get_future();
     loader_ = std::jthread([source, rate = rate_, folders = folders_, locks = locks_, done = done_,
                             result = std::move(promise)]() mutable {
       lower_priority();
@@ -58,6 +59,7 @@ class SceneLoader {
       result.set_value(std::move(loaded));
       done->signal();
     });
+    loading_ = std::move(loading);
   }
 
   // The result, once it is there; then it is no longer busy.
@@ -66,11 +68,15 @@ class SceneLoader {
     return loading_.get();
   }
 
+  // Where the system gives no thread, the calling one does it.
   void destroy(std::unique_ptr<LoadedScene> world) {
-    destroying_ = std::async(std::launch::async, [doomed = std::move(world)]() mutable {
-      lower_priority();
-      doomed.reset();
-    });
+    try {
+      destroying_ = std::async(std::launch::async, [doomed = std::move(world)]() mutable {
+        lower_priority();
+        doomed.reset();
+      });
+    } catch (const std::system_error&) {  // the world went with what the thread should have done
+    }
   }
 
  private:

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <new>
 
 #include "server/transport/readable_text.h"
 #include "server/transport/request_rules.h"
@@ -20,6 +21,15 @@ std::vector<std::string> types_of_requests() {
   for (const RequestRule& rule : kRequestRules)
     if (!rule.stream) types.emplace_back(rule.type);
   return types;
+}
+
+// Throws std::bad_alloc.
+zmq::message_t message_of(const std::string& bytes) {
+  try {
+    return {bytes.data(), bytes.size()};
+  } catch (const zmq::error_t&) {
+    throw std::bad_alloc();
+  }
 }
 
 bool is_request(std::string_view type) { return std::ranges::find(request_types(), type) != request_types().end(); }
@@ -52,11 +62,13 @@ void Answers::log(const Sender& sender, const std::string& what) {
     spdlog::info("client {} at {} {}", shown(sender.identity), peers_.who(sender.connection), what);
 }
 
+// The memory is asked for before the first part leaves: after it the rest must follow.
 void Answers::send_bytes(const Sender& sender) {
+  zmq::message_t body = message_of(bytes_);
   const auto more = zmq::send_flags::sndmore | zmq::send_flags::dontwait;
   if (!commands_.send(zmq::buffer(sender.identity), more)) return;
   if (sender.delimited) commands_.send(zmq::message_t(), more);
-  commands_.send(zmq::buffer(bytes_), zmq::send_flags::dontwait);
+  commands_.send(body, zmq::send_flags::dontwait);
 }
 
 }  // namespace acus

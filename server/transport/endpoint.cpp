@@ -4,6 +4,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <array>
+#include <new>
 
 namespace acus {
 namespace {
@@ -168,6 +169,8 @@ void Endpoint::handle(const Arrived& message) {
     requests_.handle(sender, protocol::decode_command(message.bytes()), std::chrono::steady_clock::now());
   } catch (const DecodeError& error) {
     answers_.reject(sender, error);
+  } catch (const std::bad_alloc&) {
+    answers_.reject(sender, DecodeError(protocol::ErrorCode::busy, "there is no memory to read it; try again later"));
   }
 }
 

@@ -3,7 +3,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <new>
 #include <random>
+#include <system_error>
 
 #include "server/engine/state/snapshot.h"
 #include "server/engine/state/state_bytes.h"
@@ -14,6 +16,7 @@ namespace {
 using protocol::ErrorCode;
 
 // Of those that cost time: of one client, and of all together, since a client that connects anew is another one.
+constexpr const char* kNoMemory = "there is not enough memory for it beside the world that goes on; try again later";
 constexpr double kRequestsPerSecond = 20, kRequestsOfAll = 60;
 
 std::uint64_t draw_instance() {
@@ -53,7 +56,11 @@ void Requests::handle(const Sender& sender, const protocol::Command& command, Cl
 
 template <class Message>
 void Requests::handle_by_rule(const Sender& sender, const Message& message) {
-  if (may(sender, message)) handle(sender, message);
+  try {
+    if (may(sender, message)) handle(sender, message);
+  } catch (const std::bad_alloc&) {
+    answers_.reject(sender, message, ErrorCode::busy, kNoMemory);
+  }
 }
 
 template <class Message>
@@ -174,8 +181,9 @@ void Requests::ask_for_state(const Sender& sender, const Message& message) {
   if (copying_)
     return answers_.reject(sender, message, ErrorCode::busy, "another state is being copied; try again later");
   if (!has_room(sender, message)) return;
+  What what{world_.make_room()};
   copying_ = true;
-  ask(sender, message, What{world_.make_room()});
+  ask(sender, message, std::move(what));
 }
 
 void Requests::handle(const Sender& sender, const protocol::Pause& request) { ask(sender, request, request::Pause{}); }
@@ -197,7 +205,14 @@ void Requests::handle(const Sender& sender, const protocol::Load& request) {
     return answers_.reject(sender, request, ErrorCode::bad_value, "field 'text' must be a scene, found nothing");
   loading_ = request;
   loading_for_ = sender;
-  loader_.start({request.scene.value_or(""), request.text.value_or("")});
+  try {
+    loader_.start({request.scene.value_or(""), request.text.value_or("")});
+  } catch (const std::system_error& error) {
+    answers_.reject(sender, request, ErrorCode::busy,
+                    fmt::format("the system gives no thread to load it with ({}); try again later, or let the server "
+                                "have more threads (ulimit -u) or memory (ulimit -v)",
+                                error.code().message()));
+  }
 }
 
 void Requests::finish_loading() {
@@ -208,7 +223,12 @@ void Requests::finish_loading() {
   if (!may_change_world(loading_for_, loading_) || !has_room(loading_for_, loading_))
     return loader_.destroy(std::move(result->world));
   request::ReplaceWorld replacement;
-  replacement.epoch = world_.begin_epoch(*result->world, recordings_.recorder() != nullptr);
+  try {
+    replacement.epoch = world_.begin_epoch(*result->world, recordings_.recorder() != nullptr);
+  } catch (const std::bad_alloc&) {
+    answers_.reject(loading_for_, loading_, ErrorCode::busy, kNoMemory);
+    return loader_.destroy(std::move(result->world));
+  }
   replacement.world = std::move(result->world);
   streams_.begin_world();
   ask(loading_for_, loading_, std::move(replacement));
@@ -257,9 +277,13 @@ void Requests::ask_for_due_snapshot() {
   const double now = static_cast<double>(link_.tick.load(std::memory_order_relaxed)) / scene.rate;
   if (now < last_snapshot_) last_snapshot_ = 0;
   if (now - last_snapshot_ < *scene.publish.snapshot_every || !pending_.has_room()) return;
-  pending_.post(request::DueSnapshot{world_.make_room()});
-  snapshot_due_ = true;
   last_snapshot_ = now;
+  try {
+    pending_.post(request::DueSnapshot{world_.make_room()});
+    snapshot_due_ = true;
+  } catch (const std::bad_alloc&) {
+    spdlog::error("--snapshot: there is no memory for the one that is due; the next one is tried");
+  }
 }
 
 // ---- What comes back ----
@@ -302,10 +326,16 @@ void Requests::answer(const Sender& sender, request::Snapshot& snapshot, const p
                       const Model& model) {
   protocol::SnapshotReply reply{standing, comparable_hash(*snapshot.state), {}};
   snapshot.state->economizing = false;  // who continues from it has time
-  const std::vector<std::byte> bytes = make_snapshot(model.fingerprint, *snapshot.state);
-  const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
-  reply.snapshot.assign(first, first + bytes.size());
-  answers_.send(sender, reply);
+  try {
+    const std::vector<std::byte> bytes = make_snapshot(model.fingerprint, *snapshot.state);
+    const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    reply.snapshot.assign(first, first + bytes.size());
+    answers_.send(sender, reply);
+  } catch (const std::bad_alloc&) {
+    protocol::Snapshot request;
+    request.seq = standing.seq;
+    answers_.reject(sender, request, ErrorCode::busy, kNoMemory);
+  }
 }
 
 // Who ended a recording may use the file as soon as that is answered.

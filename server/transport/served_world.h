@@ -22,11 +22,12 @@ class ServedWorld {
   bool settled() const { return published_ == commanded_; }
 
   // What is commanded from now on belongs to another epoch, and perhaps to another world. `recording`: with a box for
-  // the recorder.
-  NewEpoch begin_epoch(bool recording) { return {++commanded_epoch_, recording ? make_box() : nullptr}; }
+  // the recorder. Throws std::bad_alloc, and all is as before.
+  NewEpoch begin_epoch(bool recording) { return begin_epoch(*commanded_, recording); }
   NewEpoch begin_epoch(const LoadedScene& world, bool recording) {
+    std::unique_ptr<StateBox> box = recording ? make_box(world) : nullptr;
     commanded_ = &world;
-    return begin_epoch(recording);
+    return {++commanded_epoch_, std::move(box)};
   }
   // The simulation thread has come to it.
   void publish(LoadedScene& world, std::uint64_t epoch) {
@@ -38,13 +39,15 @@ class ServedWorld {
   std::unique_ptr<State> make_room() const {
     return std::make_unique<State>(make_state(commanded_->simulation.model()));
   }
-  std::unique_ptr<StateBox> make_box() const {
+  std::unique_ptr<StateBox> make_box() const { return make_box(*commanded_); }
+
+ private:
+  static std::unique_ptr<StateBox> make_box(const LoadedScene& world) {
     auto box = std::make_unique<StateBox>();
-    box->state = make_state(commanded_->simulation.model());
+    box->state = make_state(world.simulation.model());
     return box;
   }
 
- private:
   LoadedScene* published_;
   const LoadedScene* commanded_;
   std::uint64_t published_epoch_ = 0, commanded_epoch_ = 0;

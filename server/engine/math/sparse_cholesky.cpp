@@ -6,14 +6,22 @@
 #include <algorithm>
 #include <cassert>
 #include <limits>
+#include <new>
 
-// Present when the BLAS behind CHOLMOD is OpenBLAS. One thread: the simulation owns one core, and sums must not depend
-// on how they were shared out.
+// Present when the BLAS behind CHOLMOD is OpenBLAS, and CHOLMOD uses OpenMP. One thread: the simulation owns one core, sums
+// must not depend on how they were shared out, and OpenMP ends a process that gets no more threads.
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
+extern "C" void omp_set_max_active_levels(int) __attribute__((weak));
 
 namespace acus {
 
 namespace {
+
+// For the calling thread.
+void stay_on_one_thread() {
+  if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
+  if (omp_set_max_active_levels != nullptr) omp_set_max_active_levels(0);
+}
 
 cholmod_sparse view_of(const SparseMatrix& lower) {
   cholmod_sparse view{};
@@ -80,7 +88,6 @@ struct SparseCholesky::Factor {
   cholmod_factor* L = nullptr;
 
   Factor() {
-    if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
     cholmod_start(&common);
     common.supernodal = CHOLMOD_SUPERNODAL;
     common.final_ll = 1;
@@ -113,6 +120,7 @@ SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 
 void SparseCholesky::analyze(const SparseMatrix& lower, int block) {
+  stay_on_one_thread();
   Factor& f = *factor_;
   cholmod_free_factor(&f.L, &f.common);
   const SparseMatrix pattern = block_pattern(lower, block);
@@ -126,7 +134,7 @@ void SparseCholesky::analyze(const SparseMatrix& lower, int block) {
     }
     cholmod_free_factor(&L, &f.common);
   }
-  if (f.L == nullptr) throw std::runtime_error("the tissue matrix could not be analysed: out of memory");
+  if (f.L == nullptr) throw std::bad_alloc();
 
   const auto* permutation = static_cast<const int*>(f.L->Perm);
   position_.resize(static_cast<std::size_t>(lower.rows()));
@@ -138,10 +146,13 @@ void SparseCholesky::analyze(const SparseMatrix& lower, int block) {
 bool SparseCholesky::factorize(const SparseMatrix& lower) {
   Factor& f = *factor_;
   assert(f.L != nullptr);
+  stay_on_one_thread();
   cholmod_sparse view = view_of(lower);
   cholmod_factorize(&view, f.L, &f.common);
   return f.common.status == CHOLMOD_OK;
 }
+
+bool SparseCholesky::ran_out_of_memory() const { return factor_->common.status == CHOLMOD_OUT_OF_MEMORY; }
 
 void SparseCholesky::keep(Precision precision) {
   if (precision != this->precision()) {

@@ -30,12 +30,13 @@ class SparseCholesky {
 
   // Orders and analyses the pattern of the symmetric matrix whose lower triangle is given. `block` unknowns that follow
   // each other, like the three of a node, are all coupled and keep together. Of minimum degree, METIS and nested
-  // dissection the ordering with the smallest factor is taken. Throws std::runtime_error when memory runs out.
+  // dissection the ordering with the smallest factor is taken. Throws std::bad_alloc when memory runs out.
   void analyze(const SparseMatrix& lower_triangle, int block = 1);
 
   // Numeric factorisation of a matrix with the analysed pattern; false if it is not positive definite. Substitutions go
   // with the factor that was last kept.
   bool factorize(const SparseMatrix& lower_triangle);
+  bool ran_out_of_memory() const;  // why the last one failed, perhaps
   void keep(Precision precision);
 
   // Frees what only factorize() and keep() need: they must not be called again.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <new>
 
 #include "server/engine/models/unfit_tissue.h"
 
@@ -83,6 +84,13 @@ double keep_few_bits(SparseCholesky& factor, const SparseMatrix& rest) {
   return error;
 }
 
+// Whether it is positive definite. Throws std::bad_alloc.
+bool factorize(SparseCholesky& factor, const SparseMatrix& matrix) {
+  const bool definite = factor.factorize(matrix);
+  if (factor.ran_out_of_memory()) throw std::bad_alloc();
+  return definite;
+}
+
 // c2 times the Hessian at an equilibrium, in the frames that nodes have there; false where it does not hold the tissue
 // as the rest shape's does.
 bool factorize_about(TissueSystem& system, const TissueState& equilibrium) {
@@ -93,7 +101,7 @@ bool factorize_about(TissueSystem& system, const TissueState& equilibrium) {
   system.assembler.assemble(equilibrium.x, equilibrium.rotations, Tangent::turned, factors, margin, &frames);
   Eigen::Map<VectorX> difference(margin.valuePtr(), margin.nonZeros());
   difference = Eigen::Map<const VectorX>(matrix.valuePtr(), matrix.nonZeros()) - kLeastOfRest * difference;
-  return system.factor.factorize(margin) && system.factor.factorize(matrix) &&
+  return factorize(system.factor, margin) && factorize(system.factor, matrix) &&
          keep_few_bits(system.factor, matrix) < kLargestErrorOfHeld;
 }
 
@@ -109,7 +117,7 @@ void factorize_once(TissueSystem& system, const ElementRotations& upright, const
     if (system.field->about_equilibrium) return system.factor.finish();
     system.field->increase = 0;
   }
-  const bool definite = system.factor.factorize(rest), once = system.matrix != TissueMatrix::refactorized;
+  const bool definite = factorize(system.factor, rest), once = system.matrix != TissueMatrix::refactorized;
   const double error = definite && once ? keep_few_bits(system.factor, rest) : 0;
   // Rounding may make a singular matrix definite; but then it does not say where translations go.
   if (system.field && (!definite || !(error < kLargestErrorOfHeld))) {
