@@ -240,6 +240,7 @@ int replay_trajectory(Arguments& arguments) {
   check_distinct(arguments);
   arguments.replay.keys = read_keys(arguments.keys);
   const auto trajectory = read_trajectory(arguments.trajectory);
+  std::printf("read        %s: %s\n", arguments.trajectory.c_str(), told(trajectory).c_str());
   arguments.replay.interrupt = &catch_signals();  // from here on a signal ends the run, not the program
   std::optional<RunLog> log;
   if (!arguments.out.empty()) log.emplace(arguments.out, !arguments.replay.lockstep);

@@ -7,7 +7,9 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <utility>
 
+#include "client/replay/csv.h"
 #include "protocol/messages.h"
 
 namespace acus::client {
@@ -18,11 +20,6 @@ constexpr std::array<std::string_view, kColumnCount> kColumnNames{"t",  "needle"
                                                                   "qw", "qx",     "qy", "qz", "spin"};
 constexpr double kUnitTolerance = 1e-3;      // of the norm of an orientation in the file
 constexpr double kHalfTurnCosine = 0.00873;  // cosine of half of 179 degrees: turns beyond have no clear direction
-
-struct Cell {
-  std::string_view text;
-  std::size_t column = 1;  // of its first character in the line, from 1
-};
 
 // Where a cell stands, and how to complain about it.
 struct Place {
@@ -44,39 +41,30 @@ std::string shown(double number) {
   return {buffer.data(), end};
 }
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
-std::vector<Cell> split(std::string_view line) {
-  std::vector<Cell> cells;
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const auto end = std::min(line.find(',', begin), line.size());
-    const auto whole = line.substr(begin, end - begin);
-    const auto text = trimmed(whole);
-    const auto offset = text.empty() ? 0 : static_cast<std::size_t>(text.data() - whole.data());
-    cells.push_back({text, begin + offset + 1});
-    begin = end + 1;
-  }
-  return cells;
-}
-
 // Which cell of a row holds which column.
 struct Header {
   std::array<std::optional<std::size_t>, kColumnCount> cell_of;
   std::size_t cell_count = 0;
+  char separator = ',';
 };
 
+std::vector<Cell> cells_of(std::string_view line, char separator, const Place& place) {
+  auto cells = split(line, separator);
+  if (!cells) place.fail(line.find('"') + 1, "row", "a quote that is closed in its line", "none");
+  return std::move(*cells);
+}
+
 Header parse_header(std::string_view line, const Place& place) {
-  const auto cells = split(line);
   Header header;
+  header.separator = separator_of(line);
+  const auto cells = cells_of(line, header.separator, place);
   header.cell_count = cells.size();
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const auto name = std::find(kColumnNames.begin(), kColumnNames.end(), cells[i].text);
     if (name == kColumnNames.end()) {
-      place.fail(cells[i].column, "header", "one of t, needle, x, y, z, qw, qx, qy, qz, spin", quoted(cells[i].text));
+      place.fail(cells[i].column, "header",
+                 "one of t, needle, x, y, z, qw, qx, qy, qz, spin (s, m, rad, no unit in the name)",
+                 quoted(cells[i].text));
     }
     auto& cell = header.cell_of[static_cast<std::size_t>(name - kColumnNames.begin())];
     if (cell) place.fail(cells[i].column, "header", "each column once", "a second " + quoted(cells[i].text));
@@ -91,12 +79,14 @@ Header parse_header(std::string_view line, const Place& place) {
 // One row, with its cells named.
 class Row {
  public:
-  Row(std::string_view line, const Header& header, const Place& place)
-      : header_(header), place_(place), cells_(split(line)) {
-    if (cells_.size() != header.cell_count) {
-      place.fail(cells_.back().column, "row", std::to_string(header.cell_count) + " cells as in the header",
-                 std::to_string(cells_.size()));
-    }
+  // `decimal` is the sign of the numbers read so far, 0 before the first that has one.
+  Row(std::string_view line, const Header& header, const Place& place, char& decimal)
+      : header_(header), place_(place), cells_(cells_of(line, header.separator, place)), decimal_(decimal) {
+    if (cells_.size() == header.cell_count) return;
+    place.fail(
+        cells_.back().column, "row", std::to_string(header.cell_count) + " cells as in the header",
+        std::to_string(cells_.size()) +
+            (cells_.size() > header.cell_count ? "; where numbers have a decimal comma, separate cells by ';'" : ""));
   }
 
   bool has(Column column) const { return header_.cell_of[column].has_value(); }
@@ -104,13 +94,15 @@ class Row {
 
   double number(Column column) const {
     const auto text = cell(column).text;
-    const auto* end = text.data() + text.size();
-    double value = 0;
-    const auto result = std::from_chars(text.data(), end, value);
-    if (result.ec != std::errc{} || result.ptr != end || !std::isfinite(value)) {
-      fail(column, "a finite number", quoted(text));
+    const auto sign = text.find_first_of(".,");
+    if (sign != std::string_view::npos && decimal_ == 0) decimal_ = text[sign];
+    if (const auto value = number_of(text, decimal_)) return *value;
+    if (sign != std::string_view::npos && text[sign] != decimal_) {
+      fail(column,
+           std::string("a number with the decimal sign '") + decimal_ + "' of those before, without groups of digits",
+           quoted(text));
     }
-    return value;
+    fail(column, "a finite number", quoted(text));
   }
 
   [[noreturn]] void fail(Column column, const std::string& expected, std::string_view found) const {
@@ -121,6 +113,7 @@ class Row {
   const Header& header_;
   const Place& place_;
   std::vector<Cell> cells_;
+  char& decimal_;
 };
 
 double parse_within(const Row& row, Column column, double most, const std::string& unit) {
@@ -162,12 +155,12 @@ void check_successor(const Sample& previous, const Sample& next, const Row& row)
 }
 
 Motion& motion_of(Trajectory& trajectory, const Row& row) {
-  const auto name = row.cell(kNeedle).text;
+  const std::string name = unquoted(row.cell(kNeedle).text);
   if (name.empty()) row.fail(kNeedle, "the name of a needle of the scene", "an empty cell");
   auto& motions = trajectory.motions;
   const auto known = std::find_if(motions.begin(), motions.end(), [&](const Motion& m) { return m.needle == name; });
   if (known != motions.end()) return *known;
-  return motions.emplace_back(Motion{std::string(name), {}});
+  return motions.emplace_back(Motion{name, {}});
 }
 
 void append_row(Trajectory& trajectory, const Row& row) {
@@ -175,11 +168,6 @@ void append_row(Trajectory& trajectory, const Row& row) {
   const Sample sample = parse_sample(row);
   if (!motion.samples.empty()) check_successor(motion.samples.back(), sample, row);
   motion.samples.push_back(sample);
-}
-
-bool is_blank(std::string_view line) {
-  const auto text = trimmed(line);
-  return text.empty() || text.front() == '#';
 }
 
 // Both unit and less than half a turn apart; u in [0, 1].
@@ -234,8 +222,9 @@ double Trajectory::end() const {
 Trajectory parse_trajectory(std::string_view text, const std::string& name) {
   Trajectory trajectory;
   std::optional<Header> header;
-  std::size_t rows = 0;
   Place place{name};
+  if (const auto kind = not_utf8(text); !kind.empty()) Place{name, 1}.fail(1, "file", "text in UTF-8", kind);
+  text = without_mark(text);
   for (std::size_t begin = 0; begin < text.size();) {
     const auto end = std::min(text.find('\n', begin), text.size());
     const auto line = text.substr(begin, end - begin);
@@ -246,12 +235,22 @@ Trajectory parse_trajectory(std::string_view text, const std::string& name) {
       header = parse_header(line, place);
       continue;
     }
-    if (++rows > kMaxTrajectoryRows) place.fail(1, "row", "at most " + std::to_string(kMaxTrajectoryRows), "more");
-    append_row(trajectory, Row(line, *header, place));
+    if (++trajectory.rows > kMaxTrajectoryRows)
+      place.fail(1, "row", "at most " + std::to_string(kMaxTrajectoryRows), "more");
+    append_row(trajectory, Row(line, *header, place, trajectory.decimal));
   }
   if (!header) place.fail(1, "header", "t,needle,x,y,z,qw,qx,qy,qz,spin", "an empty file");
-  if (rows == 0) place.fail(1, "row", "at least one", "none after the header");
+  if (trajectory.rows == 0) place.fail(1, "row", "at least one", "none after the header");
+  trajectory.separator = header->separator;
   return trajectory;
+}
+
+std::string told(const Trajectory& trajectory) {
+  const std::string separator = trajectory.separator == '\t' ? "tabs" : quoted({&trajectory.separator, 1});
+  return std::to_string(trajectory.rows) + " rows of " + std::to_string(trajectory.motions.size()) +
+         (trajectory.motions.size() == 1 ? " body" : " bodies") + ", separated by " + separator + ", decimal " +
+         (trajectory.decimal == ',' ? "comma" : "point") + "; in order of t, " + shown(trajectory.begin()) + " to " +
+         shown(trajectory.end()) + " s; places of bases in m in the world, not depths";
 }
 
 Trajectory read_trajectory(const std::string& path) {

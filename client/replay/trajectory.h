@@ -3,7 +3,8 @@
 // [w, x, y, z]. It knows nothing of the tissue; a trajectory means something only together with its scene.
 //
 // The file has a header with the columns t, needle, x, y, z, qw, qx, qy, qz and optionally spin, in any order; empty
-// lines and lines that start with # are skipped. Rows of several needles may be mixed; the times of each needle rise.
+// lines and lines that start with #, % or // are skipped. Rows of several needles may be mixed; the times of each
+// needle rise. A semicolon or a tab may stand between cells, and numbers may have a decimal comma; csv.h has the rest.
 #pragma once
 
 #include <array>
@@ -43,6 +44,9 @@ struct Motion {
 
 struct Trajectory {
   std::vector<Motion> motions;  // one per needle, in the order of their first rows
+  std::size_t rows = 0;         // of the file
+  char separator = ',';         // between its cells
+  char decimal = 0;             // sign of its numbers; 0 where all are whole
 
   double begin() const;  // s, of the earliest sample
   double end() const;    // s, of the latest sample
@@ -58,5 +62,8 @@ Trajectory read_trajectory(const std::string& path);
 
 // The same from text; `name` stands for the file in messages.
 Trajectory parse_trajectory(std::string_view text, const std::string& name);
+
+// How the file was read, in a line: rows, separator, decimal sign, order, and what positions are measured from.
+std::string told(const Trajectory& trajectory);
 
 }  // namespace acus::client

@@ -143,3 +143,57 @@ TEST_CASE("the default trajectory starts and ends outside, moves without jumps a
   CHECK(fastest == doctest::Approx(0.02).epsilon(1e-3));
   CHECK(hardest < 0.4);
 }
+
+TEST_CASE("files of spreadsheets are read: byte-order mark, semicolons or tabs with decimal commas, quotes") {
+  const std::string rows = "t,needle,x,y,z,qw,qx,qy,qz\n0,a,0.5,0,0.25,1,0,0,0\n1.5,a,0.5,0,0.125,1,0,0,0\n";
+  const auto with = [&](char separator, char decimal) {
+    std::string text = rows;
+    for (char& c : text) c = c == ',' ? separator : c == '.' ? decimal : c;
+    return text;
+  };
+  const std::string quoted =
+      "\"t\",\"needle\",\"x\",y,z,qw,qx,qy,qz\n0,\"a\",\"0,5\",0,\"0,25\",1,0,0,0\n\"1,5\",a,\"0,5\",0,\"0,125\",1,0,0,"
+      "0\n";
+  for (const std::string& text : {rows, "\xef\xbb\xbf" + rows, with(';', ','), with('\t', ','), with(';', '.'),
+                                  "\xef\xbb\xbf% a\r\n// b\r\n;;;\r\n" + with(';', ','), quoted}) {
+    CAPTURE(text);
+    const auto trajectory = parse_trajectory(text, "f");
+    REQUIRE(trajectory.motions.size() == 1);
+    CHECK(trajectory.motions[0].needle == "a");
+    CHECK(trajectory.end() == 1.5);
+    CHECK(trajectory.motions[0].at(2).position == std::array{0.5, 0.0, 0.125});
+  }
+}
+
+TEST_CASE("a name in quotes may hold what stands between cells") {
+  const auto trajectory = parse_trajectory(kHeader + "0,\"the \"\"long\"\" one, left\",0,0,0,1,0,0,0,0\n", "f");
+  CHECK(trajectory.motions.at(0).needle == "the \"long\" one, left");
+  CHECK(row_error("0,\"a,0,0,0,1,0,0,0,0") ==
+        "file.csv:2:3: row: expected a quote that is closed in its line, found none");
+}
+
+TEST_CASE("how a trajectory was read is told in a line") {
+  CHECK(told(parse_trajectory("t;needle;x;y;z;qw;qx;qy;qz\n0;a;0,5;0;0;1;0;0;0\n2;b;0;0;0;1;0;0;0\n", "f")) ==
+        "2 rows of 2 bodies, separated by ';', decimal comma; in order of t, 0 to 2 s; places of bases in m in the "
+        "world, "
+        "not depths");
+}
+
+TEST_CASE("what is no text in UTF-8, and numbers of two kinds, are refused with the remedy") {
+  using namespace std::string_literals;
+  CHECK(error_of("\xff\xfet\0,\0"s)
+            .find("file.csv:1:1: file: expected text in UTF-8, found UTF-16; save it as CSV in UTF-8") == 0);
+  CHECK(error_of("t\0,\0n\0"s).find("found UTF-16") != std::string::npos);
+  CHECK(error_of("PK\x03\x04").find("found a workbook; save it as CSV") != std::string::npos);
+  CHECK(row_error("0,a,0,5,0,0,1,0,0,0,0,0")
+            .find("found 12; where numbers have a decimal comma, separate cells by ';'") != std::string::npos);
+  for (const char* cell : {"\"1,000\"", "\"1,000.5\"", "1'000", "1 000", "1_000"}) {
+    CAPTURE(cell);
+    CHECK(row_error("0.5,a,"s + cell + ",0,0,1,0,0,0,0").find("file.csv:2:") == 0);
+  }
+  CHECK(row_error("0.5,a,\"1,000\",0,0,1,0,0,0,0") ==
+        "file.csv:2:8: x: expected a number with the decimal sign '.' of those before, without groups of digits, found "
+        "'1,000'");
+  CHECK(error_of("t_ms,needle,x_mm,y,z,qw,qx,qy,qz\n").find("(s, m, rad, no unit in the name), found 't_ms'") !=
+        std::string::npos);
+}

@@ -6,7 +6,6 @@ from a recording of the server, which acus-export makes these of; or from States
 when they are asked for, columns become arrays when they are used.
 """
 
-import csv
 import difflib
 import os
 import subprocess
@@ -21,6 +20,7 @@ from .messages import Event, Force, array_fields
 from .programs import find_program
 from .rotation import axis_of
 from .shapes import Shapes
+from .table import WITH_COMMA, read_table
 
 UNITS = ("", "_s", "_m", "_rad", "_N", "_Nm")  # what may end the name of a column
 IN_PART = (4, 5)  # statuses of acus-export: it came out otherwise, as on another processor; the end is damaged
@@ -308,23 +308,29 @@ def is_recording(path):
 
 
 def read_columns(path, shown):
-    """Header and columns of text."""
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            header, *rows = list(csv.reader(file)) or [[]]
-    except (OSError, ValueError) as error:
-        raise RunError(f"{shown}: {getattr(error, 'strerror', error)}") from None
-    if not rows or "needle" not in header:
+    """Header and columns of text, decimal commas as points."""
+    table = read_table(path, RunError)
+    if not table.rows or "needle" not in table.header:
         raise RunError(f"{shown}: expected a run written by acus-replay, found no rows or no column 'needle'")
-    for number, row in enumerate(rows, 2):
-        if len(row) != len(header):
-            raise RunError(f"{shown}:{number}: expected {len(header)} cells, found {len(row)}")
-    return header, list(zip(*rows))
+    if twice := [name for k, name in enumerate(table.header) if name in table.header[:k]]:
+        raise RunError(f"{shown}: a second column '{twice[0]}'")
+    for line, row in zip(table.lines, table.rows):
+        if len(row) != len(table.header):
+            raise RunError(f"{shown}:{line}: expected {len(table.header)} cells, found {len(row)}")
+    return table.header, [with_points(name, cells) for name, cells in zip(table.header, zip(*table.rows))]
+
+
+def with_points(name, cells):
+    """The cells of a column, its numbers with decimal points."""
+    if TYPES.get(name) is str or not any("," in cell for cell in cells):
+        return cells
+    return [cell.replace(",", ".") if WITH_COMMA.fullmatch(cell) else cell for cell in cells]
 
 
 def read_dictionaries(path):
-    with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+    table = read_table(path, RunError)
+    columns = [with_points(name, cells) for name, cells in zip(table.header, zip(*table.rows))]
+    return [dict(zip(table.header, row)) for row in zip(*columns)]
 
 
 def event_of(row):

@@ -8,8 +8,9 @@
       --free data.shift=0:0.5 --until 8
 
 The file has a header with units: time_s or travel_mm (of the base), and force_N (axial resistance) or deflection_mm (of the
-tip); s, ms, m, mm, um, N, mN. --until and data.shift are in s or m. The needle goes in along its axis at --speed, as far as
-the data go, or moves as --motion says; its motion begins where the data have 0, or at data.shift if that is free.
+tip); s, ms, m, mm, um, N, mN. The first line that is printed says how it was read. --until and data.shift are in s or m. The
+needle goes in along its axis at --speed, as far as the data go, or moves as --motion says; its motion begins where the data
+have 0, or at data.shift if that is free.
 
 Writes fit.json (values, 95 % intervals, correlations, and which parameters the data cannot identify, and why), scene.yaml
 (the scene with the values), curves.csv and fit.png. docs/fitting.md explains how it is done.
@@ -112,6 +113,7 @@ def main():
         fit = Fit(arguments.scene, data, dict(arguments.free))
         make_folder(folder)
         figure(1, 1, 1, 1)  # which tells if there is no matplotlib, before all runs
+        print(data.told, flush=True)
         done = fit.run(seed=arguments.seed, workers=arguments.workers, progress=not arguments.quiet)
         print(done)
         done.write(folder)

@@ -22,6 +22,7 @@ With --above F the exit status is 1 if a jump of more than F newtons has no even
 
 import argparse
 import os
+import re
 import sys
 
 import matplotlib
@@ -138,8 +139,8 @@ def list_jumps(arguments):
 def is_timing(path):
     """Whether acus-replay --timing wrote the file."""
     try:
-        with open(path, encoding="utf-8", errors="replace") as file:
-            return "round_trip_s" in file.readline().strip().split(",")
+        with open(path, encoding="utf-8-sig", errors="replace") as file:
+            return "round_trip_s" in re.split("[,;\t]", file.readline().strip())
     except OSError:
         return False  # who reads it says why
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Measured curves: how they are read, and how much each of their points counts."""
 
-import csv
 import dataclasses
 import math
 import os
@@ -10,14 +9,17 @@ import re
 import numpy as np
 
 from ..errors import FitError
+from ..table import is_absent, number_of, read_table
 
 BACK = 0.05  # of the range of x, from which a way in has ended
+EARLY = 0.2  # of the largest size, up to which signs are looked at
 SHARES = 200  # of the range of x that count alike
 OVER = {"time": "s", "travel": "m"}  # what a curve may be over: the abscissa
 OF = {"force": "N", "deflection": "m"}
-NAMES = {"t": "time", "depth": "travel", "displacement": "travel", "f": "force"}  # as they may be called, too
-SCALES = {"s": 1.0, "ms": 1e-3, "m": 1.0, "mm": 1e-3, "um": 1e-6, "n": 1.0, "mn": 1e-3}
-COLUMN = re.compile(r"([a-z]+)[_ ]?[\[(]?\s*([a-z]+)\s*[\])]?", re.IGNORECASE)
+NAMES = {"t": "time", "depth": "travel", "displacement": "travel", "extension": "travel", "f": "force", "load": "force"}  # as they may be called, too
+PLAIN = {"axial", "base", "insertion", "needle"}  # words before a name that change nothing
+SCALES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "\u00b5s": 1e-6, "\u03bcs": 1e-6, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "\u00b5m": 1e-6, "\u03bcm": 1e-6,
+          "n": 1.0, "mn": 1e-3, "kn": 1e3}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,6 +37,7 @@ class Measurement:
     name: str = "data"
     until: float = math.inf
     scene: object = None
+    told: str = dataclasses.field(repr=False, default="")  # how a file was read
     weights: np.ndarray = dataclasses.field(init=False, repr=False, default=None)
 
     def __post_init__(self):
@@ -92,70 +95,124 @@ def even_weights(x):
 
 def read_measurement(path, motion, columns=None, **settings):
     """Of a CSV file whose header names two columns with their units, `travel_mm,force_N`: time or t, travel or depth, and force
-    or deflection; s, ms, m, mm, um, N, mN. `columns`: the two that count where there are more, or the names of all of a file
-    without a header. Commas, semicolons or tabs stand between; lines that begin with # are left out. `settings`: of
-    Measurement. Raises FitError."""
-    path = os.fspath(path)
-    lines = read_lines(path)
-    header, given = lines[0][1], [cell.strip() for cell in columns or ()]
-    if all(is_number(cell) for cell in header):
-        if not given:
-            raise FitError(f"{path}: its first line has no names of columns; give them: time_s,force_N")
-        header = given
-    else:
-        lines = lines[1:]
-        if missing := [name for name in given if name not in header]:
-            raise FitError(f"{path}: it has no column {missing[0]}; it has {', '.join(header)}")
-    known = [meaning_of(cell) if not given or cell in given else None for cell in header]
-    over = [i for i, each in enumerate(known) if each and each[0] in OVER]
-    of = [i for i, each in enumerate(known) if each and each[0] in OF]
+    or deflection; s, ms, m, cm, mm, um, N, mN. `columns`: the two that count where there are more, or the names of all of a
+    file without a header. Cells, numbers and comments may be as acus.table says; rows without a value are left out. What is
+    negative while the needle goes in is turned. `told` says all that in a line. `settings`: of Measurement. Raises
+    FitError."""
+    table, given = read_table(path, FitError), [cell.strip() for cell in columns or ()]
+    name_columns(table, given)
+    meanings = [meaning_of(cell) if not given or cell in given else None for cell in table.header]
+    over = [i for i, each in enumerate(meanings) if each and each[0] in OVER]
+    of = [i for i, each in enumerate(meanings) if each and each[0] in OF]
     if len(over) != 1 or len(of) != 1:
-        raise FitError(f"{path}: expected one column of {' or '.join(OVER)} and one of {' or '.join(OF)}, with units, such as "
-                       f"travel_mm,force_N; found {', '.join(header)}")
-    x, y = (numbers(path, lines, i, header[i]) * known[i][1] for i in (over[0], of[0]))
-    settings.setdefault("name", os.path.basename(path))
-    return Measurement(x, y, known[over[0]][0], known[of[0]][0], motion, **settings)
+        raise FitError(f"{table.path}: expected one column of {' or '.join(OVER)} and one of {' or '.join(OF)}, with units, such as "
+                       f"travel_mm,force_N; found {', '.join(table.header)}")
+    columns = [over[0], of[0]]
+    comma = table.has_decimal_comma(columns)
+    lines, values = numbers(table, columns, comma)
+    values *= [meanings[i][1] for i in columns]
+    names = [table.header[i] for i in columns]
+    signs = turn(values, names, meanings[over[0]][0])
+    used, order = told_order(table.path, lines, values[:, 0], meanings[over[0]][0], names[0])
+    absent = len(table.rows) - len(lines)
+    told = [f"{used} of {len(table.rows)} rows" + (f" ({absent} without a value)" if absent else "") + f", {table.told(comma)}", signs, order]
+    if meanings[over[0]][0] == "travel":
+        told.append(f"{names[0]} counts from where the motion begins" + (
+            "; if it is measured from the skin, free data.shift below 0, to find how far above that is" if "depth" in names[0].lower() else ""))
+    settings.setdefault("name", os.path.basename(table.path))
+    return Measurement(*values.T, meanings[over[0]][0], meanings[of[0]][0], motion, told=f"{table.path}: " + "; ".join(told), **settings)
 
 
-def read_lines(path):
-    """[(number of the line, cells)] of those that have any."""
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            lines = [(number, line) for number, line in enumerate(file.read().splitlines(), 1) if line.strip() and not line.startswith("#")]
-    except OSError as error:
-        raise FitError(f"{path}: {error.strerror}") from None
-    except ValueError:
-        raise FitError(f"{path}: it is no text in UTF-8") from None
-    if not lines:
-        raise FitError(f"{path}: it has no rows")
-    between = max(",;\t", key=lines[0][1].count)
-    return [(number, [cell.strip() for cell in next(csv.reader([line], delimiter=between))]) for number, line in lines]
+def name_columns(table, given):
+    """The header where there is none, or where the units stand in a line of their own."""
+    if not table.header:
+        raise FitError(f"{table.path}: it has no rows")
+    if all(is_number(cell) for cell in table.header):
+        if not given:
+            raise FitError(f"{table.path}: its first line has no names of columns; give them: time_s,force_N")
+        table.rows.insert(0, table.header)
+        table.lines.insert(0, table.header_line)
+        table.header = given
+        return
+    units = [cell.strip("[]()").lower() for cell in table.rows[0]] if table.rows else []
+    if units and len(units) == len(table.header) and all(unit in SCALES or not unit for unit in units):
+        table.header = [f"{name}_{unit}" if unit else name for name, unit in zip(table.header, units)]
+        del table.rows[0], table.lines[0]
+    if missing := [name for name in given if name not in table.header]:
+        raise FitError(f"{table.path}: it has no column {missing[0]}; it has {', '.join(table.header)}")
+
+
+def turn(values, names, over):
+    """Turns what is negative while the needle goes in, in place; says so."""
+    turned, in_use = [], slice(None)
+    for k, name in enumerate(names):
+        if (k > 0 or over == "travel") and begins_negative(values[in_use, k]):
+            values[:, k] *= -1
+            turned.append(name)
+        in_use = first_way_in(values[:, 0]) if over == "travel" else in_use
+    return f"{' and '.join(turned)} turned: negative while the needle goes in" if turned else "signs as they are"
+
+
+def begins_negative(y):
+    """Up to where it first is a fifth as large as it ever is: later, when a needle comes out, signs change."""
+    size = np.abs(y)
+    first = y[:int(np.argmax(size >= EARLY * size.max())) + 1]
+    return bool(first.sum() < 0)
+
+
+def told_order(path, lines, x, over, name):
+    """How many rows count, and in which order. Raises FitError where they are of several experiments."""
+    way_in = first_way_in(x)
+    end = way_in.stop or len(x)
+    if end < len(x) and (over == "time" or end < 4):
+        raise FitError(f"{path}:{lines[end]}: column {name}: it goes back to {x[end]:g} {OVER[over]}, after {x[:end].max():g} {OVER[over]}; leave one "
+                       f"experiment in a file, its rows in order, {over} rising from the first")
+    falls = np.count_nonzero(np.diff(x[way_in]) < 0)
+    order = f"sorted by {name}, which goes back {falls} times" if falls else f"in order of {name}"
+    return end, order if end == len(x) else f"{order}, up to line {lines[end - 1]}, where the first way in ends"
 
 
 def is_number(text):
-    try:
-        return math.isfinite(float(text))
-    except ValueError:
-        return False
+    return math.isfinite(number_of(text, comma="," in text))
 
 
 def meaning_of(column):
     """(name, scale) of a column's name with its unit; None for another one."""
-    found = COLUMN.fullmatch(column)
-    if not found:
-        return None
-    name = NAMES.get(found[1].lower(), found[1].lower())
-    unit, given = {**OVER, **OF}.get(name), found[2].lower()
+    *words, given = re.findall(r"[^\W\d_]+", column.lower()) or [""]
+    words = [word for word in words if word not in PLAIN and word != "in"]
+    name = NAMES.get(words[0], words[0]) if len(words) == 1 else None
+    unit = {**OVER, **OF}.get(name)
     if unit is None or given not in SCALES or given[-1] != unit.lower()[-1]:
         return None
     return name, SCALES[given]
 
 
-def numbers(path, lines, column, name):
-    values = []
-    for number, cells in lines:
-        if column >= len(cells) or not is_number(cells[column]):
-            found = repr(cells[column]) if column < len(cells) else "none"
-            raise FitError(f"{path}:{number}: column {name}: expected a number, found {found}")
-        values.append(float(cells[column]))
-    return np.array(values)
+def numbers(table, columns, comma):
+    """(lines, values (n, columns)) of the rows that have a value in each of the columns."""
+    lines, values = [], []
+    for line, cells in zip(table.lines, table.rows):
+        check_cells(table, line, cells, columns)
+        if not any(is_absent(cells[i]) for i in columns):
+            lines.append(line)
+            values.append([number_in(table, line, cells, i, comma) for i in columns])
+    if not values:
+        raise FitError(f"{table.path}: it has no rows with numbers")
+    return lines, np.array(values)
+
+
+def check_cells(table, line, cells, columns):
+    for i in columns:
+        if i >= len(cells):
+            raise FitError(f"{table.path}:{line}: column {table.header[i]}: expected a number, found none")
+    unnamed = sum(map(bool, cells[len(table.header):]))
+    if unnamed and (len(cells) >= 2 * len(table.header) or len(cells) != len(table.rows[0])):  # not a column without a name
+        raise FitError(f"{table.path}:{line}: it has {len(cells)} cells, the header {len(table.header)}; where numbers have a decimal comma, "
+                       f"separate cells by semicolons")
+
+
+def number_in(table, line, cells, i, comma):
+    value = number_of(cells[i], comma)
+    if math.isnan(value):
+        raise FitError(f"{table.path}:{line}: column {table.header[i]}: expected a number, found {cells[i]!r}"
+                       + ("; write it without grouping its digits" if re.fullmatch(r"[+-]?\d{1,3}([., '\u00a0\u202f]\d{3})+([.,]\d*)?", cells[i]) else ""))
+    return value

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Recorded motions of needle bases, as acus-replay reads them (client/replay/trajectory.h)."""
 
-import csv
 import dataclasses
+import math
 
 import numpy as np
 
 from ..errors import StudyError
 from ..rotation import slerp
+from ..table import number_of, read_table
 from .values import check_vector
 
 
@@ -64,42 +65,46 @@ class Motion:
 
 
 COLUMNS = ("t", "needle", "x", "y", "z", "qw", "qx", "qy", "qz")
+NOT_FINITE = ("nan", "inf", "infinity")
 
 
 def read_trajectory(path):
     """{needle: Motion}. Raises StudyError."""
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            header, *rows = list(csv.reader(line for line in file if line.strip() and not line.startswith("#"))) or [[]]
-    except (OSError, ValueError) as error:
-        raise StudyError(f"{path}: {getattr(error, 'strerror', error)}") from None
-    header = [name.strip() for name in header]
-    missing = [name for name in COLUMNS if name not in header]
-    if missing or not rows:
-        raise StudyError(f"{path}: not a trajectory: " + (f"no column '{missing[0]}'" if missing else "no rows"))
-    if any(len(row) != len(header) for row in rows):
-        raise StudyError(f"{path}: not a trajectory: a row has not {len(header)} cells")
+    table = read_table(path, StudyError)
+    missing = [name for name in COLUMNS if name not in table.header]
+    if missing or not table.rows:
+        raise StudyError(f"{path}: not a trajectory: " + (f"no column '{missing[0]}'; it has {', '.join(table.header)}" if missing else "no rows"))
+    places = {name: table.column(name) for name in [*COLUMNS, "spin"] if name in table.header}
+    comma = table.has_decimal_comma([place for name, place in places.items() if name != "needle"])
     samples = {}
-    for row in rows:
-        samples.setdefault(row[header.index("needle")].strip(), []).append(row)
-    return {needle: motion_of(path, needle, header, part) for needle, part in samples.items()}
+    for line, row in zip(table.lines, table.rows):
+        if len(row) != len(table.header):
+            raise StudyError(f"{path}:{line}: not a trajectory: {len(row)} cells, not {len(table.header)} cells as in its header")
+        numbers = {name: number_at(path, line, name, row[place], comma) for name, place in places.items() if name != "needle"}
+        samples.setdefault(row[places["needle"]], []).append((line, numbers))
+    return {needle: motion_of(path, needle, part) for needle, part in samples.items()}
 
 
-def motion_of(path, needle, header, rows):
+def number_at(path, line, name, cell, comma):
+    value = number_of(cell, comma)
+    if math.isnan(value):
+        raise StudyError(f"{path}:{line}: {name}: '{cell}' is not finite" if cell.lower().strip("+-") in NOT_FINITE else
+                         f"{path}:{line}: {name}: could not convert '{cell}' to a number")
+    return value
+
+
+def motion_of(path, needle, samples):
+    """Of [(line, {column: number})]."""
     def columns(*names):
-        try:
-            values = np.array([[float(row[header.index(name)]) for name in names] for row in rows])
-        except ValueError as error:
-            raise StudyError(f"{path}: needle '{needle}': {error}") from None
-        if not np.all(np.isfinite(values)):
-            raise StudyError(f"{path}: needle '{needle}': a number of column '{names[0]}' or after it is not finite")
-        return values
+        return np.array([[numbers[name] for name in names] for _, numbers in samples])
 
     times, orientations = columns("t")[:, 0], columns("qw", "qx", "qy", "qz")
-    if np.any(np.diff(times) <= 0):
-        raise StudyError(f"{path}: needle '{needle}': times do not rise")
+    back = np.flatnonzero(np.diff(times) <= 0)
+    if len(back):
+        raise StudyError(f"{path}:{samples[back[0] + 1][0]}: needle '{needle}': times do not rise")
     lengths = np.linalg.norm(orientations, axis=1)
-    if np.any(np.abs(lengths - 1) > 1e-3):
-        raise StudyError(f"{path}: needle '{needle}': an orientation is no unit quaternion")
-    spins = columns("spin")[:, 0] if "spin" in header else None
+    wrong = np.flatnonzero(np.abs(lengths - 1) > 1e-3)
+    if len(wrong):
+        raise StudyError(f"{path}:{samples[wrong[0]][0]}: needle '{needle}': an orientation is no unit quaternion")
+    spins = columns("spin")[:, 0] if "spin" in samples[0][1] else None
     return Motion(times, columns("x", "y", "z"), orientations / lengths[:, None], spins)
