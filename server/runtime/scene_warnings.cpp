@@ -2,6 +2,7 @@
 #include "server/runtime/scene_warnings.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -11,6 +12,8 @@
 #include "server/engine/scene/scene_fields.h"
 #include "server/engine/scene/text_table.h"
 #include "server/runtime/mesh_summary.h"
+#include "server/runtime/region_resolution.h"
+#include "server/runtime/unusual_values.h"
 
 namespace acus {
 namespace {
@@ -25,31 +28,64 @@ constexpr double kLeastTissue = 2e-3, kLargestTissue = 2;  // m
 // The softest needles, of silicone, have some 1e6; metals 1e11.
 constexpr double kSoftestNeedle = 1e6;  // Pa
 
-using Warnings = std::vector<SceneWarning>;
+// A tip farther from the tissue than this, and than its needle is long, goes a long way through air.
+constexpr double kFarTip = 0.1;  // m
+// A base farther from the tissue than this, and than so many times what the scene has, was meant elsewhere.
+constexpr double kFarBase = 1, kFarTimes = 5;  // m, -
+// A needle that begins farther off the axis of its guide is bent by it at once.
+constexpr double kOffAxis = 5e-3;  // m
+
+using Warnings = SceneWarnings;
 
 std::string millimetres(double metres) { return five_digits(1e3 * metres) + " mm"; }
 
-Vector3 extents(const TetrahedralMesh& mesh) { return mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff(); }
+Vector3 extents(const TetrahedralMesh& mesh) {
+  return mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff();
+}
 
 // ---- Tissue ----
 
 void warn_of_size(const Scene& scene, const TetrahedralMesh& mesh, Warnings& found) {
   const double largest = extents(mesh).maxCoeff(), least = extents(mesh).minCoeff();
-  const std::string field =
-      scene.tissue.gmsh ? "tissue.mesh.gmsh.metres_per_unit: 0.001 reads millimetres" : "lengths are in metres: tissue.mesh.box.size: [0.1, 0.1, 0.1]";
+  const std::string field = scene.tissue.gmsh ? "tissue.mesh.gmsh.metres_per_unit: 0.001 reads millimetres"
+                                              : "lengths are in metres: tissue.mesh.box.size: [0.1, 0.1, 0.1]";
   if (largest > kLargestTissue) found.push_back({"tissue", "it is " + five_digits(largest) + " m wide; " + field});
   if (least < kLeastTissue)
     found.push_back({"tissue", "it is " + millimetres(least) + " thin; lengths are in metres" +
                                    (scene.tissue.gmsh ? ": tissue.mesh.gmsh.metres_per_unit is too small?" : "")});
 }
 
-void warn_of_falling(const Simulation& simulation, Warnings& found) {
+bool has_fixed_nodes(const Simulation& simulation) {
+  return simulation.costs().free_nodes < simulation.mesh().node_count();
+}
+
+// The field that fixes the lower face.
+std::string fixed_below(const Scene& scene, const TetrahedralMesh& mesh) {
+  const Eigen::Matrix3d to_mesh = scene.tissue.pose.orientation.toRotationMatrix().transpose();
+  const double bottom = (to_mesh * (mesh.nodes.colwise() - scene.tissue.pose.position)).row(2).minCoeff();
+  return "tissue.fixed: [{box: {max: [.inf, .inf, " + five_digits(bottom) + "]}}]";
+}
+
+void warn_of_nothing_fixed(const Simulation& simulation, Warnings& found) {
   const Scene& scene = simulation.scene();
-  const bool held = simulation.costs().free_nodes < simulation.mesh().node_count();
-  if (held || simulation.model().tissue.applied.isZero(0)) return;
-  const std::string loads = scene.gravity.isZero(0) ? "pressures" : "gravity";
-  found.push_back({"tissue", "no node is fixed, so that it goes away under " + loads +
-                                 "; fix some by tissue.fixed, or leave " + loads + " out"});
+  if (has_fixed_nodes(simulation)) return;
+  std::string what = "under a needle";
+  if (!simulation.model().tissue.applied.isZero(0))
+    what = scene.gravity.isZero(0) ? "under pressures" : "under gravity";
+  found.push_back({"tissue", "no node is fixed, so that it goes away " + what + "; " +
+                                 fixed_below(scene, simulation.mesh()) + " holds its lower face"});
+}
+
+// Gravity along +z in tissue that rests on what is below it.
+void warn_of_rising(const Simulation& simulation, Warnings& found) {
+  const Vector3& gravity = simulation.scene().gravity;
+  if (gravity.z() <= 0.5 * gravity.norm()) return;
+  const Matrix3X& nodes = simulation.mesh().nodes;
+  const std::vector<int>& fixed = simulation.model().tissue.fixed_nodes;
+  double height = 0;
+  for (const int node : fixed) height += nodes(2, node) / static_cast<double>(fixed.size());
+  if (!fixed.empty() && height >= nodes.row(2).mean()) return;
+  found.push_back({"scene", "gravity points up, along +z, away from what holds the tissue; down is [0, 0, -9.81]"});
 }
 
 // Per region, the edge of a cube of six tetrahedra of its mean volume (m).
@@ -113,16 +149,21 @@ void warn_of_standing_inside(const Simulation& simulation, int needle, Warnings&
     if (find_tetrahedron(mesh, simulation.state().tissue.x, nodes.col(i)) < 0) continue;
     const Needle& parameters = simulation.scene().needles[static_cast<std::size_t>(needle)];
     const double along = parameters.length * static_cast<double>(i) / static_cast<double>(nodes.cols() - 1);
-    found.push_back({parameters.name, std::string(i == 0 ? "its base" : "its shaft, " + millimetres(along) + " from the base,") +
-                                          " stands inside the tissue, which does not hold it there; move base.position back"});
+    found.push_back(
+        {parameters.name, std::string(i == 0 ? "its base" : "its shaft, " + millimetres(along) + " from the base,") +
+                              " stands inside the tissue, which does not hold it there; move base.position back"});
     return;
   }
 }
 
-// How far a ray from p along a unit vector goes until the surface, its nodes at x (m); nothing if it misses.
-std::optional<double> way_to_surface(const TetrahedralMesh& mesh, const Matrix3X& x, const Vector3& p,
-                                     const Vector3& along) {
-  std::optional<double> nearest;
+struct Entry {
+  double way = 0;                // m, along the ray
+  std::array<int, 3> corners{};  // nodes
+};
+
+// Where a ray from p along a unit vector first meets the surface, its nodes at x (m); nothing if it misses.
+std::optional<Entry> entry_of(const TetrahedralMesh& mesh, const Matrix3X& x, const Vector3& p, const Vector3& along) {
+  std::optional<Entry> nearest;
   for (const auto& triangle : mesh.surface) {
     const Vector3 a = x.col(triangle[0]), u = x.col(triangle[1]) - a, v = x.col(triangle[2]) - a;
     Eigen::Matrix3d system;
@@ -131,9 +172,43 @@ std::optional<double> way_to_surface(const TetrahedralMesh& mesh, const Matrix3X
     if (std::abs(determinant) < 1e-12 * u.norm() * v.norm()) continue;
     const Vector3 solution = system.inverse() * (p - a);  // way, and weights of u and v
     const bool within = solution.y() >= 0 && solution.z() >= 0 && solution.y() + solution.z() <= 1 && solution.x() >= 0;
-    if (within && (!nearest || solution.x() < *nearest)) nearest = solution.x();
+    if (within && (!nearest || solution.x() < nearest->way))
+      nearest = {solution.x(), {triangle[0], triangle[1], triangle[2]}};
   }
   return nearest;
+}
+
+// How far p is from the box around the tissue (m).
+double distance_from(const TetrahedralMesh& mesh, const Vector3& p) {
+  const Vector3 min = mesh.nodes.rowwise().minCoeff(), max = mesh.nodes.rowwise().maxCoeff();
+  return (p - p.cwiseMax(min).cwiseMin(max)).norm();
+}
+
+bool stands_far_away(const Simulation& simulation, const Needle& needle) {
+  const double distance = distance_from(simulation.mesh(), needle.base.position);
+  return distance > kFarBase && distance > kFarTimes * (needle.length + extents(simulation.mesh()).norm());
+}
+
+void warn_of_distance(const Simulation& simulation, const Needle& needle, Warnings& found) {
+  const double distance = distance_from(simulation.mesh(), needle.base.position);
+  if (stands_far_away(simulation, needle)) {
+    found.push_back({needle.name, "its base is " + five_digits(distance) +
+                                      " m from the tissue; base.position is in metres: [0, 0, 0.21] for 210 mm"});
+    return;
+  }
+  const auto entry = entry_of(simulation.mesh(), simulation.state().tissue.x, needle.base.position,
+                              needle.base.orientation * Vector3::UnitX());
+  if (needle.curvature != 0 || !entry) return;
+  const double gap = entry->way - needle.length;
+  if (gap > kFarTip && gap > needle.length)
+    found.push_back({needle.name, "its tip is " + millimetres(gap) +
+                                      " from the tissue, farther than the needle is long; " +
+                                      "move base.position nearer, or mind length, in metres"});
+  const std::vector<int>& free = simulation.model().tissue.free_index;
+  const auto is_fixed = [&](int node) { return free[static_cast<std::size_t>(node)] < 0; };
+  if (std::all_of(entry->corners.begin(), entry->corners.end(), is_fixed))
+    found.push_back(
+        {needle.name, "it enters through nodes that are fixed, which do not give way; let tissue.fixed end elsewhere"});
 }
 
 // One whose axis leads past the tissue, and what would lead into it. A curved needle's path is no line.
@@ -141,9 +216,9 @@ void warn_of_missing(const Simulation& simulation, int index, Warnings& found) {
   const Needle& needle = simulation.scene().needles[static_cast<std::size_t>(index)];
   const Vector3 base = needle.base.position;
   const auto hits = [&](const Quaternion& q) {
-    return way_to_surface(simulation.mesh(), simulation.state().tissue.x, base, q * Vector3::UnitX()).has_value();
+    return entry_of(simulation.mesh(), simulation.state().tissue.x, base, q * Vector3::UnitX()).has_value();
   };
-  if (needle.curvature != 0 || hits(needle.base.orientation)) return;
+  if (needle.curvature != 0 || stands_far_away(simulation, needle) || hits(needle.base.orientation)) return;
   const Quaternion& q = needle.base.orientation;
   const Quaternion reordered(q.z(), q.w(), q.x(), q.y());  // what stands there read as x, y, z, w
   const Quaternion reversed = q * Quaternion(0, 0, 0, 1);
@@ -154,7 +229,8 @@ void warn_of_missing(const Simulation& simulation, int index, Warnings& found) {
             five_digits(reordered.w()) + ", " + five_digits(reordered.x()) + ", " + five_digits(reordered.y()) + ", " +
             five_digits(reordered.z()) + "]?";
   else
-    text += "; base.orientation [w, x, y, z] turns +x to where the needle points: [0.7071, 0, 0.7071, 0] is down, along -z";
+    text +=
+        "; base.orientation [w, x, y, z] turns +x to where the needle points: [0.7071, 0, 0.7071, 0] is down, along -z";
   found.push_back({needle.name, text});
 }
 
@@ -184,22 +260,44 @@ void warn_of_guides_inside(const Simulation& simulation, Warnings& found) {
                        "pose.position out of it"});
 }
 
+double distance_from_axis(const Needle& needle, const Vector3& p) {
+  const Vector3 axis = needle.base.orientation * Vector3::UnitX(), way = p - needle.base.position;
+  return (way - way.dot(axis) * axis).norm();
+}
+
+void warn_of_guides_aside(const Scene& scene, Warnings& found) {
+  for (const Guide& guide : scene.guides)
+    for (const Needle& needle : scene.needles) {
+      const double off = distance_from_axis(needle, guide.pose.position);
+      if (needle.name != guide.needle || needle.curvature != 0 ||
+          off <= guide.play + std::max(kOffAxis, 2 * needle.outer_diameter))
+        continue;
+      found.push_back({guide.name, "it is " + millimetres(off) + " off the axis of " + needle.name +
+                                       ", which it bends from the start; move pose.position onto the axis"});
+    }
+}
+
 }  // namespace
 
-std::vector<SceneWarning> scene_warnings(const Simulation& simulation) {
+SceneWarnings scene_warnings(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
   Warnings found;
+  warn_of_unusual_values(scene, found);
   for (const Needle& needle : scene.needles) warn_of_softness(needle, found);
   if (scene.tissue.left_out() || simulation.mesh().node_count() == 0) return found;
   warn_of_size(scene, simulation.mesh(), found);
-  warn_of_falling(simulation, found);
   warn_of_unnamed_groups(simulation, found);
+  warn_of_nothing_fixed(simulation, found);
+  warn_of_rising(simulation, found);
   for (int needle = 0; needle < static_cast<int>(scene.needles.size()); ++needle) {
     warn_of_standing_inside(simulation, needle, found);
+    warn_of_distance(simulation, scene.needles[static_cast<std::size_t>(needle)], found);
     warn_of_missing(simulation, needle, found);
     warn_of_buckling(simulation, needle, found);
   }
   warn_of_guides_inside(simulation, found);
+  warn_of_guides_aside(scene, found);
+  warn_of_unresolved_regions(simulation, found);
   warn_of_crushing(simulation, found);
   return found;
 }

@@ -68,7 +68,8 @@ TEST_CASE("a puncture force that crushes the elements before it is reached is wa
   scene.tissue.box = {.size = {0.1, 0.1, 0.1}, .cells = {25, 25, 25}};  // elements of 4 mm
   Region& region = scene.tissue.regions[0];
   region.material.young_modulus = 10e3;  // E a² = 0.16 N
-  scene.needles[0].base = {{0, 0, 1}, Quaternion::FromTwoVectors(Vector3::UnitX(), -Vector3::UnitZ())};
+  scene.needles[0].base = {{0, 0, 0.25}, Quaternion::FromTwoVectors(Vector3::UnitX(), -Vector3::UnitZ())};
+  scene.tissue.fixed.emplace_back().half_space = HalfSpace{{0, 0, -0.05}};
   region.interaction.puncture_force = 1.59;
   CHECK(summarise(Simulation(scene)).find("warnings") == std::string::npos);
   region.interaction.puncture_force = 1.61;
@@ -85,7 +86,8 @@ TEST_CASE("a puncture force whose dimple is as wide as the tissue is thick is wa
   Region& region = scene.tissue.regions[0];
   region.material.young_modulus = 10e3;
   region.material.poisson_ratio = 0.45;
-  scene.needles[0].base = {{0, 0, 1}, Quaternion::FromTwoVectors(Vector3::UnitX(), -Vector3::UnitZ())};
+  scene.needles[0].base = {{0, 0, 0.25}, Quaternion::FromTwoVectors(Vector3::UnitX(), -Vector3::UnitZ())};
+  scene.tissue.fixed.emplace_back().half_space = HalfSpace{{0, 0, -0.01}};
   region.interaction.puncture_force = 0.27;  // the dimple is 6.5 mm across
   CHECK(summarise(Simulation(scene)).find("warnings") == std::string::npos);
   region.interaction.puncture_force = 0.29;

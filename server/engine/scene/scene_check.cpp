@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // validate(): every range of scene_fields.h, then the rules that tie one field to another.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <numbers>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "server/engine/scene/scene_error.h"
 #include "server/engine/scene/scene_fields.h"
+#include "server/engine/scene/text_table.h"
 
 namespace acus {
 namespace {
@@ -26,6 +29,26 @@ constexpr std::int64_t kMaxTissueCells = 100'000;
 constexpr double kLargestBore = 0.999;  // outer diameters
 
 constexpr std::size_t kMaxNamesInMessage = 10;
+
+// Longer ones are no quaternion that was not divided by its length.
+constexpr double kLongestQuaternion = 3;
+
+// In which numbers are given by mistake: a unit of scenes, another one, and the first in the second; whether numbers in
+// it are larger.
+struct OtherUnit {
+  std::string_view unit;
+  const char* other;
+  double factor;
+  bool more;
+};
+constexpr std::array kOtherUnits{OtherUnit{"m", "mm", 1e-3, true},
+                                 OtherUnit{"m", "micrometres", 1e-6, true},
+                                 OtherUnit{"m/s", "mm/s", 1e-3, true},
+                                 OtherUnit{"s", "ms", 1e-3, true},
+                                 OtherUnit{"rad", "degrees", std::numbers::pi / 180, true},
+                                 OtherUnit{"N", "mN", 1e-3, true},
+                                 OtherUnit{"Hz", "kHz", 1e3, false},
+                                 OtherUnit{"Pa", "kPa", 1e3, false}};
 
 using NameSet = std::set<std::string>;
 
@@ -53,68 +76,93 @@ class Checker {
   }
 
  private:
+  // What a number of a field is held against.
+  struct Bounds {
+    Range range;
+    std::string_view name, unit;  // of the field
+  };
+
   template <class Tuple, class Struct>
   void check_fields(const Tuple& fields, const Struct& value, const std::string& path) const {
     for_each_entry(fields, [&]<class Entry>(const Entry& entry) {
       if constexpr (is_choice<Entry>) {
         check_fields(entry.alternatives, value, child_path(path, entry.name));
       } else {
-        check_value(value.*(entry.member), child_path(path, entry.name), entry.range);
+        check_value(value.*(entry.member), child_path(path, entry.name), Bounds{entry.range, entry.name, entry.unit});
       }
     });
   }
 
   template <class Value>
-  void check_value(const Value& value, const std::string& path, const Range& range) const {
+  void check_value(const Value& value, const std::string& path, const Bounds& bounds) const {
     if constexpr (HasFields<Value>) {
       check_struct(value, path);
     } else if constexpr (is_optional<Value>) {
-      if (value) check_value(*value, path, range);
+      if (value) check_value(*value, path, bounds);
     } else if constexpr (is_list<Value>) {
-      check_entries(value, path, range);
+      check_entries(value, path, bounds);
     } else if constexpr (std::is_same_v<Value, bool>) {
       return;
     } else if constexpr (std::is_arithmetic_v<Value>) {
-      check_number(static_cast<double>(value), path, range, std::is_integral_v<Value>);
+      check_number(static_cast<double>(value), path, bounds, std::is_integral_v<Value>);
     } else if constexpr (!std::is_enum_v<Value>) {
-      check_leaf(value, path, range);
+      check_leaf(value, path, bounds);
     }
   }
 
   template <class Value>
-  void check_entries(const std::vector<Value>& list, const std::string& path, const Range& range) const {
-    if (!range.contains(static_cast<double>(list.size()))) {
-      fail(path, "expected a list whose length is " + describe(range) + ", found " + std::to_string(list.size()) +
-                     (list.size() == 1 ? " entry" : " entries"));
+  void check_entries(const std::vector<Value>& list, const std::string& path, const Bounds& bounds) const {
+    if (!bounds.range.contains(static_cast<double>(list.size()))) {
+      fail(path, "expected a list whose length is " + describe(bounds.range) + ", found " +
+                     std::to_string(list.size()) + (list.size() == 1 ? " entry" : " entries"));
     }
-    for (std::size_t i = 0; i < list.size(); ++i) check_value(list[i], child_path(path, i), range);
+    for (std::size_t i = 0; i < list.size(); ++i) check_value(list[i], child_path(path, i), bounds);
   }
 
-  void check_number(double value, const std::string& path, const Range& range, bool whole) const {
-    if (range.contains(value)) return;
-    const std::string bounds = describe(range);
-    fail(path, std::string("expected a ") + (bounds.empty() ? "finite " : "") + (whole ? "whole " : "") + "number" +
-                   (bounds.empty() ? "" : " ") + bounds + ", found " + format_number(value) + origin(path));
+  void check_number(double value, const std::string& path, const Bounds& bounds, bool whole) const {
+    if (bounds.range.contains(value)) return;
+    const std::string range = describe(bounds.range);
+    fail(path, std::string("expected a ") + (range.empty() ? "finite " : "") + (whole ? "whole " : "") + "number" +
+                   (range.empty() ? "" : " ") + range + ", found " + format_number(value) + origin(path) +
+                   remedy_of(value, bounds));
   }
 
-  void check_leaf(const std::string& text, const std::string& path, const Range& range) const {
-    if (range.contains(static_cast<double>(text.size()))) return;
-    fail(path, "expected a text whose length is " + describe(range) +
+  void check_leaf(const std::string& text, const std::string& path, const Bounds& bounds) const {
+    if (bounds.range.contains(static_cast<double>(text.size()))) return;
+    fail(path, "expected a text whose length is " + describe(bounds.range) +
                    (is_given(path) ? ", found length " + std::to_string(text.size()) : ", found nothing"));
   }
 
-  void check_leaf(const Vector3& vector, const std::string& path, const Range& range) const {
-    for (int i = 0; i < 3; ++i) check_number(vector[i], child_path(path, static_cast<std::size_t>(i)), range, false);
+  void check_leaf(const Vector3& vector, const std::string& path, const Bounds& bounds) const {
+    for (int i = 0; i < 3; ++i) check_number(vector[i], child_path(path, static_cast<std::size_t>(i)), bounds, false);
   }
 
-  void check_leaf(const std::array<int, 3>& vector, const std::string& path, const Range& range) const {
-    for (std::size_t i = 0; i < 3; ++i) check_number(vector[i], child_path(path, i), range, true);
+  void check_leaf(const std::array<int, 3>& vector, const std::string& path, const Bounds& bounds) const {
+    for (std::size_t i = 0; i < 3; ++i) check_number(vector[i], child_path(path, i), bounds, true);
   }
 
-  void check_leaf(const Quaternion& rotation, const std::string& path, const Range&) const {
+  // The unit in which a number that is out of its range would be in it.
+  static std::string remedy_of(double value, const Bounds& bounds) {
+    if (bounds.name == "poisson_ratio" && (value < 0 || value > 0.5)) return "; soft tissue has 0.45 to 0.499";
+    for (const auto& [unit, other, factor, more] : kOtherUnits)
+      if (bounds.unit == unit && bounds.range.contains(value * factor) && more == (value > bounds.range.max))
+        return "; it is in " + std::string(unit) + ": " + five_digits(value * factor) + " for " + five_digits(value) +
+               " " + other;
+    return "";
+  }
+
+  void check_leaf(const Quaternion& rotation, const std::string& path, const Bounds&) const {
     const double norm = rotation.norm();
     if (std::abs(norm - 1) <= kUnitTolerance) return;
-    fail(path, "expected a unit quaternion [w, x, y, z], found one of length " + format_number(norm));
+    std::string remedy;
+    if (std::isnormal(norm)) {
+      const Quaternion unit = rotation.normalized();
+      remedy = norm > kLongestQuaternion
+                   ? "; angles are no quaternion"
+                   : "; of length 1 it is [" + five_digits(unit.w()) + ", " + five_digits(unit.x()) + ", " +
+                         five_digits(unit.y()) + ", " + five_digits(unit.z()) + "]";
+    }
+    fail(path, "expected a unit quaternion [w, x, y, z], found one of length " + format_number(norm) + remedy);
   }
 
   // Rules between fields, one overload per struct that has some.
@@ -297,9 +345,11 @@ class Checker {
     for (const Needle& needle : needles) spacing = std::min(spacing, needle.constraint_spacing);
     for (const Needle& needle : needles) count += std::ceil(needle.length / spacing);
     if (count <= kMaxConstraintPoints) return;
-    fail(path, "expected at most " + std::to_string(kMaxConstraintPoints) +
-                   " constraint points of all needles together (the sum of length / the smallest constraint_spacing), found " +
-                   format_number(count) + "; raise constraint_spacing");
+    fail(
+        path,
+        "expected at most " + std::to_string(kMaxConstraintPoints) +
+            " constraint points of all needles together (the sum of length / the smallest constraint_spacing), found " +
+            format_number(count) + "; raise constraint_spacing");
   }
 
   void check_interfaces(const std::vector<Interface>& interfaces, const NameSet& regions,

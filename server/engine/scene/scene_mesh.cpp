@@ -5,6 +5,7 @@
 #include "server/engine/scene/field.h"
 #include "server/engine/scene/mesh_file.h"
 #include "server/engine/scene/scene_error.h"
+#include "server/engine/scene/text_table.h"
 
 namespace acus {
 namespace {
@@ -149,6 +150,15 @@ void check_interfaces_have_faces(const Scene& scene, const TetrahedralMesh& mesh
   }
 }
 
+// From where to where points (3 x n, m) of the mesh lie.
+std::string told_extent(const Matrix3X& points) {
+  const Vector3 min = points.rowwise().minCoeff(), max = points.rowwise().maxCoeff();
+  const auto corner = [](const Vector3& p) {
+    return "[" + five_digits(p.x()) + ", " + five_digits(p.y()) + ", " + five_digits(p.z()) + "]";
+  };
+  return ", where the mesh has these from " + corner(min) + " to " + corner(max);
+}
+
 // Numbers of the points (3 x n, m, mesh frame) in the volume of a field; throws SceneError where it holds none of
 // `what`.
 std::vector<int> held_by(const Scene& scene, const std::string& field, const Volume& volume, const Matrix3X& points,
@@ -158,7 +168,8 @@ std::vector<int> held_by(const Scene& scene, const std::string& field, const Vol
     if (volume.contains(points.col(i), margin)) held.push_back(i);
   if (!held.empty()) return held;
   throw scene_error(scene, field,
-                    "expected a volume that holds " + what + ", found none inside; it is in the mesh frame, in metres");
+                    "expected a volume that holds " + what + ", found none inside; it is in the mesh frame, in metres" +
+                        told_extent(points));
 }
 
 }  // namespace
@@ -196,7 +207,7 @@ std::vector<int> assign_regions(const Scene& scene, const TetrahedralMesh& mesh)
     if (take(regions, Selector(scene, mesh, i), places, i) > 0) continue;
     throw scene_error(scene, child_path("tissue.regions", i),
                       "expected a region with tetrahedra, found that \"" + scene.tissue.regions[i].name +
-                          "\" selects none; volumes are in the mesh frame, in metres");
+                          "\" selects none; volumes are in the mesh frame, in metres" + told_extent(places));
   }
   check_every_tetrahedron_has_one(scene, regions, places);
   check_every_region_has_some(scene, regions);

@@ -254,7 +254,18 @@ class Reader {
 
   void check_length(const YAML::Node& node, const std::string& path, std::size_t length, const char* form) const {
     if (node.IsSequence() && node.size() == length) return;
-    fail(path, "expected " + std::to_string(length) + " numbers " + form + ", " + describe_found(node));
+    std::string remedy;
+    if (node.IsSequence() && node.size() > length) remedy = "; numbers have a decimal point, not a comma";
+    if (length == 4 && node.IsSequence() && node.size() == 3 &&
+        std::any_of(node.begin(), node.end(), [](const YAML::Node& each) { return std::abs(parse_number(each).value_or(0)) > 1; }))
+      remedy = "; angles are no quaternion: [0.7071, 0, 0.7071, 0] turns by 90 degrees about y, and points down";
+    fail(path, "expected " + std::to_string(length) + " numbers " + form + ", " + describe_found(node) + remedy);
+  }
+
+  // Between braces a decimal comma ends the field, and its digits are the name of the next one, which has no value.
+  static std::string decimal_comma(const YAML::Node& before, const YAML::Node& key, const YAML::Node& value) {
+    if (!value.IsNull() || !key.IsScalar() || !parse_number(key) || !before.IsScalar() || !parse_number(before)) return "";
+    return "; a decimal point, not a comma: " + before.Scalar() + "." + key.Scalar();
   }
 
   // Of what has no version this says nothing but the kind: it may be any file (see has_version_line).
@@ -272,6 +283,7 @@ class Reader {
   // Every key must be known and stand once. Remembers where each value is.
   void check_keys(const YAML::Node& map, const std::string& path, const std::vector<std::string>& known) {
     std::vector<std::string> seen;
+    YAML::Node before;
     for (const auto& pair : map) {
       const YAML::Node& key = pair.first;
       const YAML::Node& value = pair.second;
@@ -280,9 +292,12 @@ class Reader {
       const bool repeated = std::find(seen.begin(), seen.end(), name) != seen.end();
       const bool unknown = std::find(known.begin(), known.end(), name) == known.end();
       mark(field, repeated || unknown || value.IsNull() ? key.Mark() : value.Mark());
+      if (const std::string remedy = decimal_comma(before, key, value); unknown && !remedy.empty())
+        fail(field, "expected a field, found " + name + remedy);
       if (unknown) fail(field, "unknown field; " + suggest(name, known));
       if (repeated) fail(field, "the field stands here a second time; keep one");
       seen.push_back(name);
+      before.reset(value);
     }
   }
 

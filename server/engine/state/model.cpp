@@ -10,6 +10,7 @@
 #include "server/engine/models/unfit_tissue.h"
 #include "server/engine/scene/fingerprint.h"
 #include "server/engine/scene/scene_error.h"
+#include "server/engine/scene/text_table.h"
 #include "server/engine/state/capacities.h"
 #include "server/engine/state/placement.h"
 
@@ -123,8 +124,8 @@ int count_rows(const Scene& scene) {
   return max_rows_of_needles_alone(scene) + (scene.tissue.left_out() ? 0 : max_insertion_rows(scene));
 }
 
-// An element's force comes from differences of coordinates, which are rounded to their share of the largest one: E a times
-// that, and a few digits for the sum.
+// An element's force comes from differences of coordinates, which are rounded to their share of the largest one: E a
+// times that, and a few digits for the sum.
 double force_rounding_of(const Scene& scene, const TetrahedralMesh& mesh, std::span<const int> regions,
                          std::span<const double> sizes) {
   constexpr double kRounding = 100 * std::numeric_limits<double>::epsilon();
@@ -141,11 +142,18 @@ auto announced(const Progress& progress, const char* what, Make make) {
   return make();
 }
 
+// Wider tissue was meant in millimetres.
+constexpr double kLargestOrgan = 2;  // m
+
 // A tip in the middle of the tissue has no path that it came by.
 void refuse_tip_inside(const Model& model, int needle) {
   if (!tip_is_inside(model, model.mesh.nodes, needle, model.scene.needles[needle].base)) return;
-  throw scene_error(model.scene, child_path("needles", static_cast<std::size_t>(needle)) + ".base",
-                    "expected the needle's tip outside the tissue, found it inside; move the base back");
+  const double width = (model.mesh.nodes.rowwise().maxCoeff() - model.mesh.nodes.rowwise().minCoeff()).maxCoeff();
+  throw scene_error(
+      model.scene, child_path("needles", static_cast<std::size_t>(needle)) + ".base",
+      "expected the needle's tip outside the tissue, found it inside; " +
+          (width > kLargestOrgan ? "the tissue is " + five_digits(width) + " m wide: lengths are in metres"
+                                 : std::string("move the base back")));
 }
 
 // Between needles that are one in the other there is no direction in which they could push each other apart.
