@@ -293,6 +293,26 @@ msgpack::object parse(std::string_view bytes, msgpack::zone& zone) {
   return object;
 }
 
+// Text that begins a map or list of JSON, each of whose characters msgpack takes for a number.
+bool is_json(std::string_view bytes) {
+  if (bytes.starts_with("\xef\xbb\xbf")) bytes.remove_prefix(3);
+  const auto first = bytes.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos || (bytes[first] != '{' && bytes[first] != '[')) return false;
+  const auto second = bytes.find_first_not_of(" \t\r\n", first + 1);
+  return second != std::string_view::npos && std::string_view("\"'}]{[").find(bytes[second]) != std::string_view::npos;
+}
+
+msgpack::object parse_payload(std::string_view bytes, msgpack::zone& zone) {
+  try {
+    return parse(bytes, zone);
+  } catch (const DecodeError& error) {
+    if (!is_json(bytes)) throw;
+    throw DecodeError(
+        error.code(),
+        "the message is JSON; send it as msgpack (in Python msgpack.packb, in JavaScript encode of @msgpack/msgpack)");
+  }
+}
+
 std::string versions(std::uint64_t oldest, std::uint64_t newest) {
   return (oldest < newest ? std::to_string(oldest) + " to " : "") + std::to_string(newest);
 }
@@ -373,7 +393,7 @@ Variant decode(std::string_view bytes, std::size_t max_bytes) {
                                                 std::to_string(max_bytes) + " are allowed");
   }
   msgpack::zone zone;
-  const msgpack::object map = parse(bytes, zone);
+  const msgpack::object map = parse_payload(bytes, zone);
   if (map.type != msgpack::type::MAP) throw DecodeError(ErrorCode::not_a_map, "the message must be a map");
   try {
     const std::string type = read_type(map);

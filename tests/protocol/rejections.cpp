@@ -71,6 +71,25 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
+TEST_CASE("JSON in place of msgpack is named") {
+  const auto told = [](const std::string& bytes) -> std::string {
+    try {
+      decode_command(bytes);
+    } catch (const DecodeError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  for (const char* json : {R"({"v": 2, "type": "hello", "seq": 1})", "{}", " {\n  \"v\": 2\n}", R"([{"v": 2}])",
+                           "\xef\xbb\xbf{\"v\":2}", "{'v': 2}"}) {
+    CAPTURE(json);
+    CHECK(rejection(json) == "trailing_bytes");
+    CHECK(told(json).find("the message is JSON; send it as msgpack") == 0);
+  }
+  CHECK(told("{a") == "the message goes on after its map");
+  CHECK(told(std::string(2, '\x01')) == "the message goes on after its map");
+}
+
 TEST_CASE("a good message is accepted, with unknown fields and integers for numbers") {
   CHECK(rejection(pack(good_pose())) == "accepted");
   CHECK(rejection(pose_with("colour", std::string("red"))) == "accepted");
@@ -203,7 +222,8 @@ TEST_CASE("bad_value") {
     step.ticks = ticks;
     CHECK(rejection(encode(step)) == "bad_value");
   }
-  Values step{{"v", value(kVersion)}, {"type", value(std::string("step"))}, {"seq", value(1)}, {"ticks", value(1ull << 40)}};
+  Values step{
+      {"v", value(kVersion)}, {"type", value(std::string("step"))}, {"seq", value(1)}, {"ticks", value(1ull << 40)}};
   CHECK(rejection(pack(step)) == "bad_value");
 }
 
@@ -232,9 +252,9 @@ TEST_CASE("bad_value: positions outside the workspace, and spins beyond all use"
 
 TEST_CASE("packed arrays must hold whole elements") {
   Values shape{
-      {"v", value(kVersion)},      {"type", value(std::string("tissue"))},
-      {"epoch", value(1)},  {"tick", value(1)},
-      {"time", value(0.0)}, {"positions", [](Packer& packer) { packer.pack_bin(5).pack_bin_body("12345", 5); }}};
+      {"v", value(kVersion)}, {"type", value(std::string("tissue"))},
+      {"epoch", value(1)},    {"tick", value(1)},
+      {"time", value(0.0)},   {"positions", [](Packer& packer) { packer.pack_bin(5).pack_bin_body("12345", 5); }}};
   try {
     decode_state(pack(shape));
     FAIL("accepted");
