@@ -102,7 +102,9 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--page", arguments.page, "Folder with the files of the page")->capture_default_str();
   app.add_flag("--lockstep", arguments.lockstep, "The server that is started makes ticks only when the page asks")
       ->needs(scene);
-  app.add_flag("--play", arguments.play, "Play the motion that is made for the scene once the page is open")
+  app.add_flag("--play", arguments.play,
+               "Play the motion that is made for the scene, to and fro until somebody takes the needle, once the page "
+               "is open")
       ->needs(scene);
   app.add_option("--cloud", arguments.cloud,
                  "Draw where the tip may be if tissue and needle are a little other than in the scene: of so many "

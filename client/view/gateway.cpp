@@ -372,7 +372,7 @@ void Gateway::back_to_the_run() {
 void Gateway::play_first() {
   if (options_.first_motion.empty() || viewers_.empty() || !source_->here()) return;
   const std::string motion = std::exchange(options_.first_motion, "");
-  player_.play(motion, options_.scenes.motion(motion), source_->lockstep());
+  player_.play(motion, options_.scenes.motion(motion), source_->lockstep(), MotionPlayer::Times::to_and_fro);
 }
 
 void Gateway::play(Viewer& viewer, const std::string& motion) {

@@ -72,7 +72,7 @@ class Gateway {
     std::string recordings;              // folder that the server records into; empty: not known
     std::vector<std::string> to_server;  // options that tell a program where the server is
     std::optional<CloudOptions> cloud;   // none: no cloud is drawn
-    std::string first_motion;            // to be played once the first page looks; empty: none
+    std::string first_motion;            // to be played to and fro once the first page looks; empty: none
   };
 
   // Throws boost::system::system_error if the port is not free, client::ClientError for the server's address.

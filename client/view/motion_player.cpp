@@ -28,18 +28,23 @@ std::string reason_of(int status) {
 
 }  // namespace
 
-void MotionPlayer::play(const std::string& name, const std::filesystem::path& trajectory, bool lockstep) {
+void MotionPlayer::play(const std::string& name, const std::filesystem::path& trajectory, bool lockstep, Times times) {
   if (!playing_.empty()) return;
-  std::vector<std::string> arguments{trajectory.string()};
-  arguments.insert(arguments.end(), options_.begin(), options_.end());
-  if (lockstep) arguments.push_back("--lockstep");
+  arguments_ = {trajectory.string()};
+  arguments_.insert(arguments_.end(), options_.begin(), options_.end());
+  if (lockstep) arguments_.push_back("--lockstep");
+  if (times == Times::to_and_fro) arguments_.insert(arguments_.end(), {"--passes", "2"});
+  times_ = times;
+  playing_ = name;
   stopped_ = false;
+  start();
+}
+
+void MotionPlayer::start() {
   try {
-    program_ = std::make_unique<ChildProgram>(context_, "acus-replay", std::move(arguments),
-                                              [this](int status) { end(status); });
-    playing_ = name;
+    program_ = std::make_unique<ChildProgram>(context_, "acus-replay", arguments_, [this](int status) { end(status); });
   } catch (const std::system_error& error) {
-    failed_(name + " cannot be played: " + error.what());
+    failed_(std::exchange(playing_, "") + " cannot be played: " + error.what());
   }
 }
 
@@ -49,8 +54,9 @@ void MotionPlayer::stop() {
 }
 
 void MotionPlayer::end(int status) {
-  const std::string name = std::exchange(playing_, "");
   program_.reset();
+  if (status == 0 && times_ == Times::to_and_fro && !stopped_) return start();
+  const std::string name = std::exchange(playing_, "");
   if (status != 0 && !stopped_) failed_(name + " was not played to its end: " + reason_of(status));
 }
 

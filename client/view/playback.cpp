@@ -14,8 +14,8 @@ namespace acus::view {
 namespace {
 
 constexpr auto kFramePeriod = std::chrono::microseconds(16'666);
-constexpr double kHistory = 20;     // s of forces that a jump tells of again, as the page's curves are long
-constexpr std::size_t kStride = 2;  // frames from one of those to the next
+constexpr std::size_t kHistory = 1200;  // frames of forces that a jump tells of again, at most, over all that is before
+constexpr std::size_t kStride = 2;      // frames from one of those to the next, at least
 
 }  // namespace
 
@@ -96,8 +96,7 @@ void Playback::seek(double seconds) {
 void Playback::show_again() {
   if (!here()) return;
   told_.jumped();
-  const auto past = static_cast<std::size_t>(kHistory * rate_);
-  index_.visit_history(frame_ > past ? frame_ - past : 0, frame_, kStride, told_.past);
+  index_.visit_history(0, frame_, std::max(kStride, frame_ / kHistory + 1), told_.past);
   show(frame_);
 }
 

@@ -347,6 +347,59 @@ class Together(Page):
         self.assertEqual(self.text("play"), "Play")
         self.assertEqual(self.errors(), [])
 
+    def test_a_hand_moves_nothing_while_the_simulation_is_paused(self):
+        _, url = self.view(scene("insertion_pullback"))
+        self.look(url)
+        self.wait_for("acus.hello && acus.force('needle')")
+        self.take()
+        self.press("pause")
+        self.wait_for("acus.hello.paused")
+        place = self.get("acus.hands.place.toArray()")
+        key = "dispatchEvent(new KeyboardEvent('{}', {{key: 'w', shiftKey: true}}))"
+        self.get(key.format("keydown"))
+        self.get("acus.stage.renderer.domElement.dispatchEvent(new WheelEvent('wheel', {deltaY: -100, cancelable: true}))")
+        sent = self.get("acus.hands.seq")
+        self.wait_for(f"acus.hands.seq > {sent + 30}")  # half a second
+        self.get(key.format("keyup"))
+        self.press("pause")
+        self.wait_for("!acus.hello.paused")
+        sent = self.get("acus.hands.seq")
+        self.wait_for(f"acus.hands.seq > {sent + 30}")
+        self.assertEqual(self.get("acus.hands.goal.toArray()"), place)
+        for axis in range(3):
+            self.assertAlmostEqual(self.get("acus.force('needle').base_position")[axis], place[axis], delta=1e-5)
+        self.get(key.format("keydown"))
+        self.wait_for(f"acus.force('needle').base_position[2] < {place[2]} - 1e-3")
+        self.assertEqual(self.errors(), [])
+
+    def test_the_first_motion_goes_to_and_fro_until_somebody_takes_the_needle(self):
+        path = os.path.join(self.folder, "small.yaml")
+        os.mkdir(os.path.join(self.folder, "trajectories"))
+        shutil.copy(scene("through"), path)
+        rows = [f"{t},needle,0.003,0.002,{z},0.70710678,0,0.70710678,0\n" for t, z in ((0, 0.145), (0.1, 0.144))]
+        self.write("trajectories/small.csv", "t,needle,x,y,z,qw,qx,qy,qz\n" + "".join(rows))
+        _, url = self.view(path, "--lockstep", "--play")
+        self.look(url)
+        self.wait_for("acus.force && acus.force('needle')?.time > 1")  # five times to and fro
+        self.assertEqual(self.get("acus.standing.playing"), "small")
+        self.take()
+        self.assertEqual(self.get("acus.standing.playing"), "")
+        self.assertEqual(self.errors(), [])
+
+    def test_curves_and_picture_follow_a_changed_theme(self):
+        self.view_in_lockstep("through")
+        self.take()
+        self.step(5)
+        self.wait_for("acus.curves.length > 1")
+        self.browser.execute_script(
+            "window.ink = () => { const c = document.querySelector('#plots canvas');"
+            "return c.getContext('2d').getImageData(0, 0, c.width, c.height).data.join() }; window.before = ''")
+        for theme in ("light", "dark", "light", "dark"):
+            self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": theme}]})
+            self.wait_for("ink() !== before")
+            self.drawn()
+            self.browser.execute_script("before = ink()")
+
     def test_a_motion_that_does_not_fit_is_told(self):
         self.view_in_lockstep("through")
         self.choose("motions", "brachytherapy")
@@ -402,6 +455,8 @@ class Together(Page):
         self.wait_for("!acus.standing.run.playing")  # it has come to the end
         length, end = self.get("acus.standing.run.length"), self.get("acus.force('needle')")
         self.assertAlmostEqual(length, 2, delta=0.1)
+        span = self.get("acus.span")  # of the curves: what is recorded
+        self.assertAlmostEqual(span["max"] - span["min"], length, delta=0.05)
         self.seek(0.3)
         self.seek(1)  # at once: the last counts
         self.wait_for("acus.standing.run.at === 1 && Math.abs(acus.force('needle').time - 1) < 0.02")

@@ -17,6 +17,7 @@ const kNear = 24; // px from the needle where a drag takes it
 export class Hands {
   holding: string | null = null;
   waiting = false; // for the needle to be elsewhere: nothing is sent
+  private still = false;  // simulation time stands: what the hand does moves nothing, also not later
   felt = 0; // N
   private place = new Vector3();
   private goal = new Vector3();
@@ -50,6 +51,11 @@ export class Hands {
     this.waiting = false;
   }
 
+  set paused(paused: boolean) {
+    if (paused && !this.still) this.let();
+    this.still = paused;
+  }
+
   release(): void {
     this.holding = null;
     this.waiting = false;
@@ -72,7 +78,7 @@ export class Hands {
   // A drag that begins at the needle moves it across its own axis; all others look around.
   private take(event: PointerEvent): void {
     const needle = this.needle();
-    if (!this.holding || !needle || event.button !== 0) return;
+    if (!this.holding || this.still || !needle || event.button !== 0) return;
     const box = this.stage.renderer.domElement.getBoundingClientRect();
     const x = event.clientX - box.left, y = event.clientY - box.top;
     let near = Infinity, grip = needle.point(0);
@@ -107,7 +113,7 @@ export class Hands {
     if (!this.holding) return;
     event.preventDefault();
     event.stopImmediatePropagation();
-    this.goal.addScaledVector(this.axis, Math.max(-1, Math.min(1, -event.deltaY / 100)) * kWheel);
+    if (!this.still) this.goal.addScaledVector(this.axis, Math.max(-1, Math.min(1, -event.deltaY / 100)) * kWheel);
   }
 
   private key(event: KeyboardEvent, down: boolean): void {
@@ -122,7 +128,7 @@ export class Hands {
   }
 
   // How far keys and gamepad push: along the needle, and across it to the right and up as seen; and how they turn it.
-  private push(): { along: number; right: number; up: number; turn: number } {
+  private pressed(): {along: number; right: number; up: number; turn: number} {
     const pressed = (more: string, less: string): number => Number(this.keys.has(more)) - Number(this.keys.has(less));
     const push = {
       along: pressed("w", "s"), right: pressed("arrowright", "arrowleft"), up: pressed("arrowup", "arrowdown"), turn: pressed("e", "q"),
@@ -144,18 +150,31 @@ export class Hands {
     const now = performance.now(), dt = Math.min((now - this.last) / 1000, 0.1);
     this.last = now;
     if (!this.holding || this.waiting) return;
-    const push = this.push(), speed = (this.quick ? kQuick : kSlow) * dt, axis = this.axis;
+    if (this.still)
+      this.goal.copy(this.place);
+    else
+      this.push(dt);
+    this.rumble();
+    const {w, x, y, z} = this.orientation;
+    this.link.send('pose', {
+      needle: this.holding,
+      seq: ++this.seq,
+      time: now / 1000,
+      position: this.place.toArray(),
+      orientation: [w, x, y, z],
+      spin: this.spin,
+    });
+  }
+
+  // Moves the goal as keys and gamepad say, and the commanded pose towards it.
+  private push(dt: number): void {
+    const push = this.pressed(), speed = (this.quick ? kQuick : kSlow) * dt, axis = this.axis;
     const right = new Vector3().setFromMatrixColumn(this.stage.camera.matrixWorld, 0);
     const up = new Vector3().setFromMatrixColumn(this.stage.camera.matrixWorld, 1);
     for (const side of [right, up]) side.addScaledVector(axis, -side.dot(axis));
     this.goal.addScaledVector(axis, push.along * speed).addScaledVector(right, push.right * speed).addScaledVector(up, push.up * speed);
     this.spin += push.turn * kTurn * dt;
-    this.rumble();
     const way = this.goal.clone().sub(this.place);
     this.place.addScaledVector(way, Math.min(1, (kFastest * dt) / Math.max(way.length(), 1e-12)));
-    const { w, x, y, z } = this.orientation;
-    this.link.send("pose", {
-      needle: this.holding, seq: ++this.seq, time: now / 1000, position: this.place.toArray(), orientation: [w, x, y, z], spin: this.spin,
-    });
   }
 }

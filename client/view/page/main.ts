@@ -180,6 +180,7 @@ function message(message: Message): void {
       break;
     case "stats":
       stats = message;
+      if (hello && !asking) hello = {...hello, paused: message.paused};  // whoever paused it
       show();
       break;
     case "error":
@@ -201,6 +202,8 @@ function statusWords(): string {
 function show(): void {
   showStatus(statusWords(), !standing.server && !standing.run);
   timeline.show(standing.run, standing.driving || !standing.driven);
+  plots.length = replayed() ? standing.run!.length : null;
+  hands.paused = hello?.paused ?? false;
   showFigures(hello, forces.get(chosen()) ?? null, stats);
   const mine = standing.server && (standing.driving || !standing.driven), free = mine && !standing.playing && !asking;
   showChoice(hello?.file ?? "");
@@ -404,14 +407,20 @@ Object.assign(window, {
     get standing() { return standing; },
     get hello() { return hello; },
     get tissue() { return tissue; },
-    get curves() { return plots.times; }, // s
+    get curves() { return plots.times; },  // s
+    get span() { return plots.span; },
     force: (needle: string) => forces.get(needle),
-    tip: (needle: string) => { const tube = needles.get(needle); return tube && stage.pixel(tube.point(tube.nodes - 1)); },
+    tip: (needle: string) => {
+      const tube = needles.get(needle);
+      return tube && stage.pixel(tube.point(tube.nodes - 1));
+    },
     renderer: () => {
       const gl = stage.renderer.getContext(), names = gl.getExtension("WEBGL_debug_renderer_info");
       return String(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
     },
-    stage, link, hands,
+    stage,
+    link,
+    hands,
     // A moment (s) of the recording, drawn whole, for pictures.
     show: async (moment: number) => {
       document.body.className = "film";

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Force and depth of the chosen needle over the last twenty seconds of simulation time.
+// Force and depth of the chosen needle over the last twenty seconds of simulation time, or over all of a recording.
 import { uPlot } from "./vendor/libraries.js";
 import type { Force } from "./messages.js";
 import { spot } from "./panel.js";
 
 const kWindow = 20; // s
 const kPeriod = 100; // ms between two drawings
+const kMost = 6000;  // points of a curve of a recording: beyond, every second one goes
 const size = (v: readonly number[]): number => Math.hypot(v[0]!, v[1]!, v[2]!);
 
 interface Curve { label: string; stroke: string; of(force: Force): number }
@@ -39,12 +40,15 @@ function heading(chart: Chart): HTMLElement {
 export class Plots {
   private plots: uPlot[];
   times: number[] = []; // s
+  length: number|null = null;  // s, of the recording that is shown
   private values: number[][][] = charts.map((chart) => chart.curves.map(() => []));
   private drawnAt = 0;
   private later = 0; // timer
 
   constructor(host: HTMLElement) {
     const ink = () => getComputedStyle(document.body).color;
+    matchMedia('(prefers-color-scheme: dark)')
+        .addEventListener('change', () => this.plots.forEach((plot) => plot.redraw(false)));
     const axis = { stroke: ink, grid: { stroke: "rgba(128,128,128,0.2)" }, ticks: { show: false }, size: 38, font: "11px system-ui" };
     this.plots = charts.map((chart) => {
       host.append(heading(chart));
@@ -72,12 +76,24 @@ export class Plots {
     if (last !== undefined && force.time <= last) return;
     this.times.push(force.time);
     charts.forEach((chart, c) => chart.curves.forEach((curve, i) => this.values[c]![i]!.push(curve.of(force))));
-    if (this.times[0]! < force.time - 1.5 * kWindow) {
+    if (this.length === null && this.times[0]! < force.time - 1.5 * kWindow) {
       const from = this.times.findIndex((t) => t >= force.time - kWindow);
-      this.times = this.times.slice(from);
-      this.values = this.values.map((chart) => chart.map((curve) => curve.slice(from)));
+      this.keep((_, i) => i >= from);
     }
+    if (this.times.length > kMost) this.keep((_, i) => i % 2 === 0);
     this.draw(false);
+  }
+
+  private keep(which: (value: number, i: number) => boolean): void {
+    this.times = this.times.filter(which);
+    this.values = this.values.map((chart) => chart.map((curve) => curve.filter(which)));
+  }
+
+  // s, from the first moment that is drawn to the last.
+  get span(): {min: number; max: number} {
+    const first = this.times[0] ?? 0, end = this.times[this.times.length - 1] ?? kWindow;
+    if (this.length !== null) return {min: first, max: Math.max(first + this.length, end)};
+    return {min: Math.max(0, end - kWindow), max: Math.max(end, kWindow)};
   }
 
   draw(now: boolean): void {
@@ -89,10 +105,9 @@ export class Plots {
     clearTimeout(this.later);
     this.later = 0;
     this.drawnAt = time;
-    const end = this.times[this.times.length - 1] ?? kWindow;
     this.plots.forEach((plot, c) => {
       plot.setData([this.times, ...this.values[c]!] as uPlot.AlignedData, false);
-      plot.setScale("x", { min: Math.max(0, end - kWindow), max: Math.max(end, kWindow) });
+      plot.setScale('x', this.span);
     });
   }
 }
