@@ -2,6 +2,8 @@
 #include "server/runtime/mesh_summary.h"
 
 #include <algorithm>
+#include <set>
+#include <vector>
 
 #include "server/engine/scene/text_table.h"
 
@@ -28,6 +30,27 @@ void add_groups(TextTable& table, const Scene& scene, const TetrahedralMesh& mes
   if (mesh.groups.size() > kShown) table.add({"    and " + std::to_string(mesh.groups.size() - kShown) + " more"});
 }
 
+// Of arrays that a region names a group of, or of all where none does: groups without a region of their name. What
+// named groups hold already is left out, and all but the first of several with the same tetrahedra.
+std::vector<const MeshGroup*> unnamed_groups(const Scene& scene, const TetrahedralMesh& mesh) {
+  std::vector<bool> held(mesh.tetrahedra.size());
+  std::set<std::string> named_arrays;
+  for (const MeshGroup& group : mesh.groups) {
+    if (regions_of(scene, group).empty()) continue;
+    named_arrays.insert(group.array);
+    for (const int t : group.members) held[static_cast<std::size_t>(t)] = true;
+  }
+  std::vector<const MeshGroup*> unnamed;
+  for (const MeshGroup& group : mesh.groups) {
+    const auto is_held = [&held](int t) { return held[static_cast<std::size_t>(t)]; };
+    const auto same = [&group](const MeshGroup* other) { return other->members == group.members; };
+    if (!named_arrays.empty() && !named_arrays.contains(group.array)) continue;
+    if (std::ranges::all_of(group.members, is_held) || std::ranges::any_of(unnamed, same)) continue;
+    unnamed.push_back(&group);
+  }
+  return unnamed;
+}
+
 }  // namespace
 
 std::string summarise_mesh_file(const Simulation& simulation) {
@@ -40,21 +63,15 @@ std::string summarise_mesh_file(const Simulation& simulation) {
   return notes.text() + groups.text();
 }
 
-void warn_of_unnamed_groups(const Simulation& simulation, std::vector<SceneWarning>& found) {
-  const Scene& scene = simulation.scene();
-  const TetrahedralMesh& mesh = simulation.mesh();
-  if (mesh.groups.size() < 2) return;
-  std::string unnamed;
-  std::size_t count = 0;
-  for (const MeshGroup& group : mesh.groups) {
-    if (!regions_of(scene, group).empty() || ++count > kShown) continue;
-    unnamed += (unnamed.empty() ? "" : ", ") + group.label();
-  }
-  if (count == 0) return;
-  if (count > kShown) unnamed += ", and " + std::to_string(count - kShown) + " more";
-  found.push_back({"tissue", "no region names these groups of the mesh file: " + unnamed +
-                                 "; give each a region with physical_group, or leave them to the regions that take "
-                                 "their place"});
+void warn_of_unnamed_groups(const Simulation& simulation, SceneWarnings& found) {
+  const std::vector<const MeshGroup*> unnamed = unnamed_groups(simulation.scene(), simulation.mesh());
+  if (unnamed.size() < 2) return;  // one is the background
+  std::string labels;
+  for (std::size_t i = 0; i < std::min(unnamed.size(), kShown); ++i)
+    labels += (labels.empty() ? "" : ", ") + unnamed[i]->label();
+  if (unnamed.size() > kShown) labels += ", and " + std::to_string(unnamed.size() - kShown) + " more";
+  found.push_back({"tissue", "no region names these groups of the mesh file, so that nothing tells them apart: " +
+                                 labels + "; give them regions with physical_group"});
 }
 
 }  // namespace acus

@@ -3,17 +3,16 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "server/engine/tick/simulation.h"
-#include "server/runtime/scene_warnings.h"
+#include "server/runtime/scene_warning.h"
 
 namespace acus {
 
 // Columns of text, empty for a mesh from no file.
 std::string summarise_mesh_file(const Simulation& simulation);
 
-// Groups that no region names, where there is more than one.
-void warn_of_unnamed_groups(const Simulation& simulation, std::vector<SceneWarning>& found);
+// Two groups or more that no region names.
+void warn_of_unnamed_groups(const Simulation& simulation, SceneWarnings& found);
 
 }  // namespace acus

@@ -28,7 +28,7 @@ Simulation with_regions(const std::string& regions) {
 }
 
 std::string warnings_of(const Simulation& simulation) {
-  std::vector<SceneWarning> found;
+  SceneWarnings found;
   warn_of_unnamed_groups(simulation, found);
   return found.empty() ? "" : found[0].text;
 }
@@ -47,13 +47,16 @@ TEST_CASE("the check says how a mesh file was read, and which regions its groups
         "    label 7  3           tumour\n"
         "    label 9  3           none\n");
   CHECK(summarise(simulation).find(text) != std::string::npos);
-  CHECK(warnings_of(simulation)
-            .starts_with("no region names these groups of the mesh file: label 4, label 9; give each"));
+  CHECK(warnings_of(simulation) ==
+        "no region names these groups of the mesh file, so that nothing tells them apart: label 4, label 9; give them "
+        "regions with physical_group");
 }
 
-TEST_CASE("where regions name all groups of a mesh file, nothing is warned of") {
-  CHECK(warnings_of(with_regions("    - {name: fat, physical_group: 4}\n    - {name: vessel, physical_group: 7}\n"
-                                 "    - {name: tumour, physical_group: 9}\n")) == "");
+TEST_CASE("where regions name all groups of a mesh file but the background, nothing is warned of") {
+  const std::string two = "    - {name: vessel, physical_group: 7}\n    - {name: tumour, physical_group: 9}\n";
+  CHECK(warnings_of(with_regions("    - {name: fat, physical_group: 4}\n" + two)) == "");
+  CHECK(warnings_of(with_regions("    - name: fat\n" + two)) == "");
+  CHECK(warnings_of(with_regions("    - name: fat\n")).find("label 4, label 7, label 9") != std::string::npos);
 }
 
 TEST_CASE("a scene without a mesh file has no such part") {
