@@ -146,6 +146,27 @@ TEST_CASE("a state whose indices lead nowhere is refused") {
   }));
 }
 
+TEST_CASE("a snapshot whose forces and places no tissue can have is refused") {
+  const Inserted run(two_needles());
+  const State& good = run.bench.simulation().state();
+  const auto refused = [&](auto forge) {
+    State state = good;
+    forge(state);
+    return !refusal(run.model(), make_snapshot(run.model().fingerprint, state)).empty();
+  };
+  constexpr double kMuch = 1e12;
+  CHECK(!refused([](State&) {}));
+  CHECK(refused([](State& s) { s.tissue.x(1, 5) = kMuch; }));
+  CHECK(refused([](State& s) { s.tissue.v(1, 5) = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].tip.contact = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].tip.cutting = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].tip.lateral[0] = -kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].vertices[1].friction = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].vertices[1].torsion = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].vertices[1].lateral[2] = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].cells[1].friction[2] = kMuch; }));
+}
+
 TEST_CASE("a forged image is refused, or does no harm" * doctest::test_suite("gate")) {
   const Inserted run(two_needles());
   const std::vector<std::byte> good = run.snapshot();

@@ -196,6 +196,50 @@ TEST_CASE("a snapshot with held nodes that cannot be is refused") {
   refused([](State& state) { state.tissue.field->tick = 5; });
 }
 
+// With the right checksum, numbers of 1e12 made 239 MN.
+TEST_CASE("a snapshot whose numbers no window can hold is refused, an honest one of any tick is not") {
+  Bench bench(windowed(4));
+  bench.push(0, 0.012, 0.05);
+  const Model& model = bench.simulation().model();
+  const auto check = [&](const State& state) { return read_snapshot(model, make_snapshot(model.fingerprint, state)); };
+  for (int tick = 0; tick < 9; ++tick) {
+    CHECK_NOTHROW(check(bench.simulation().state()));
+    bench.push(0, 1e-4, 0.05);
+  }
+  const auto refused = [&](const char* what, const std::function<void(FieldState&, FieldWindow&)>& forge) {
+    CAPTURE(what);
+    State state = bench.simulation().state();
+    FieldState& field = *state.tissue.field;
+    const auto window = std::make_shared<FieldWindow>(*field.window);
+    forge(field, *window);
+    field.window = window;
+    CHECK_THROWS_AS(check(state), SnapshotError);
+  };
+  constexpr double kMuch = 1e12;
+  for (double FieldShares::*share :
+       {&FieldShares::carried, &FieldShares::fed, &FieldShares::carried_sum, &FieldShares::fed_sum}) {
+    refused("share", [&](FieldState& field, FieldWindow&) { field.shares.*share = kMuch; });
+    refused("share", [&](FieldState& field, FieldWindow&) { field.shares.*share += 0.1; });
+  }
+  for (VectorX FieldWindow::*part :
+       {&FieldWindow::y_moved, &FieldWindow::modes_moved, &FieldWindow::inertia, &FieldWindow::p, &FieldWindow::y,
+        &FieldWindow::modes, &FieldWindow::defect, &FieldWindow::y_defect, &FieldWindow::modes_defect,
+        &FieldWindow::scheduled, &FieldWindow::total})
+    refused("vector of a window", [&](FieldState&, FieldWindow& window) { (window.*part)[1] = -kMuch; });
+  for (VectorX FieldWindow::*part : {&FieldWindow::p, &FieldWindow::y, &FieldWindow::defect, &FieldWindow::y_defect})
+    refused("no image of the other", [&](FieldState&, FieldWindow& window) { (window.*part)[1] += 10; });
+  for (double FieldWindow::*number : {&FieldWindow::size, &FieldWindow::scale, &FieldWindow::increase})
+    refused("number of a window", [&](FieldState&, FieldWindow& window) { window.*number = kMuch; });
+  refused("left", [&](FieldState&, FieldWindow& window) { window.left[2] = kMuch; });
+  refused("x", [&](FieldState&, FieldWindow& window) { window.x(0, 3) = kMuch; });
+  for (VectorX FieldState::*part : {&FieldState::d, &FieldState::d_before, &FieldState::modes_moved})
+    refused("vector of a field", [&](FieldState& field, FieldWindow&) { (field.*part)[0] = kMuch; });
+  for (Vector3 HeldNode::*part : {&HeldNode::x, &HeldNode::p, &HeldNode::sum, &HeldNode::force}) {
+    refused("held node", [&](FieldState& field, FieldWindow&) { (field.held[0].*part)[0] = kMuch; });
+    refused("held node of a window", [&](FieldState&, FieldWindow& window) { (window.held[0].*part)[0] = kMuch; });
+  }
+}
+
 TEST_CASE("scenes that cannot have a deferred field are refused with the reason") {
   const auto refusal = [](const std::function<void(Scene&)>& change) {
     Scene scene = windowed(8);
