@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // acus-server: loads a scene, simulates it on one thread and serves it on another.
+#include <fcntl.h>
 #include <pthread.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -20,6 +21,7 @@
 
 #include "protocol/endpoint_address.h"
 #include "protocol/key_file.h"
+#include "protocol/printable.h"
 #include "server/engine/math/kernel_set.h"
 #include "server/engine/recording/recording_file.h"
 #include "server/engine/scene/installed_scenes.h"
@@ -71,9 +73,9 @@ constexpr const char* kFooter =
     "  acus-server SCENE --commands ipc:///run/acus/commands --states ipc:///run/acus/states\n"
     "\nExit status: 0 ended by SIGINT, SIGTERM, SIGHUP, a client's shutdown, or --ticks; 1 bad command line; 2 the "
     "scene, "
-    "recording or snapshot cannot be used;\n3 an endpoint cannot be listened on; 4 anything else; 5 the recording or "
-    "snapshots cannot be written; 6 --check-system found that ticks would be late, or was ended. Log lines go to "
-    "standard error.";
+    "recording or snapshot cannot be used;\n3 an endpoint cannot be listened on; 4 anything else, as what is printed "
+    "cannot be written; 5 the recording or snapshots cannot be written; 6 --check-system found that ticks would be late, "
+    "or was ended. Log lines go to standard error.";
 
 struct Arguments {
   std::string scene;
@@ -88,23 +90,38 @@ struct Arguments {
   bool check_system = false;
 };
 
+// The status of a program all of whose result is what it prints: `status`, unless that went nowhere.
+int printed(int status) {
+  errno = 0;
+  if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  spdlog::error("standard output cannot be written to{}{}; what is printed is not whole", errno == 0 ? "" : ": ",
+                errno == 0 ? "" : std::strerror(errno));
+  return kFailed;
+}
+
+// A file that is opened later would take the number of a standard output that is closed, and what is printed.
+void keep_closed_output() {
+  if (fcntl(STDOUT_FILENO, F_GETFD) != -1) return;
+  const int full = open("/dev/full", O_WRONLY);
+  if (full > STDOUT_FILENO) dup2(full, STDOUT_FILENO), close(full);
+}
+
 void print_schema() {
-  std::cout << scene_schema() << std::flush;
+  std::cout << scene_schema();
   throw CLI::Success();
 }
 
 void print_tables() {
   for (const FieldTable& table : scene_tables()) std::cout << "### " << table.title << "\n\n" << table.markdown << '\n';
-  std::cout << std::flush;
   throw CLI::Success();
 }
 
 int print_json(const std::string& scene) {
   try {
     std::cout << scene_as_json(read_scene(scene)) << std::endl;
-    return kEnded;
+    return printed(kEnded);
   } catch (const SceneError& error) {
-    std::cerr << error.what() << std::endl;
+    std::cerr << protocol::printable(error.what()) << std::endl;
     return kBadScene;
   }
 }
@@ -116,7 +133,7 @@ int print_system_check(bool json) {
   const SystemCheck check = check_system(kAloneSeconds, kBesideSeconds, [&] { return termination.asked(); });
   std::cout << (json ? as_json(check) : describe(check)) << std::flush;
   const SystemVerdict verdict = check.verdict();
-  return verdict == SystemVerdict::fit || verdict == SystemVerdict::usable ? kEnded : kUnfitSystem;
+  return printed(verdict == SystemVerdict::fit || verdict == SystemVerdict::usable ? kEnded : kUnfitSystem);
 }
 
 // The same as of a scene's field.
@@ -406,8 +423,9 @@ int run(const Arguments& arguments) {
     const Rehearsal rehearsal = rehearse(world->simulation);
     const double time_step = world->hello.time_step;
     const auto warnings = rehearsal_warnings(rehearsal, time_step, window_to_try(world->simulation));
-    std::cout << summarise(world->simulation, warnings) << '\n' << describe(rehearsal, time_step);
-    return kEnded;
+    const std::string told = summarise(world->simulation, warnings) + "\n" + describe(rehearsal, time_step);
+    std::cout << protocol::printable(told, protocol::Newlines::kept);
+    return printed(kEnded);
   }
   if (!arguments.loop.lockstep) {
     lock_memory();
@@ -440,6 +458,7 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  keep_closed_output();
   begin_log({});  // for what goes wrong before the options are known
   Arguments arguments;
   CLI::App app(kDescription, "acus-server");
@@ -447,7 +466,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kEnded : kBadCommandLine;
+    return app.exit(error) == 0 ? printed(kEnded) : kBadCommandLine;
   }
   begin_log(arguments.log);
   arguments.scene = find_scene(arguments.scene, installed_scene_folders());

@@ -25,6 +25,7 @@
 #include "client/replay/text_histogram.h"
 #include "client/replay/timing_log.h"
 #include "protocol/own_file.h"
+#include "protocol/printable.h"
 
 namespace {
 
@@ -97,6 +98,9 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_flag("--shutdown", arguments.replay.shutdown, "end the server after the run");
 }
 
+// Of a server or a file, which may be anybody's.
+std::string shown(const std::string& text) { return acus::protocol::printable(text); }
+
 // One line on a terminal, rewritten ten times a second of simulation.
 class Progress {
  public:
@@ -107,7 +111,8 @@ class Progress {
     if (!last_) first_ = force.time;
     last_ = force.time;
     std::fprintf(stderr, "\r%6.1f of %.1f s, needle '%s': depth %5.1f mm, axial resistance %6.2f N\033[K",
-                 force.time - first_, duration_, force.needle.c_str(), 1e3 * force.depth, -force.base_force_in_base[0]);
+                 force.time - first_, duration_, shown(force.needle).c_str(), 1e3 * force.depth,
+                 -force.base_force_in_base[0]);
   }
 
   void clear() const {
@@ -127,7 +132,7 @@ void print_needles(const RunStatistics& statistics) {
     std::printf(
         "needle '%s': deepest %.1f mm; peak axial resistance %.3f N going in, %.3f N coming out;\n"
         "            peak lateral force %.3f N, peak torque %.4f N m\n",
-        name.c_str(), 1e3 * peak.depth, peak.push, peak.pull, peak.lateral, peak.torque);
+        shown(name).c_str(), 1e3 * peak.depth, peak.push, peak.pull, peak.lateral, peak.torque);
   }
 }
 
@@ -165,7 +170,7 @@ void print_timing(const Replay& replay, bool punctual) {
 
 void print_summary(const Replay& replay, const ReplayOptions& options, bool punctual) {
   const auto& statistics = replay.statistics();
-  std::printf("scene       %s\n", replay.server().scene.c_str());
+  std::printf("scene       %s\n", shown(replay.server().scene).c_str());
   if (options.lockstep) {
     std::printf("rate        lockstep, %.0f ticks per second of simulation\n", replay.server().rate);
   } else {
@@ -187,7 +192,7 @@ void print_summary(const Replay& replay, const ReplayOptions& options, bool punc
 // Runs and translates how it ended into an exit code; what went wrong goes to stderr.
 int run(Replay& replay) {
   const auto ended = [](ExitCode code, const std::exception& error) {
-    std::fprintf(stderr, "acus-replay: %s\n", error.what());
+    std::fprintf(stderr, "acus-replay: %s\n", shown(error.what()).c_str());
     return code;
   };
   try {
@@ -240,7 +245,7 @@ int replay_trajectory(Arguments& arguments) {
   check_distinct(arguments);
   arguments.replay.keys = read_keys(arguments.keys);
   const auto trajectory = read_trajectory(arguments.trajectory);
-  std::printf("read        %s: %s\n", arguments.trajectory.c_str(), told(trajectory).c_str());
+  std::printf("read        %s: %s\n", shown(arguments.trajectory).c_str(), told(trajectory).c_str());
   arguments.replay.interrupt = &catch_signals();  // from here on a signal ends the run, not the program
   std::optional<RunLog> log;
   if (!arguments.out.empty()) log.emplace(arguments.out, !arguments.replay.lockstep);
@@ -322,7 +327,7 @@ int main(int argc, char** argv) {
     if (is_recording(arguments.trajectory)) return run_again(app, arguments.trajectory);
     return replay_trajectory(arguments);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "acus-replay: %s\n", error.what());
+    std::fprintf(stderr, "acus-replay: %s\n", shown(error.what()).c_str());
     return kBadInput;
   }
 }

@@ -11,6 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "protocol/printable.h"
+
 namespace acus {
 namespace {
 
@@ -25,24 +27,11 @@ struct LogSink : spdlog::sinks::stderr_color_sink_mt {
   }
 };
 
-// What comes from clients and scenes stays in its line, and moves no terminal's cursor.
-void append_escaped(std::string_view text, memory_buf_t& out) {
-  for (const unsigned char byte : text) {
-    if (byte >= 0x20 && byte != 0x7F) {
-      out.push_back(static_cast<char>(byte));
-    } else if (byte == '\n') {
-      fmt::format_to(fmt::appender(out), "\\n");
-    } else {
-      fmt::format_to(fmt::appender(out), "\\x{:02x}", byte);
-    }
-  }
-}
-
-// The message in a line of text.
+// The message in a line of text: what comes from clients and scenes moves no terminal's cursor.
 class EscapedMessage : public spdlog::custom_flag_formatter {
  public:
   void format(const log_msg& message, const std::tm&, memory_buf_t& out) override {
-    append_escaped({message.payload.data(), message.payload.size()}, out);
+    out.append(protocol::printable({message.payload.data(), message.payload.size()}));
   }
   std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<EscapedMessage>(); }
 };

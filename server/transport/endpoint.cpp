@@ -95,7 +95,7 @@ bool Endpoint::listening() const { return !lockstep_ || requests_.idle(); }
 // Sleeps until something happens or stats are due; true if it is a signal to end.
 bool Endpoint::wait_for_work(int signals, milliseconds longest_turn) {
   const bool at_work = !feed_.all_sent() || (listening() && inbox_.has_waiting());
-  const auto unless_ending = std::min(feed_.until_stats(), longest_turn);
+  const auto unless_ending = std::min({feed_.until_stats(), longest_turn, requests_.until_snapshot()});
   const auto longest = requests_.recordings().is_ending() ? std::min(kEndingPoll, unless_ending) : unless_ending;
   const auto idle = at_work ? milliseconds(0) : std::max(milliseconds(0), longest);
   void* zap = zap_ ? zap_->socket().handle() : nullptr;  // without it the item is a file of number -1, which never is

@@ -17,6 +17,7 @@ using protocol::ErrorCode;
 
 // Of those that cost time: of one client, and of all together, since a client that connects anew is another one.
 constexpr const char* kNoMemory = "there is not enough memory for it beside the world that goes on; try again later";
+constexpr std::chrono::milliseconds kSnapshotPoll(10);  // while one is due, and cannot be asked for
 constexpr double kRequestsPerSecond = 20, kRequestsOfAll = 60;
 
 std::uint64_t draw_instance() {
@@ -269,12 +270,23 @@ void Requests::handle(const Sender& sender, const protocol::Shutdown& request) {
   ask(sender, request, request::Shutdown{});
 }
 
+double Requests::simulation_time() const {
+  return static_cast<double>(link_.tick.load(std::memory_order_relaxed)) / world_.published().simulation.scene().rate;
+}
+
+std::chrono::milliseconds Requests::until_snapshot() const {
+  const std::optional<double>& every = world_.published().simulation.scene().publish.snapshot_every;
+  if (!every || paused_ || !snapshot_file_.ready() || snapshot_due_) return std::chrono::days(1);
+  const double left = last_snapshot_ + *every - simulation_time();  // s
+  return std::max(kSnapshotPoll, std::chrono::milliseconds(std::llround(1e3 * std::min(left, 1e3))));
+}
+
 // For a scene that wants one every so many seconds. After a reset, or another scene, they count anew.
 void Requests::ask_for_due_snapshot() {
   const Scene& scene = world_.published().simulation.scene();
   snapshot_file_.tell_if_slow(SnapshotFile::Clock::now());
   if (!scene.publish.snapshot_every || !snapshot_file_.ready() || snapshot_due_ || !world_.settled()) return;
-  const double now = static_cast<double>(link_.tick.load(std::memory_order_relaxed)) / scene.rate;
+  const double now = simulation_time();
   if (now < last_snapshot_) last_snapshot_ = 0;
   if (now - last_snapshot_ < *scene.publish.snapshot_every || !pending_.has_room()) return;
   last_snapshot_ = now;

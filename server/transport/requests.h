@@ -62,6 +62,8 @@ class Requests {
   const ServedWorld& world() const { return world_; }
   CommandStreams& streams() { return streams_; }
   const Recordings& recordings() const { return recordings_; }
+  // Until turn() may have a snapshot to ask for, in real time; a day where none is.
+  std::chrono::milliseconds until_snapshot() const;
   bool paused() const { return paused_; }
 
   // What came through it is over.
@@ -124,6 +126,7 @@ class Requests {
 
   void finish_loading();
   void finish_recording();
+  double simulation_time() const;  // s
   void ask_for_due_snapshot();
 
   const RequestOptions options_;

@@ -186,6 +186,14 @@ TEST_CASE("a scene that asks for snapshots gets them into a file, from which a s
   CHECK(others.hash(kPatience).hash == commands.hash(kPatience).hash);
 }
 
+TEST_CASE("a snapshot that is due is written without a client") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "newest.snapshot";
+  ServerProcess server({"--snapshot", file, "--ticks", "300"}, small_scene("small") + "publish: {snapshot_every: 1}\n");
+  CHECK(server.process().wait(kPatience) == 0);  // half a second after it was due
+  CHECK(std::filesystem::exists(file));
+}
+
 TEST_CASE("a snapshot that cannot be written leaves the one before, and the server goes on") {
   const TemporaryFolder folder;
   folder.write("newest.snapshot", "acussnap as it was");

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "protocol/printable.h"
 #include "server/engine/scene/field.h"
 
 namespace acus {
@@ -24,6 +25,11 @@ std::string five_digits(double value) {
   std::array<char, 32> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%.5g", value);
   return buffer.data();
+}
+
+void TextTable::add(std::vector<std::string> cells) {
+  for (std::string& cell : cells) cell = protocol::printable(cell);
+  rows_.push_back(std::move(cells));
 }
 
 std::string TextTable::text() const {

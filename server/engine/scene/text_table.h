@@ -12,7 +12,8 @@ std::string five_digits(double value);
 
 class TextTable {
  public:
-  void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+  // Control characters are shown.
+  void add(std::vector<std::string> cells);
 
   // One line per row, two spaces between columns; widths count characters of UTF-8.
   std::string text() const;
