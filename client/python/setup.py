@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Takes the project's scenes, and the meshes that they use, into the package: pip install client/python, from a checkout."""
 
+import atexit
 import os
 import shutil
+import tempfile
 
 from setuptools import setup
 from setuptools.command.build_py import build_py
@@ -21,4 +23,6 @@ class WithScenes(build_py):
                     shutil.copyfile(os.path.join(SCENES, folder, name), os.path.join(target, folder, name))
 
 
-setup(cmdclass={"build_py": WithScenes})
+MADE = tempfile.mkdtemp(prefix="acus-pip-")  # what setuptools makes on the way: nothing is left in the checkout
+atexit.register(shutil.rmtree, MADE, ignore_errors=True)
+setup(cmdclass={"build_py": WithScenes}, options={"build": {"build_base": MADE}, "egg_info": {"egg_base": MADE}})
