@@ -376,5 +376,28 @@ class Errors(InTemporaryFolder, Engine):
                 self.assertEqual([str(each) for each in model.guides], [str(each) for each in client.hello.guides])
 
 
+
+@unittest.skipUnless(engine.available(), "without the engine")
+class InWords(InTemporaryFolder):
+    def test_what_objects_are_is_told(self):
+        model = engine.load(acus.Scene.read("layers"))
+        state = model.start()
+        report = engine.step(model, state, ticks=3)
+        self.assertEqual(repr(acus.Scene.read("layers")), "<Scene 'layers': 3 regions, 1 needle>")
+        self.assertEqual(repr(acus.Scene()), "<Scene 'scene'>")
+        self.assertEqual(repr(model), "<Model of 'layers': 1053 nodes, 3 regions, 1 needle, 500 Hz>")
+        self.assertEqual(repr(state), "<State of 'layers': tick 3 (0.006 s)>")
+        self.assertRegex(repr(report), r"^<Report of tick 3 \(0\.006 s\); needle: free, depth 0 mm, base force \S+ N; 0 events>$")
+
+    def test_names_of_scenes_are_taken_where_files_are(self):
+        self.assertEqual(engine.load("layers").name, "layers")
+        self.assertEqual(engine.load(acus.find_scene("layers")).name, "layers")
+        with acus.Server("layers", lockstep=True) as server, server.client() as client:
+            self.assertEqual(client.hello.scene, "layers")
+        for read in (engine.load, acus.Scene.read):
+            self.assertRaisesRegex(acus.SceneError, "no scene 'nowhere': neither a file nor one of the project; there are biopsy", read, "nowhere")
+            self.assertRaisesRegex(acus.SceneError, "nowhere.yaml", read, "nowhere.yaml")
+
+
 if __name__ == "__main__":
     unittest.main()

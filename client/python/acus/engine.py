@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The simulation in this process, without a server: models, states that are values, and steps.
 
-    model = engine.load(acus.find_scene("insertion_pullback"))
+    model = engine.load("insertion_pullback")
     state = model.start()
     needle = model.needles[0]
     report = engine.step(model, state, {"needle": (position, orientation, spin)})
@@ -23,7 +23,7 @@ import threading
 from .errors import ProgramNotFound, SceneError
 from .messages import Guide, Needle
 from .programs import CHECKOUT, find_program, find_server
-from .scene import Scene
+from .scene import Scene, counted_in_words, file_of
 
 MODULE = "acus_engine"
 _LOCK = threading.RLock()
@@ -103,6 +103,10 @@ class Model:
         self.tetrahedron_regions = loaded.tetrahedron_regions  # number of the region of each
         self.rest_positions = loaded.rest_positions  # m, nodes x 3
 
+    def __repr__(self):
+        told = [counted_in_words(*each) for each in ((len(self.rest_positions), "node"), (len(self.regions), "region"), (len(self.needles), "needle"))]
+        return f"<Model of {self.name!r}: {', '.join(told)}, {self.rate:g} Hz>"
+
     def start(self, bodies=None):
         """The state after loading. `bodies`, {name: (position, orientation)}, puts needles and guides elsewhere, as if
         the scene had them there. Raises ValueError or KeyError, also for a tip inside the tissue."""
@@ -121,14 +125,14 @@ class Model:
 
 
 def load(scene):
-    """Model of a Scene, a scene file, or YAML with more than one line. Raises SceneError, ProgramNotFound."""
+    """Model of a Scene, a scene file, a scene of the project by its name, or YAML with more than one line. Raises SceneError, ProgramNotFound."""
     module = _module()
     try:
         with _LOCK:  # one at a time: OpenBLAS without threads may not be called by several
             if isinstance(scene, Scene):
                 return Model(module.Model.parse(scene.text(), scene.folder or ""))
             text = os.fsdecode(scene)
-            return Model(module.Model.parse(text) if "\n" in text else module.Model.read(text))
+            return Model(module.Model.parse(text) if "\n" in text else module.Model.read(file_of(text)))
     except module.SceneError as error:
         raise SceneError(str(error)) from None
 

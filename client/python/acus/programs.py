@@ -56,6 +56,13 @@ def find_scene(name):
     raise ProgramNotFound(f"no scene '{name}': neither a file nor one of the project; {there}")
 
 
+def scene_path(given):
+    """A scene's file by path, or by the name of one of the project, as acus-server takes it. Raises ProgramNotFound for a
+    name of none."""
+    path = os.fsdecode(given)
+    return path if os.path.exists(path) or os.sep in path or path.endswith(".yaml") else find_scene(path)
+
+
 def newest_build(name):
     programs = [path for path in glob.glob(os.path.join(CHECKOUT, "build", "*", "bin", name)) if is_program(path)]
     preferred = os.path.join(CHECKOUT, "build", PREFERRED, "bin", name)

@@ -20,8 +20,8 @@ import tempfile
 import numpy as np
 
 from . import own_files
-from .errors import SceneError
-from .programs import find_server
+from .errors import ProgramNotFound, SceneError
+from .programs import find_server, scene_path
 
 PLACE = re.compile(r"\.?([A-Za-z_]+)|\[([^\]]+)\]")
 MESH_FILE = ("tissue", "mesh", "gmsh", "file")
@@ -37,8 +37,9 @@ class Scene:
 
     @classmethod
     def read(cls, path):
-        """Of a file. Raises SceneError as the server would, but for what is wrong with its mesh."""
-        path = os.fspath(path)
+        """Of a file, or of a scene of the project by its name. Raises SceneError as the server would, but for what is wrong
+        with its mesh."""
+        path = file_of(path)
         return cls(json.loads(ask_acus_server("--json", path)), os.path.dirname(os.path.abspath(path)))
 
     @staticmethod
@@ -46,6 +47,12 @@ class Scene:
     def schema():
         """The JSON Schema of scenes: types, ranges, defaults, and meanings with units."""
         return json.loads(ask_acus_server("--schema"))
+
+    def __repr__(self):
+        tissue = self.fields.get("tissue") or {}
+        counts = [(tissue.get("regions"), "region"), (self.fields.get("needles"), "needle"), (self.fields.get("guides"), "guide")]
+        told = [counted_in_words(len(each), what) for each, what in counts if isinstance(each, list)]
+        return f"<Scene {self.fields.get('name', 'scene')!r}{': ' if told else ''}{', '.join(told)}>"
 
     def copy(self):
         return Scene(self.fields, self.folder)
@@ -144,6 +151,18 @@ class Scene:
         if "default" not in schema:
             raise SceneError(f"{shown(steps)}: the scene does not give it, and it has no default")
         return copy.deepcopy(schema["default"])
+
+
+def file_of(given):
+    """A scene's file by path or name. Raises SceneError."""
+    try:
+        return scene_path(given)
+    except ProgramNotFound as error:
+        raise SceneError(str(error)) from None
+
+
+def counted_in_words(count, what):
+    return f"{count} {what}" + ("" if count == 1 else "s")
 
 
 def ask_acus_server(*arguments, shown_as=None):

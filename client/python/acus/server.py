@@ -11,10 +11,10 @@ import weakref
 import zmq
 
 from .client import Client
-from .errors import ServerFailed
+from .errors import ProgramNotFound, ServerFailed
 from .guard import Guard
 from .link import Link
-from .programs import find_server
+from .programs import find_server, scene_path
 
 STARTING = 60.0  # s at most until it listens; a large scene takes a while to load
 ENDING = 10.0  # s after SIGTERM
@@ -95,7 +95,7 @@ class Server:
     def _scene_file(self, scene):
         text = getattr(scene, "text", None)
         if not text:
-            return os.fspath(scene)
+            return known_file(scene)
         path = os.path.join(self.folder, "scene.yaml")
         with open(path, "w", encoding="utf-8") as file:
             file.write(text())
@@ -141,3 +141,11 @@ def end_process(process, folder, guard):
             process.kill()
             process.wait()
     shutil.rmtree(folder, ignore_errors=True)
+
+
+def known_file(scene):
+    """Of a scene by path or name; a name that is known nowhere here is left to the server."""
+    try:
+        return scene_path(scene)
+    except ProgramNotFound:
+        return os.fspath(scene)

@@ -10,11 +10,13 @@
 #include <span>
 
 #include "protocol/enums.h"
+#include "protocol/printable.h"
 #include "protocol/unit_quaternion.h"
 #include "server/engine/math/rotation.h"
 #include "server/engine/python/engine_state.h"
 #include "server/engine/scene/mesh_process.h"
 #include "server/engine/scene/scene_error.h"
+#include "server/engine/scene/text_table.h"
 #include "server/engine/state/adoption.h"
 #include "server/engine/state/placement.h"
 #include "server/engine/state/snapshot.h"
@@ -331,6 +333,30 @@ void forbid_new(py::module_& module) {
     });
 }
 
+// "tick 12 (0.012 s)"
+std::string shown_moment(std::uint64_t tick, double time) {
+  return "tick " + std::to_string(tick) + " (" + five_digits(time) + " s)";
+}
+
+std::string shown_state(const EngineState& state) {
+  const Model& model = state.model->model();
+  return "<State of '" + protocol::printable(model.scene.name) +
+         "': " + shown_moment(state.state.tick, static_cast<double>(state.state.tick) * model.h) + ">";
+}
+
+std::string shown_report(const Report& of) {
+  const auto& needles = of.model->model().scene.needles;
+  std::string text = "<Report of " + shown_moment(of.report.tick, of.report.time);
+  for (std::size_t i = 0; i < needles.size(); ++i) {
+    const NeedleReport& needle = of.report.needles[i];
+    text += "; " + protocol::printable(needles[i].name) + ": " +
+            std::string(protocol::kPhaseNames[static_cast<std::size_t>(needle.phase)]) + ", depth " +
+            five_digits(1e3 * needle.inserted_depth) + " mm, base force " + five_digits(needle.base_force.norm()) +
+            " N";
+  }
+  return text + "; " + std::to_string(of.report.events.size()) + " events>";
+}
+
 void declare_model(py::module_& module) {
   py::class_<EngineModel, std::shared_ptr<EngineModel>>(module, "Model", "A loaded scene; constant.")
       .def_static(
@@ -378,6 +404,7 @@ void declare_model(py::module_& module) {
 void declare_state(py::module_& module) {
   py::class_<EngineState>(module, "State",
                           "All that the next tick depends on, besides the model and commands: a value.")
+      .def("__repr__", shown_state)
       .def("copy", [](const EngineState& state) { return EngineState(resting(state)); })
       .def("__copy__", [](const EngineState& state) { return EngineState(resting(state)); })
       .def("__deepcopy__", [](const EngineState& state, const py::dict&) { return EngineState(resting(state)); })
@@ -443,6 +470,7 @@ Array vector_field(const ReportOfNeedle& of) {
 void declare_reports(py::module_& module) {
   using Needle = ReportOfNeedle;
   py::class_<Report, std::shared_ptr<Report>>(module, "Report", "What a tick tells.")
+      .def("__repr__", shown_report)
       .def(
           "__getitem__",
           [](const std::shared_ptr<Report>& of, const std::string& needle) {

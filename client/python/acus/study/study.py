@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import own_files
 from ..errors import StudyError
-from ..programs import find_scene
+from ..programs import scene_path
 from ..scene import Scene
 from . import pictures
 from .case import MEASURED, RESULT, Definition, Models, evaluate, output_columns, simulate
@@ -293,8 +293,7 @@ class LocalWork:
 def scene_of(given):
     if isinstance(given, Scene):
         return given.copy()
-    path = os.fspath(given)
-    return Scene.read(path if os.path.exists(path) or os.sep in path else find_scene(path))
+    return Scene.read(scene_path(given))
 
 
 def name_of(scene):
