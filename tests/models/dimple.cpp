@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -58,8 +59,12 @@ TEST_CASE("beta = 0.2 is a neo-Hookean body to 10 %") {
   struct Measured {
     double d, depth, force;
   };
-  for (const auto& [d, deep, force] :
-       {Measured{1, 1.04, 0.0110}, {1, 2, 0.0209}, {1, 2.72, 0.0300}, {2, 1.04, 0.0229}, {2, 2, 0.0427}, {2, 3.68, 0.0780}})
+  for (const auto& [d, deep, force] : {Measured{1, 1.04, 0.0110},
+                                       {1, 2, 0.0209},
+                                       {1, 2.72, 0.0300},
+                                       {2, 1.04, 0.0229},
+                                       {2, 2, 0.0427},
+                                       {2, 3.68, 0.0780}})
     CHECK(depth(0.2, 1e-3 * d, force) == doctest::Approx(1e-3 * deep).epsilon(0.1).scale(0));
 }
 
@@ -87,13 +92,29 @@ TEST_CASE("the spring yields to every force up to the puncture, whatever the mes
       }
 }
 
-TEST_CASE("bone does not yield, and bears a contact over the needle's width") {
-  const DimpleSpring bone;
-  CHECK(bone.depth(3) == 0);
-  CHECK(bone.compliance(3) == 0);
-  CHECK(bone.energy(3) == 0);
-  const Indented tissue(gel(), 2.1);
-  CHECK(contact_radius(tissue, 1e-3, kInfinite) == contact_radius(tissue, 1e-3, 0));
+TEST_CASE("the force at a depth is that at which the dimple has it") {
+  for (const double beta : {0.0, 0.2, 2.1, 10.0})
+    for (const double f : {1e-4, 0.01, 0.3, 5.0})
+      CHECK(dimple_force(Indented(gel(), beta), 1e-3, depth(beta, 1e-3, f)) ==
+            doctest::Approx(f).epsilon(1e-9).scale(0));
+}
+
+TEST_CASE("the disc in the mesh is that of f_p up to what elements bear, and follows the tip where f_p has no end") {
+  const double edge = 5e-3, d = 1e-3;
+  for (const double beta : {0.2, 2.1}) {
+    const Indented tissue(gel(), beta);
+    const double f_e = 3 * tissue.stiffness * edge * edge;
+    const auto load = [&](double f_p, double f, double s) { return disc_load(tissue, edge, d, f_p, f, s); };
+    for (const double f_p : {0.0, 0.01 * f_e, 0.5 * f_e, f_e}) CHECK(load(f_p, 0.3 * f_p, 0.01) == f_p);
+    for (const double f : {0.0, 0.1 * f_e, 2 * f_e})
+      for (const double s : {0.0, 1e-3, 8e-3}) {
+        const double follows = load(kInfinite, f, s);
+        CHECK(follows >= std::max(f, dimple_force(tissue, d, 2 * s)));
+        CHECK(follows <= std::max({f, dimple_force(tissue, d, 4 * s), 0.1 * f_e}));
+        CHECK(load(20 * f_e + 1e4, f, s) == follows);
+        CHECK(load(1.0001 * f_e, f, s) == doctest::Approx(f_e).epsilon(1e-3).scale(0));
+      }
+  }
 }
 
 TEST_CASE("the mesh bears a contact over twice the dimple, whose radius is that of the depth at f_p") {

@@ -25,13 +25,24 @@
 // et al. 2004] is of this form from 2 mm to the puncture 10 mm deep, with beta E = 13 to 14 kPa.
 //
 // The mesh's part. Elements that bear the whole strain fold, and a mesh does not resolve a tip. So the mesh is loaded
-// over a disc that is kSpread times as wide as the dimple at the puncture force f_p, of beta = 2.1 at least, and what
-// is missing to D is in series,
+// over a disc that is kSpread times as wide as the dimple at the force f_w, of beta = 2.1 at least, and what is missing
+// to D is in series,
 //
-//   D - D_mesh = (1 - nu²)/(2 E) f (1/r - 1/R),   R = hypot(kSpread r(f_p), 0.69 edge),
+//   D - D_mesh = (1 - nu²)/(2 E) f (1/r - 1/R),   R = hypot(kSpread r(f_w), 0.69 edge),
 //
 // where 0.69 edge is the radius that a point of a mesh answers with (local_compliance.h). With kSpread = 2 the spring's
-// stiffness is positive up to f_p on any mesh: d(f/r)/df >= 1/(2 r).
+// stiffness is positive up to f_w on any mesh: d(f/r)/df >= 1/(2 r).
+//
+// f_w. The disc is laid out for the puncture force f_p. One for much more than elements bear, f_e, would be wider than
+// the tissue, and one for f_p = infinity would have no end. There it follows the depth s of the tip below the mesh,
+//
+//   f_w = min(f_p, max(f, f(D = 3 s), f_e²/f_p, f_e/20)),   f_e = 3 (2 E/(1 - nu²)) edge²,
+//
+// which is f_p up to f_e, about 10 E a² (runtime/scene_warnings.cpp), and does not depend on f_p above 20 f_e. A disc
+// that followed f alone would swing from tick to tick: the mesh's damping answers a change of the disc with a force. s
+// is 3/4 of D where the disc is that wide. The disc for f_e/20 has the radius 0.8 edge; on a narrower one the stiffness
+// changes by up to 5 % with the place in an element, on this one by 1.6 %. A wider disc leaves more of D to the spring;
+// D is the same.
 //
 // In tissue that relaxes (relaxation.h) the spring does, too: f is then what bears the force f_r at rest.
 #pragma once
@@ -54,10 +65,9 @@ struct Indented {
 // D - D_mesh, a nonlinear spring.
 class DimpleSpring {
  public:
-  // One that does not yield.
   DimpleSpring() = default;
-  // Under a needle of diameter d (m) on elements of the size `edge` (m), for forces up to f_p (N), finite.
-  DimpleSpring(const Indented& tissue, double edge, double d, double f_p);
+  // Under a needle of diameter d (m) on elements of the size `edge` (m), with a disc for f_w (N).
+  DimpleSpring(const Indented& tissue, double edge, double d, double f_w);
 
   // In tissue that relaxes: f = G f_r - kept.
   void relax(double stiffening, double kept) { stiffening_ = stiffening, kept_ = kept; }
@@ -72,17 +82,21 @@ class DimpleSpring {
  private:
   double radius(double f) const;
 
-  double punch_ = 0;   // (1 - nu²)/(2 E), m²/N
-  double slope4_ = 0;  // (r_d/sqrt f)⁴, m⁴/N²
-  double least_ = 1;   // r_0 (m)
-  double mesh_ = 1;    // R (m)
+  double punch_ = 0;                  // (1 - nu²)/(2 E), m²/N
+  double slope4_ = 0;                 // (r_d/sqrt f)⁴, m⁴/N²
+  double least_ = 1;                  // r_0 (m)
+  double mesh_ = 1;                   // R (m)
   double stiffening_ = 1, kept_ = 0;  // G (-); N
 };
 
-// Of the dimple, r/0.925 (m), at which an even load on a disc sinks by D in the mean; of beta = 2.1 at least. d (m); f_p
-// (N), .inf for bone: the needle's.
-double dimple_radius(const Indented& tissue, double d, double f_p);
-// The disc that bears the contact in the mesh (m): kSpread times that.
-double contact_radius(const Indented& tissue, double d, double f_p);
+// f (N) at the depth D (m).
+double dimple_force(const Indented& tissue, double d, double D);
+// f_w (N), of a tip that bears f (N) at the depth s (m); f_p (N), .inf allowed.
+double disc_load(const Indented& tissue, double edge, double d, double f_p, double f, double s);
+// Of the dimple under f (N), r/0.925 (m), at which an even load on a disc sinks by D in the mean; of beta = 2.1 at
+// least. d (m).
+double dimple_radius(const Indented& tissue, double d, double f);
+// The disc that bears the contact in the mesh (m): kSpread times that at f_w (N).
+double contact_radius(const Indented& tissue, double d, double f_w);
 
 }  // namespace acus

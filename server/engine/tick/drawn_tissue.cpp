@@ -35,9 +35,11 @@ void add_dent(const Vector3& centre, const Vector3& move, const LoadRadii& radii
 void add_contact(const InsertionView& at, const Insertion& insertion, DrawnTissue& drawn) {
   const MaterialPoint& touched = insertion.touched;
   const Vector3 centre = at.tissue.position(touched);
-  DimpleSpring dimple = at.tissue.dimple_spring(touched, at.parameters.outer_diameter);
+  const Vector3 move = at.needle.tip().position - centre;
+  const double d = at.parameters.outer_diameter, f = insertion.tip.contact;
+  DimpleSpring dimple = at.tissue.dimple_spring(touched, d, at.tissue.disc_load(touched, d, f, move.norm()));
   if (at.tissue.relaxes()) remember(at.tissue.relaxation_of(touched), *insertion.memory, dimple);
-  add_dent(centre, at.needle.tip().position - centre, dimple.radii(insertion.tip.contact), drawn);
+  add_dent(centre, move, dimple.radii(f), drawn);
 }
 
 void add_grooves(const InsertionView& at, const Insertion& insertion, DrawnTissue& drawn) {

@@ -34,8 +34,10 @@ double TissueView::lateral_compliance(const MaterialPoint& p, double d) const {
   const Region& r = tissue_regions[region(p)];
   const std::optional<double>& given = r.interaction.foundation_stiffness;
   double compliance = 0;
-  if (given) compliance = 1 / *given;
-  else if (local_compliance) compliance = foundation_compliance(r.material, element_sizes[p.tetrahedron], d);
+  if (given)
+    compliance = 1 / *given;
+  else if (local_compliance)
+    compliance = foundation_compliance(r.material, element_sizes[p.tetrahedron], d);
   return std::max(compliance, kLeastGive / r.material.young_modulus);
 }
 
@@ -43,8 +45,10 @@ double TissueView::end_compliance(const MaterialPoint& p, double d) const {
   const Region& r = tissue_regions[region(p)];
   const std::optional<double>& given = r.interaction.foundation_stiffness;
   double compliance = 0;
-  if (given) compliance = 1 / (*given * kEndBearing * d);
-  else if (local_compliance) compliance = acus::end_compliance(r.material, element_sizes[p.tetrahedron], d);
+  if (given)
+    compliance = 1 / (*given * kEndBearing * d);
+  else if (local_compliance)
+    compliance = acus::end_compliance(r.material, element_sizes[p.tetrahedron], d);
   return std::max(compliance, kLeastGive / (r.material.young_modulus * kEndBearing * d));
 }
 
@@ -76,14 +80,16 @@ double TissueView::puncture_force(const MaterialPoint& p, int behind) const {
   return behind < 0 ? interaction(p).puncture_force : border(p, behind).puncture_force;
 }
 
-double TissueView::contact_radius(const MaterialPoint& p, double d, int behind) const {
-  return acus::contact_radius(indented(p, behind), d, puncture_force(p, behind));
+double TissueView::disc_load(const MaterialPoint& p, double d, double f, double s, int behind) const {
+  return acus::disc_load(indented(p, behind), element_sizes[p.tetrahedron], d, puncture_force(p, behind), f, s);
 }
 
-DimpleSpring TissueView::dimple_spring(const MaterialPoint& p, double d, int behind) const {
-  const double f_p = puncture_force(p, behind);
-  if (!std::isfinite(f_p)) return {};
-  return {indented(p, behind), element_sizes[p.tetrahedron], d, f_p};
+double TissueView::contact_radius(const MaterialPoint& p, double d, double f_w, int behind) const {
+  return acus::contact_radius(indented(p, behind), d, f_w);
+}
+
+DimpleSpring TissueView::dimple_spring(const MaterialPoint& p, double d, double f_w, int behind) const {
+  return {indented(p, behind), element_sizes[p.tetrahedron], d, f_w};
 }
 
 GrooveSpring TissueView::groove_spring(const MaterialPoint& p, double d, double length) const {

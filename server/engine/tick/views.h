@@ -25,13 +25,13 @@ struct TissueView {
   const Surface& surface;
   const Borders& borders;
   std::span<const Region> tissue_regions;
-  std::span<const Interaction> interactions;  // per region, pressure filled in
-  std::span<const double> element_sizes;      // per tetrahedron (m)
-  std::span<const int> regions;               // per tetrahedron
-  const Matrix3X& x_start;                    // at the start of the tick (m)
-  const Matrix3X& x;                          // x_k
-  bool local_compliance = true;               // tissue.local_compliance: all
-  double surface_moved = 0;                   // m, State::surface_moved
+  std::span<const Interaction> interactions;     // per region, pressure filled in
+  std::span<const double> element_sizes;         // per tetrahedron (m)
+  std::span<const int> regions;                  // per tetrahedron
+  const Matrix3X& x_start;                       // at the start of the tick (m)
+  const Matrix3X& x;                             // x_k
+  bool local_compliance = true;                  // tissue.local_compliance: all
+  double surface_moved = 0;                      // m, State::surface_moved
   std::span<const RelaxationStep> relaxation{};  // per region, none where no tissue relaxes
 
   int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
@@ -51,10 +51,12 @@ struct TissueView {
   // Of the skin where that shaft goes through it or, with a tip inside, in; m, likewise. q in N/m, L and length in m.
   double surface_displacement(const MaterialPoint& p, double d, double q, double L) const;
   double mouth_displacement(const MaterialPoint& p, double d, double q, double length) const;
-  // Of the disc of surface over which a tip of diameter d (m) spreads its contact: its radius (m), and what the mesh
+  // Of the disc of surface over which a tip of diameter d (m) spreads its contact: the force f_w (N) for which
+  // it is laid out where the tip bears f (N) and is s (m) below the point, its radius (m) for that, and what the mesh
   // lacks of the dimple's depth; see dimple.h. `behind`: the region behind a border, -1 on the surface of the whole.
-  double contact_radius(const MaterialPoint& p, double d, int behind = -1) const;
-  DimpleSpring dimple_spring(const MaterialPoint& p, double d, int behind = -1) const;
+  double disc_load(const MaterialPoint& p, double d, double f, double s, int behind = -1) const;
+  double contact_radius(const MaterialPoint& p, double d, double f_w, int behind = -1) const;
+  DimpleSpring dimple_spring(const MaterialPoint& p, double d, double f_w, int behind = -1) const;
   // What the mesh lacks of the groove under `length` (m) of a shaft of diameter d (m) that lies on the surface; see
   // groove.h.
   GrooveSpring groove_spring(const MaterialPoint& p, double d, double length) const;

@@ -51,13 +51,13 @@ struct InsertionView {
 // A path vertex alongside the shaft in this tick.
 struct ShaftPoint {
   int vertex = 0;
-  double s = 0;                          // m, along the needle
-  double advance = 0;                    // m, from there to the wall of a mouth or exit (path_wall.h)
-  double owned = 0;                      // m, owned length (owned_lengths.h)
-  double supported = 0;                  // m, supported length; the tip has the rest
-  Vector3 tangent = Vector3::UnitX();    // of the path, unit, towards the end
-  bool mouth = false;                    // the path enters the tissue here,
-  bool exit = false;                     // or leaves it
+  double s = 0;                        // m, along the needle
+  double advance = 0;                  // m, from there to the wall of a mouth or exit (path_wall.h)
+  double owned = 0;                    // m, owned length (owned_lengths.h)
+  double supported = 0;                // m, supported length; the tip has the rest
+  Vector3 tangent = Vector3::UnitX();  // of the path, unit, towards the end
+  bool mouth = false;                  // the path enters the tissue here,
+  bool exit = false;                   // or leaves it
 };
 
 // A length of the shaft that touches a surface beside its path, or may in this tick (shaft_contact.h).
@@ -73,16 +73,16 @@ struct ShaftContact {
 
 // A surface or border that the tip touches, or may reach in this tick.
 struct Obstacle {
-  int region = 0;          // behind the surface
+  int region = 0;  // behind the surface
   SurfacePoint at;
-  MaterialPoint material;  // the same point, of the tetrahedron on the tip's side
-  std::optional<ContactPatch> patch;  // which bears the contact; none at bone inside
-  double rise = 0;                    // m, of the surface at the contact over the patch, along the normal
-  DimpleSpring dimple{};              // under the tip
-  double compliance_along = 0;        // m/N, of the dimple along a border
-  double bears = 0;                   // N, of the tip at the start of the tick; before a border, of its cut
-  double dimple_before = 0;           // m, the dimple's depth under that
-  bool under = true;                  // the tip presses on it, or will in this tick
+  MaterialPoint material;       // the same point, of the tetrahedron on the tip's side
+  ContactPatch patch;           // which bears the contact
+  double rise = 0;              // m, of the surface at the contact over the patch, along the normal
+  DimpleSpring dimple{};        // under the tip
+  double compliance_along = 0;  // m/N, of the dimple along a border
+  double bears = 0;             // N, of the tip at the start of the tick; before a border, of its cut
+  double dimple_before = 0;     // m, the dimple's depth under that
+  bool under = true;            // the tip presses on it, or will in this tick
 };
 
 // A border that holds tips, before one that cuts (obstacle.h, tip_laws.h).
@@ -93,12 +93,12 @@ struct BorderAhead {
 
 // The tip's place in its path: at the end, where it cuts, or back inside, between two vertices.
 struct TipPlace {
-  bool in_tail = false;  // between the last vertex and the end of a path that has one
-  bool at_end = false;   // at the end of its path, not back inside it
-  TissuePoint point;     // of the path, that supports the tip laterally, between
-  int behind = -1;       // this vertex, -1: it is the next one alone,
-  int next = -1;         // and this one, -1: the path's end
-  double supported = 0;  // m, supported length
+  bool in_tail = false;                // between the last vertex and the end of a path that has one
+  bool at_end = false;                 // at the end of its path, not back inside it
+  TissuePoint point;                   // of the path, that supports the tip laterally, between
+  int behind = -1;                     // this vertex, -1: it is the next one alone,
+  int next = -1;                       // and this one, -1: the path's end
+  double supported = 0;                // m, supported length
   Vector3 tangent = Vector3::UnitX();  // of the path there, unit
   Vector3 cutting = Vector3::UnitX();  // cutting direction at the start of the tick, unit
   BorderAhead ahead;                   // along it, at the start of the tick

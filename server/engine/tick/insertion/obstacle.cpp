@@ -10,15 +10,18 @@ namespace acus {
 
 namespace {
 
-// Fills in what depends on the place of an obstacle alone. `behind`: as in TissueView::dimple_spring().
+// Fills in what depends on the place of an obstacle and what it bears. `behind`: as in TissueView::dimple_spring().
 void bear_on_patch(const InsertionView& at, const Surface& surface, int behind, const Insertion& state,
                    Obstacle& obstacle) {
   const double d = at.parameters.outer_diameter;
-  const double radius = at.tissue.contact_radius(obstacle.material, d, behind);
+  const Vector3 tip = at.needle.start_tip() - at.tissue.start_position(obstacle.material);
+  const double below = std::max(0.0, -obstacle.at.normal.dot(tip));
+  const double load = at.tissue.disc_load(obstacle.material, d, obstacle.bears, below, behind);
+  const double radius = at.tissue.contact_radius(obstacle.material, d, load, behind);
   obstacle.patch = make_contact_patch(at.tissue, surface, obstacle.material, radius);
-  obstacle.at.normal = obstacle.patch->normal;
-  obstacle.rise = obstacle.patch->rise;
-  obstacle.dimple = at.tissue.dimple_spring(obstacle.material, d, behind);
+  obstacle.at.normal = obstacle.patch.normal;
+  obstacle.rise = obstacle.patch.rise;
+  obstacle.dimple = at.tissue.dimple_spring(obstacle.material, d, load, behind);
   if (at.tissue.relaxes()) remember(at.tissue.relaxation_of(obstacle.material), *state.memory, obstacle.dimple);
 }
 
@@ -40,13 +43,9 @@ double contact_of(const InsertionView& at, const Obstacle& border, const TipStat
   return std::clamp(border.at.normal.dot(force), tip.contact, most);
 }
 
-// Of what bears the tip, at the start of the tick and now.
-Vector3 place_before(const TissueView& tissue, const Obstacle& obstacle) {
-  return obstacle.patch ? obstacle.patch->middle : tissue.start_position(obstacle.material);
-}
+// Of what bears the tip, now; at the start of the tick it is patch.middle.
 Vector3 place(const TissueView& tissue, const Obstacle& obstacle) {
-  return obstacle.patch ? mean_position(tissue.mesh, tissue.x, obstacle.patch->points)
-                        : tissue.position(obstacle.material);
+  return mean_position(tissue.mesh, tissue.x, obstacle.patch.points);
 }
 
 }  // namespace
@@ -56,10 +55,10 @@ Obstacle surface_ahead(const InsertionView& at, const SurfacePoint& point, const
   obstacle.at = point;
   obstacle.material = at.tissue.surface.material(point);
   obstacle.region = at.tissue.region(obstacle.material);
-  bear_on_patch(at, at.tissue.surface, -1, state, obstacle);
   obstacle.bears = state.tip.contact;
+  bear_on_patch(at, at.tissue.surface, -1, state, obstacle);
   if (obstacle.bears == 0)
-    obstacle.rise = obstacle.at.normal.dot(at.tissue.start_position(obstacle.material) - obstacle.patch->middle);
+    obstacle.rise = obstacle.at.normal.dot(at.tissue.start_position(obstacle.material) - obstacle.patch.middle);
   obstacle.dimple_before = obstacle.dimple.depth(obstacle.bears);
   return obstacle;
 }
@@ -70,18 +69,18 @@ Obstacle border_ahead(const InsertionView& at, int region, const Vector3& p, con
   obstacle.region = region;
   obstacle.at = surface.closest(at.tissue.x, p);
   obstacle.material = surface.material(obstacle.at);
-  const double puncture_force = at.tissue.puncture_force(obstacle.material, region);
-  if (std::isfinite(puncture_force)) bear_on_patch(at, surface, region, state, obstacle);
+  obstacle.bears = contact_of(at, obstacle, state.tip, force_of_tip(at, obstacle, state.tip));
+  bear_on_patch(at, surface, region, state, obstacle);
   const Vector3 force = force_of_tip(at, obstacle, state.tip);
   obstacle.bears = contact_of(at, obstacle, state.tip, force);
   obstacle.dimple_before = obstacle.dimple.depth(obstacle.bears);
-  const double size = std::min(force.norm(), puncture_force);
+  const double size = std::min(force.norm(), at.tissue.puncture_force(obstacle.material, region));
   obstacle.compliance_along = size > 0 ? obstacle.dimple.depth(size) / size : obstacle.dimple.compliance(0);
   return obstacle;
 }
 
 double height_before(const InsertionView& at, const Obstacle& obstacle) {
-  return obstacle.at.normal.dot(at.needle.start_tip() - place_before(at.tissue, obstacle)) - obstacle.rise;
+  return obstacle.at.normal.dot(at.needle.start_tip() - obstacle.patch.middle) - obstacle.rise;
 }
 
 double height(const InsertionView& at, const Obstacle& obstacle) {
@@ -89,8 +88,7 @@ double height(const InsertionView& at, const Obstacle& obstacle) {
 }
 
 Vector3 slip(const InsertionView& at, const Obstacle& obstacle) {
-  return (at.needle.tip().position - at.needle.start_tip()) -
-         (place(at.tissue, obstacle) - place_before(at.tissue, obstacle));
+  return (at.needle.tip().position - at.needle.start_tip()) - (place(at.tissue, obstacle) - obstacle.patch.middle);
 }
 
 BorderAhead border_on_the_way(const InsertionView& at, const Path& path, const Obstacle& border, double height) {

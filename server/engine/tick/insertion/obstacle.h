@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What stops a tip: the tissue's own surface, or the border of a region inside that holds tips (state/borders.h). Both
-// bear it over a patch (contact_patch.h) with a dimple in series (models/dimple.h). Bone inside, whose f_p is infinite,
-// bears it on a point, without a dimple: no tip gets into it.
+// bear it over a patch (contact_patch.h) with a dimple in series (models/dimple.h), however large f_p is.
 //
 // A tip that cuts comes to a border with the force of the cut. From where the border bears the same force (tip_laws.h)
 // it does so in place of the cut: the whole force of the tip is that of its contact and of friction along the border

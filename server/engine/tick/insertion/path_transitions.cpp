@@ -118,8 +118,7 @@ std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obs
   const Vector3 from = tissue.position(path.end);
   // A tip that was under way to the border in this tick bears its cut and the contact together.
   if (state.tip.contact > 0) press_on_border(now.at, obstacle, state.tip);
-  const bool crushed =
-      state.tip.contact > 0 && obstacle.patch && is_crushed(tissue.mesh, tissue.x, obstacle.patch->points);
+  const bool crushed = state.tip.contact > 0 && is_crushed(tissue.mesh, tissue.x, obstacle.patch.points);
   if (now.scratch.puncturing || crushed) {
     if (state.border < 0) now.report(EventKind::contact, obstacle.region, state.tip.contact);
     const double puncture_force = tissue.border(obstacle.material, obstacle.region).puncture_force;
@@ -258,7 +257,8 @@ std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion
     const Vector3 end = tissue.position(path.end);
     const auto border = state.border >= 0 ? std::optional(BorderPlace{state.border, end})
                                           : first_border(tissue, path, end + distance * at.cutting_direction());
-    return border ? border_ahead(at, border->region, border->place, state).patch : std::nullopt;
+    if (!border) return std::nullopt;
+    return border_ahead(at, border->region, border->place, state).patch;
   }
   if (state.phase != Phase::free && state.phase != Phase::through) return std::nullopt;
   const CurvePoint tip = at.needle.tip();
@@ -266,8 +266,9 @@ std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion
   const auto entry = tissue.surface.entry(tissue.x, tip.position, tip.position + distance * tip.tangent);
   if (!entry) return std::nullopt;
   const MaterialPoint centre = tissue.surface.material(*entry);
+  const double d = at.parameters.outer_diameter;
   return make_contact_patch(tissue, tissue.surface, centre,
-                            tissue.contact_radius(centre, at.parameters.outer_diameter));
+                            tissue.contact_radius(centre, d, tissue.disc_load(centre, d, 0, 0)));
 }
 
 int tetrahedron_ahead(const InsertionView& at, const InsertionScratch& scratch, const Insertion& state,

@@ -33,8 +33,10 @@ struct Ahead {
 Ahead ahead_of_tip(const InsertionView& at, const MaterialPoint& end, const Insertion& state) {
   const double d = at.parameters.outer_diameter;
   if (on_border(state)) {
-    const DimpleSpring dimple = at.tissue.dimple_spring(end, d, state.border);
-    return {dimple.depth(state.tip.contact), dimple.radii(state.tip.contact)};
+    const double f = state.tip.contact, below = (at.needle.start_tip() - at.tissue.start_position(end)).norm();
+    const double f_w = at.tissue.disc_load(end, d, f, below, state.border);
+    const DimpleSpring dimple = at.tissue.dimple_spring(end, d, f_w, state.border);
+    return {dimple.depth(f), dimple.radii(f)};
   }
   const double f_c = at.tissue.interaction(end).cutting_force;
   return {state.tip.cutting * at.tissue.tip_compliance(end, d, f_c), at.tissue.tip_radii(end, d, f_c)};

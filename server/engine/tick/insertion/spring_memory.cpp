@@ -45,7 +45,7 @@ void relax_tip(const InsertionView& at, InsertionScratch& scratch) {
 
 // `dimple` is that of the last tick.
 void relax_dimple(const InsertionView& at, InsertionScratch& scratch) {
-  if (!scratch.located.obstacle || !scratch.located.obstacle->patch) return;
+  if (!scratch.located.obstacle) return;
   Obstacle& obstacle = *scratch.located.obstacle;
   SpringMemory& memory = *scratch.next.memory;
   const RelaxationStep& law = at.tissue.relaxation_of(obstacle.material);

@@ -69,7 +69,7 @@ bool press_on_surface(const Transition& now) {
   if (!pressed && touches(state)) now.report(EventKind::release, region, 0);
   state.touched = pressed ? slid_point(now, *obstacle) : MaterialPoint{};
   return obstacle && (now.scratch.puncturing ||
-                      (loaded && is_crushed(now.at.tissue.mesh, now.at.tissue.x, obstacle->patch->points)));
+                      (loaded && is_crushed(now.at.tissue.mesh, now.at.tissue.x, obstacle->patch.points)));
 }
 
 // The first piece of the cut behind the last mouth of a path.

@@ -9,7 +9,7 @@
 //   e f_c = min(e f_c, D + y) where that is above D,   max(e f_c, D - y/2) where it is below.
 //
 // So the tip has the same force and the same place before and after its path's end has come to the border, and the end
-// never moves back. At bone inside D = 0: tip and end come to it together.
+// never moves back.
 //
 // Friction of a sharp tip on a surface. The needle is at the angle theta to the surface normal, its face at beta to its
 // axis. The force of a slender needle acts along it: f cos theta along the normal, f sin theta across. A blunt tip

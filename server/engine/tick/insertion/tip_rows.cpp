@@ -24,7 +24,7 @@ constexpr double kRecoverySpeed = 0.1;  // m/s
 double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const TipState& tip, double recovery) {
   const NeedleView& needle = at.needle;
   const double start = obstacle.dimple_before + height_before(at, obstacle), apart = height(at, obstacle);
-  if (!obstacle.patch || tip.contact == 0) return apart - std::min(0.0, start + recovery * needle.h);
+  if (tip.contact == 0) return apart - std::min(0.0, start + recovery * needle.h);
   // A tip that slides follows hollows and bulges of the surface.
   const double travelled = (needle.tip().position - needle.start_tip()).norm();
   return apart - shrunk(start, kSettlingSpeed * needle.h + travelled);
@@ -32,8 +32,9 @@ double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const Tip
 
 // A row of the tip on the obstacle.
 Row obstacle_row(const InsertionView& at, const Obstacle& obstacle, RowRole role, const Vector3& n) {
-  Row row{.needle = at.needle_index, .role = role, .on_needle = at.needle.tip(), .in_tissue = {obstacle.material, {}, 0}};
-  if (obstacle.patch) row.patch = obstacle.patch->points;
+  Row row{
+      .needle = at.needle_index, .role = role, .on_needle = at.needle.tip(), .in_tissue = {obstacle.material, {}, 0}};
+  row.patch = obstacle.patch.points;
   row.n = n;
   return row;
 }
