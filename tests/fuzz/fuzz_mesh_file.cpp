@@ -7,12 +7,11 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  const std::string text = acus::fuzz::text_of(data + 1, size - 1);
+  const std::string_view text = acus::fuzz::text_of(data + 1, size - 1);
   const bool pair = data[0] != 255;
   const std::size_t first = pair ? std::min<std::size_t>(text.size(), 16 * std::size_t{data[0]}) : text.size();
   try {
-    const acus::RawMesh mesh = acus::read_mesh_bytes(std::string_view(text).substr(0, first), pair ? "a.ele" : "a",
-                                                     std::string_view(text).substr(first));
+    const acus::RawMesh mesh = acus::read_mesh_bytes(text.substr(0, first), pair ? "a.ele" : "a", text.substr(first));
     // What was read is what an answer may hold.
     const acus::RawMesh answer = acus::decode_mesh_answer(acus::encode_mesh(mesh));
     acus::fuzz::require(answer.tetrahedra == mesh.tetrahedra && answer.groups.size() == mesh.groups.size(),

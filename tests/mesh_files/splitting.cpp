@@ -191,7 +191,7 @@ TEST_CASE("a twisted hexahedron is split from its middle, and still matches its 
     with_middle += raw.notes.size() - 1;
     const TetrahedralMesh mesh = with_topology(raw);
     CHECK(mesh.tetrahedron_count() == (raw.notes.size() > 1 ? 18 : 12));
-    CHECK(volume(mesh) > 1.6);
+    CHECK(volume(mesh) > 1.5);  // 1.54 to 1.68, as the sides are bent one way or the other
   }
   CHECK(with_middle > 0);
 }

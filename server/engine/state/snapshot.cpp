@@ -15,7 +15,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "snapshots are little-endian");
 
 // Raised whenever a tick makes something else of the same state.
-constexpr std::uint64_t kPhysics = 3;
+constexpr std::uint64_t kPhysics = 4;
 
 constexpr char kMagic[8] = {'a', 'c', 'u', 's', 's', 'n', 'a', 'p'};
 
