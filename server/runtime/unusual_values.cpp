@@ -30,7 +30,7 @@ constexpr Usual kTissueDensity{"material.density", "kg/m^3", 20, 5000,
 constexpr Usual kPoisson{"material.poisson_ratio", "", 0.05, 0.5,
                          "soft tissue hardly changes its volume: 0.45 to 0.499"};
 constexpr Usual kStiffnessDamping{"material.rayleigh_stiffness", "s", 0, 0.5, "it is in s: 0.01 for 10 ms"};
-constexpr Usual kForce{"", "N", 0, 50, "it is in N: 0.5 for 500 mN; what no needle enters has puncture_force: .inf"};
+constexpr Usual kForceOfLaw{"", "N", 0, 50, "it is in N: 0.5 for 500 mN; what no needle enters has puncture_force: .inf"};
 constexpr Usual kFriction{"", "", 0, 5, "a coefficient of friction is no percentage: 0.3 for 30 %"};
 constexpr Usual kShaftPressure{"interaction.pressure", "Pa", 50, kNoEnd, "it is in Pa: 5e3 for 5 kPa"};
 constexpr Usual kFoundation{"interaction.foundation_stiffness", "Pa", 200, kNoEnd, "it is in Pa: 40e3 for 40 kPa"};
@@ -84,8 +84,8 @@ void compare_tissue(const Region& region, SceneWarnings& found) {
   compare(kTissueDensity, material.density);
   compare(kPoisson, material.poisson_ratio);
   compare(kStiffnessDamping, material.rayleigh_stiffness);
-  if (std::isfinite(law.puncture_force)) compare(kForce, "interaction.puncture_force", law.puncture_force);
-  compare(kForce, "interaction.cutting_force", law.cutting_force);
+  if (std::isfinite(law.puncture_force)) compare(kForceOfLaw, "interaction.puncture_force", law.puncture_force);
+  compare(kForceOfLaw, "interaction.cutting_force", law.cutting_force);
   compare(kFriction, "interaction.friction_static", law.friction_static);
   compare(kFriction, "interaction.friction_dynamic", law.friction_dynamic);
   compare(kFriction, "interaction.friction_contact", law.friction_contact);
@@ -155,7 +155,7 @@ void warn_of_unusual_values(const Scene& scene, SceneWarnings& found) {
     for (const Region& region : scene.tissue.regions) compare_tissue(region, found);
     for (const Interface& each : scene.tissue.interfaces) {
       Comparison compare(each.between + " and " + each.and_, found);
-      if (std::isfinite(each.puncture_force)) compare(kForce, "puncture_force", each.puncture_force);
+      if (std::isfinite(each.puncture_force)) compare(kForceOfLaw, "puncture_force", each.puncture_force);
       compare(kFriction, "friction_contact", each.friction_contact);
     }
     compare_pressures(scene.tissue, found);

@@ -21,9 +21,9 @@ struct MshType {
 // Gmsh numbers the last two middles of a tetrahedron the other way round than the others.
 constexpr ElementType kTetrahedron10{Shape::tetrahedron, 10, {0, 1, 2, 3, 4, 5, 6, 7, 9, 8}};
 
-constexpr ElementType volume(Shape shape, std::size_t nodes) { return {shape, nodes}; }
+constexpr ElementType volume_type(Shape shape, std::size_t nodes) { return {shape, nodes}; }
 
-constexpr std::array<MshType, 43> kTypes{{
+constexpr std::array<MshType, 43> kMshTypes{{
     {15, 1, "points", {}},
     {1, 2, "lines", {}},
     {8, 3, "lines", {}},
@@ -47,26 +47,26 @@ constexpr std::array<MshType, 43> kTypes{{
     {39, 12, "quadrangles", {}},
     {40, 16, "quadrangles", {}},
     {41, 20, "quadrangles", {}},
-    {4, 4, nullptr, volume(Shape::tetrahedron, 4)},
+    {4, 4, nullptr, volume_type(Shape::tetrahedron, 4)},
     {11, 10, nullptr, kTetrahedron10},
-    {29, 20, nullptr, volume(Shape::tetrahedron, 20)},
-    {30, 35, nullptr, volume(Shape::tetrahedron, 35)},
-    {31, 56, nullptr, volume(Shape::tetrahedron, 56)},
-    {5, 8, nullptr, volume(Shape::hexahedron, 8)},
-    {12, 27, nullptr, volume(Shape::hexahedron, 27)},
-    {17, 20, nullptr, volume(Shape::hexahedron, 20)},
-    {92, 64, nullptr, volume(Shape::hexahedron, 64)},
-    {93, 125, nullptr, volume(Shape::hexahedron, 125)},
-    {6, 6, nullptr, volume(Shape::prism, 6)},
-    {13, 18, nullptr, volume(Shape::prism, 18)},
-    {18, 15, nullptr, volume(Shape::prism, 15)},
-    {90, 40, nullptr, volume(Shape::prism, 40)},
-    {91, 75, nullptr, volume(Shape::prism, 75)},
-    {7, 5, nullptr, volume(Shape::pyramid, 5)},
-    {14, 14, nullptr, volume(Shape::pyramid, 14)},
-    {19, 13, nullptr, volume(Shape::pyramid, 13)},
-    {118, 30, nullptr, volume(Shape::pyramid, 30)},
-    {119, 55, nullptr, volume(Shape::pyramid, 55)},
+    {29, 20, nullptr, volume_type(Shape::tetrahedron, 20)},
+    {30, 35, nullptr, volume_type(Shape::tetrahedron, 35)},
+    {31, 56, nullptr, volume_type(Shape::tetrahedron, 56)},
+    {5, 8, nullptr, volume_type(Shape::hexahedron, 8)},
+    {12, 27, nullptr, volume_type(Shape::hexahedron, 27)},
+    {17, 20, nullptr, volume_type(Shape::hexahedron, 20)},
+    {92, 64, nullptr, volume_type(Shape::hexahedron, 64)},
+    {93, 125, nullptr, volume_type(Shape::hexahedron, 125)},
+    {6, 6, nullptr, volume_type(Shape::prism, 6)},
+    {13, 18, nullptr, volume_type(Shape::prism, 18)},
+    {18, 15, nullptr, volume_type(Shape::prism, 15)},
+    {90, 40, nullptr, volume_type(Shape::prism, 40)},
+    {91, 75, nullptr, volume_type(Shape::prism, 75)},
+    {7, 5, nullptr, volume_type(Shape::pyramid, 5)},
+    {14, 14, nullptr, volume_type(Shape::pyramid, 14)},
+    {19, 13, nullptr, volume_type(Shape::pyramid, 13)},
+    {118, 30, nullptr, volume_type(Shape::pyramid, 30)},
+    {119, 55, nullptr, volume_type(Shape::pyramid, 55)},
 }};
 
 class MshReader {
@@ -264,7 +264,7 @@ class MshReader {
   }
 
   const MshType& type_of(std::int64_t number) {
-    for (const MshType& type : kTypes)
+    for (const MshType& type : kMshTypes)
       if (type.number == number) return type;
     file_.fail("expected an element type that Gmsh knows, found " + std::to_string(number));
   }

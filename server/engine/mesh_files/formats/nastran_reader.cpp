@@ -16,7 +16,7 @@ struct CardType {
   std::array<std::size_t, 2> nodes;
 };
 
-constexpr std::array<CardType, 5> kVolumes{{
+constexpr std::array<CardType, 5> kSolidCards{{
     {"CTETRA", Shape::tetrahedron, {4, 10}},
     {"CPYRAM", Shape::pyramid, {5, 13}},
     {"CPYRA", Shape::pyramid, {5, 13}},
@@ -24,7 +24,7 @@ constexpr std::array<CardType, 5> kVolumes{{
     {"CHEXA", Shape::hexahedron, {8, 20}},
 }};
 
-constexpr std::array<std::pair<std::string_view, const char*>, 10> kFlat{{
+constexpr std::array<std::pair<std::string_view, const char*>, 10> kFlatCards{{
     {"CTRIA", "triangles"},
     {"CQUAD", "quadrangles"},
     {"CSHEAR", "quadrangles"},
@@ -135,9 +135,9 @@ class NastranReader {
     if (card_.name == "INCLUDE" || card_.name.starts_with("INCLUDE"))
       file_.fail_at(card_.at, "included files are not read; put all cards into one file");
     if (card_.name == "GRDSET" && !field(1).empty() && field(1) != "0") refuse_system();
-    for (const CardType& type : kVolumes)
+    for (const CardType& type : kSolidCards)
       if (card_.name == type.name) return take_element(type);
-    for (const auto& [name, kind] : kFlat)
+    for (const auto& [name, kind] : kFlatCards)
       if (card_.name.starts_with(name)) ++contents_.left_out[kind];
   }
 

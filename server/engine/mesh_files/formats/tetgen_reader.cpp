@@ -6,7 +6,7 @@
 namespace acus {
 namespace {
 
-void read_nodes(std::string_view bytes, MeshContents& contents) {
+void read_tetgen_nodes(std::string_view bytes, MeshContents& contents) {
   FileText file(bytes, '#');
   const std::size_t nodes = file.count("the number of nodes");
   if (file.count("the dimension") != 3) file.fail("expected dimension 3");
@@ -32,7 +32,7 @@ MeshContents read_tetgen(std::string_view elements, std::string_view nodes) {
   MeshContents contents;
   contents.format = "TetGen";
   try {
-    read_nodes(nodes, contents);
+    read_tetgen_nodes(nodes, contents);
   } catch (const MeshError& error) {
     throw MeshError(std::string("in the .node file: ") + error.what());
   }

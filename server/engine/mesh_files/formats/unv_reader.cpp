@@ -10,7 +10,7 @@ namespace acus {
 namespace {
 
 // Nodes of a quadratic element go around each face, with those between corners in their places.
-constexpr std::array<std::pair<std::int64_t, ElementType>, 8> kVolumes{{
+constexpr std::array<std::pair<std::int64_t, ElementType>, 8> kUnvVolumes{{
     {111, {Shape::tetrahedron, 4}},
     {118, {Shape::tetrahedron, 10, {0, 2, 4, 9, 1, 3, 5, 6, 7, 8}}},
     {312, {Shape::pyramid, 5}},
@@ -112,7 +112,7 @@ class UnvReader {
     std::vector<std::int64_t> its_nodes;
     for (std::size_t i = 0; i < nodes; ++i) its_nodes.push_back(file_.integer("a node of the element"));
     file_.expect_line_end("the element's nodes");
-    for (const auto& [known, volume] : kVolumes)
+    for (const auto& [known, volume] : kUnvVolumes)
       if (known == type) return add(record, volume, its_nodes);
     if (type > 100 && type < 120)
       file_.fail_at(at, "solid elements of type " + std::to_string(type) +

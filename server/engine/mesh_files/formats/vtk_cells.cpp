@@ -16,7 +16,7 @@ struct VtkType {
   ElementType volume;
 };
 
-constexpr std::array<VtkType, 40> kTypes{{
+constexpr std::array<VtkType, 40> kVtkTypes{{
     {0, 0, "empty cells", {}},
     {1, 1, "points", {}},
     {2, 0, "points", {}},
@@ -61,8 +61,8 @@ constexpr std::array<VtkType, 40> kTypes{{
 
 std::string cell_name(std::size_t cell) { return "cell " + std::to_string(cell); }
 
-const VtkType& type_of(std::int64_t number, std::size_t cell) {
-  for (const VtkType& type : kTypes)
+const VtkType& vtk_type(std::int64_t number, std::size_t cell) {
+  for (const VtkType& type : kVtkTypes)
     if (type.number == number) return type;
   const std::string which = number == 42 ? " (polyhedron)" : "";
   throw MeshError(cell_name(cell) + " is of VTK's type " + std::to_string(number) + which +
@@ -72,7 +72,7 @@ const VtkType& type_of(std::int64_t number, std::size_t cell) {
 // Adds one cell; returns its element, or -1 of a cell without volume.
 int add_cell(std::int64_t number, std::size_t cell, std::span<const std::int64_t> points, std::int64_t first_node,
              MeshContents& contents) {
-  const VtkType& type = type_of(number, cell);
+  const VtkType& type = vtk_type(number, cell);
   if (type.nodes != 0 && points.size() != type.nodes)
     throw MeshError(cell_name(cell) + ", of VTK's type " + std::to_string(number) + ", has " +
                     std::to_string(points.size()) + " points, expected " + std::to_string(type.nodes));
