@@ -2,11 +2,8 @@
 #include "server/runtime/region_resolution.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -80,29 +77,24 @@ struct Selected {
   double cell() const { return std::cbrt(6 * volume / static_cast<double>(tetrahedra.size())); }
 };
 
-int root_of(std::vector<int>& parents, int i) {
-  while (parents[i] != i) i = parents[i] = parents[parents[i]];
-  return i;
-}
-
 int count_pieces(const TetrahedralMesh& mesh, const std::vector<int>& tetrahedra) {
-  std::vector<int> parents(tetrahedra.size());
-  std::iota(parents.begin(), parents.end(), 0);
-  std::map<std::array<int, 3>, int> owner_of;
-  int pieces = static_cast<int>(tetrahedra.size());
-  for (int i = 0; i < static_cast<int>(tetrahedra.size()); ++i)
-    for (int skipped = 0; skipped < 4; ++skipped) {
-      std::array<int, 3> face{};
-      for (int corner = 0, at = 0; corner < 4; ++corner)
-        if (corner != skipped) face[at++] = mesh.tetrahedra[tetrahedra[i]][corner];
-      std::sort(face.begin(), face.end());
-      const auto [owner, is_new] = owner_of.emplace(face, i);
-      if (is_new) continue;
-      const int a = root_of(parents, owner->second), b = root_of(parents, i);
-      if (a == b) continue;
-      parents[a] = b;
-      --pieces;
+  std::vector<bool> left(mesh.tetrahedra.size());
+  for (const int t : tetrahedra) left[t] = true;
+  int pieces = 0;
+  std::vector<int> reached;
+  const auto reach = [&](int t) {
+    if (t < 0 || !left[t]) return;
+    left[t] = false;
+    reached.push_back(t);
+  };
+  for (const int t : tetrahedra) {
+    pieces += left[t];
+    for (reach(t); !reached.empty();) {
+      const int at = reached.back();
+      reached.pop_back();
+      for (const int neighbour : mesh.neighbours[at]) reach(neighbour);
     }
+  }
   return pieces;
 }
 

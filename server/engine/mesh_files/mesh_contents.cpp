@@ -8,8 +8,8 @@ namespace acus {
 void MeshContents::add_element(const ElementType& type, std::int64_t number, std::size_t at,
                                std::span<const std::int64_t> its_nodes) {
   MeshElement element{number, at, type.shape, type.quadratic(), type.has_middles(), {}};
-  const std::size_t kept = type.has_middles() ? 10 : corner_count(type.shape);
-  for (std::size_t i = 0; i < kept; ++i) element.nodes[i] = its_nodes[type.order[i]];
+  const std::span<std::int64_t> kept = element.used_nodes();
+  for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = its_nodes[type.order[i]];
   elements.push_back(element);
 }
 

@@ -49,6 +49,8 @@ struct MeshElement {
   bool quadratic;
   bool has_middles;
   std::array<std::int64_t, 10> nodes;  // corners, then the middles of a tetrahedron's edges
+
+  std::span<std::int64_t> used_nodes() { return std::span(nodes).first(has_middles ? 10 : corner_count(shape)); }
 };
 
 struct MeshContents {

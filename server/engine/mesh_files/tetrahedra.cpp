@@ -54,8 +54,7 @@ void check_element_numbers(const FileText& file, const std::vector<MeshElement>&
 void resolve_nodes(const FileText& file, const std::vector<MeshNode>& nodes, std::vector<MeshElement>& elements) {
   const auto before = [](const MeshNode& node, std::int64_t number) { return node.number < number; };
   for (MeshElement& element : elements) {
-    const std::size_t used = element.has_middles ? 10 : corner_count(element.shape);
-    for (std::int64_t& number : std::span(element.nodes).first(used)) {
+    for (std::int64_t& number : element.used_nodes()) {
       const auto found = std::lower_bound(nodes.begin(), nodes.end(), number, before);
       if (found == nodes.end() || found->number != number)
         file.fail_at(element.at, "the element names node " + std::to_string(number) + ", which is not in the file");
@@ -226,10 +225,16 @@ void tell_split(const MeshContents& contents, const Splitter& done, bool use_mid
     mesh.notes.push_back("nodes between corners of " + std::to_string(quadratic) + " elements left out");
 }
 
-void tell_left_out(const MeshContents& contents, RawMesh& mesh) {
+// "3 lines, 2 triangles"
+std::string list_left_out(const MeshContents& contents) {
   std::string text;
   for (const auto& [kind, count] : contents.left_out)
     text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + kind;
+  return text;
+}
+
+void tell_left_out(const MeshContents& contents, RawMesh& mesh) {
+  const std::string text = list_left_out(contents);
   if (!text.empty()) mesh.notes.push_back("not needed: " + text);
   mesh.notes.insert(mesh.notes.end(), contents.remarks.begin(), contents.remarks.end());
 }
@@ -271,9 +276,7 @@ void convert_groups(std::vector<MeshGroup> groups, const std::vector<int>& eleme
 }
 
 [[noreturn]] void refuse_without_volume(const MeshContents& contents) {
-  std::string found;
-  for (const auto& [kind, count] : contents.left_out)
-    found += (found.empty() ? "" : ", ") + std::to_string(count) + " " + kind;
+  const std::string found = list_left_out(contents);
   throw MeshError("expected tetrahedra, hexahedra, prisms or pyramids, found " + (found.empty() ? "none" : found) +
                   "; fill the surface with tetrahedra, for instance with Gmsh (gmsh -3) or TetGen, and save those");
 }

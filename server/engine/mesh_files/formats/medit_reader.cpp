@@ -164,9 +164,7 @@ class MeditReader {
 
 MeshContents read_medit(std::string_view bytes) {
   MeditReader reader(bytes);
-  return bytes.starts_with('M') || bytes.size() < 4 || FileText(bytes).peek().starts_with("MeshVersion")
-             ? reader.read_text()
-             : reader.read_binary();
+  return FileText(bytes).peek().starts_with("MeshVersion") ? reader.read_text() : reader.read_binary();
 }
 
 }  // namespace acus

@@ -127,11 +127,9 @@ class VtuReader {
   void join_equal_points() {
     std::map<std::array<double, 3>, std::int64_t> first;
     for (const MeshNode& node : contents_.nodes) first.try_emplace(node.x, node.number);
-    for (MeshElement& element : contents_.elements) {
-      const std::size_t used = element.has_middles ? 10 : corner_count(element.shape);
-      for (std::int64_t& node : std::span(element.nodes).first(used))
+    for (MeshElement& element : contents_.elements)
+      for (std::int64_t& node : element.used_nodes())
         node = first.at(contents_.nodes[static_cast<std::size_t>(node)].x);
-    }
   }
 
   static std::size_t number(const pugi::xml_node& piece, const char* attribute) {
