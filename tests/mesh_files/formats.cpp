@@ -113,6 +113,16 @@ TEST_CASE("Abaqus' parts are placed by their instances") {
   CHECK(find_group(mesh, "Left.Core")->members == std::vector<int>{0});
   CHECK(find_group(mesh, "Right.far")->members == std::vector<int>{1});
   CHECK(find_group(mesh, "Right")->members == std::vector<int>{1});
+  const std::string outside =
+      "*Node\n1, 0, 0, 9\n2, 1, 0, 9\n3, 0, 1, 9\n4, 0, 0, 8\n*Element, type=C3D4, elset=Free\n"
+      "1, 1, 2, 3, 4\n";
+  const std::string alone =
+      "*Part, name=Alone" + text.substr(text.find('\n'), text.find("*Elset") - text.find('\n')) + "*End Part\n";
+  const RawMesh with_more = read_text(alone + text + outside);
+  CHECK(with_more.coordinates.size() == 36);
+  CHECK(find_group(with_more, "Right.far")->members == std::vector<int>{1});
+  CHECK(find_group(with_more, "Free")->members == std::vector<int>{2});
+  CHECK(with_more.notes == std::vector<std::string>{"not needed: 1 elements of part ALONE, which has no instance"});
   CHECK(error_of("*NODE\n1,0,0,0\n*INCLUDE, INPUT=a.inp\n") ==
         "line 3: *INCLUDE is not read; list all nodes and elements in one file");
   CHECK(error_of("*NODE\n1,0,0,0\n*ELEMENT, TYPE=C3D4\n1,1,1,1\n*STEP\n") ==

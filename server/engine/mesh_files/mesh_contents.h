@@ -58,7 +58,7 @@ struct MeshContents {
   std::vector<MeshNode> nodes;
   std::vector<MeshElement> elements;
   std::vector<MeshGroup> groups;                // of elements
-  std::map<std::string, std::size_t> left_out;  // elements without volume: how many of each kind
+  std::map<std::string, std::size_t> left_out;  // elements without volume or place: how many of each kind
   std::vector<std::string> remarks;             // what else of the file was left out
 
   // `nodes` has as many as the type.

@@ -286,17 +286,34 @@ class AbaqusReader {
   // ---- All parts in one
 
   void assemble() {
-    if (instances_.empty())
-      for (std::size_t part = 0; part < parts_.size(); ++part)
-        if (!parts_[part].elements.empty()) instances_.push_back({part, parts_[part].name, {}, {}});
+    place_parts();
     const bool several = instances_.size() > 1;
     for (const Instance& instance : instances_) {
       const int first = static_cast<int>(contents_.elements.size());
+      const bool named = several && !instance.name.empty();
       append(instance);
-      append_sets(parts_[instance.part].sets, first, several ? instance.name + "." : "");
-      append_sets(instance.sets, first, several ? instance.name + "." : "");
-      if (several) append_sets({{"", {instance.name, every_element(instance)}}}, first, "");
+      append_sets(parts_[instance.part].sets, first, named ? instance.name + "." : "");
+      append_sets(instance.sets, first, named ? instance.name + "." : "");
+      if (named) append_sets({{"", {instance.name, every_element(instance)}}}, first, "");
     }
+  }
+
+  // What stands outside of all parts is there once; a part is where its instances place it, without any in a file of
+  // none.
+  void place_parts() {
+    const bool placed = !instances_.empty();
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      if (parts_[part].elements.empty()) continue;
+      if (part == 0 || !placed)
+        instances_.push_back({part, parts_[part].name, {}, {}});
+      else if (!is_placed(part))
+        contents_.left_out["elements of part " + parts_[part].name + ", which has no instance"] =
+            parts_[part].elements.size();
+    }
+  }
+
+  bool is_placed(std::size_t part) const {
+    return std::any_of(instances_.begin(), instances_.end(), [&](const Instance& i) { return i.part == part; });
   }
 
   std::vector<int> every_element(const Instance& instance) const {
