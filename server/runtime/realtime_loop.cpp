@@ -17,7 +17,6 @@ constexpr int kIdleCheck = 100;             // ms between two looks at the stop 
 constexpr std::int64_t kNear = 50'000'000;  // ns to a deadline, for which nothing but the clock is looked at
 constexpr int kIdleSlice = 20;              // ms between two looks at the stop flag on the way to a far deadline
 constexpr std::uint32_t kGaveWay = kStepsCapped | kIterationsCapped | kPublishingReduced;
-constexpr TopicSet kShapes = bit(Topic::needle) | bit(Topic::tissue);
 
 double seconds_between(std::int64_t from, std::int64_t to) { return static_cast<double>(to - from) / kNanoseconds; }
 
@@ -38,7 +37,12 @@ CommandLimits command_limits_of(const LoadedScene& world, bool lockstep) {
 }  // namespace
 
 RealtimeLoop::RealtimeLoop(std::unique_ptr<LoadedScene> world, const LoopOptions& options, Link& link)
-    : world_(std::move(world)), options_(options), link_(link), overrun_(overrun_policy_of(*world_)), paused_(options.paused) {
+    : world_(std::move(world)),
+      options_(options),
+      link_(link),
+      overrun_(overrun_policy_of(*world_)),
+      thinning_(world_->simulation.scene().overrun.publish_every),
+      paused_(options.paused) {
   link_.tick.store(world_->simulation.report().tick, std::memory_order_relaxed);
   watch_commands();
 }
@@ -93,9 +97,10 @@ void RealtimeLoop::keep_time(const TickTiming& timing, std::int64_t now) {
   punctuality_.woke.add(timing.woke);
   punctuality_.ended.add(timing.ended);
   punctuality_.late += timing.late ? 1 : 0;
-  const TopicSet wanted = link_.wanted.load(std::memory_order_relaxed);
-  punctuality_.economized += flags(world_->simulation.report(), wanted) & kGaveWay ? 1 : 0;
-  world_->simulation.economize(overrun_.update(now, timing.overran(world_->hello.time_step)));
+  punctuality_.economized += flags(world_->simulation.report()) & kGaveWay ? 1 : 0;
+  const bool overran = timing.overran(world_->hello.time_step);
+  world_->simulation.economize(overrun_.update(now, overran));
+  thinning_.end(overran);
 }
 
 void RealtimeLoop::run_on_requests() {
@@ -162,6 +167,7 @@ void RealtimeLoop::carry_out(request::Step& step) {
 void RealtimeLoop::begin_epoch(NewEpoch& next) {
   epoch_ = next.number;
   overrun_ = overrun_policy_of(*world_);
+  thinning_ = ShapeThinning(world_->simulation.scene().overrun.publish_every);
   for (CommandMonitor& watch : monitors_) watch.begin_epoch();
   origins_.assign(monitors_.size(), {});
   record_epoch(next.box);
@@ -286,11 +292,12 @@ void RealtimeLoop::take_commands() {
 void RealtimeLoop::publish() {
   const TopicSet wanted = link_.wanted.load(std::memory_order_relaxed);
   const TickReport& report = world_->simulation.report();
-  if (wanted & bit(Topic::force)) publish_forces(report, wanted);
+  const TopicSet shapes = thinning_.begin(wanted & due_shapes(report.tick));
+  if (wanted & bit(Topic::force)) publish_forces(report);
   if (wanted & bit(Topic::event)) publish_events(report);
   if (wanted & (bit(Topic::force) | bit(Topic::event))) link_.to_sockets.signal();
-  if (wanted & bit(Topic::haptics)) publish_haptics(report, wanted);
-  if (wanted & kShapes) publish_shapes(report, wanted);
+  if (wanted & bit(Topic::haptics)) publish_haptics(report);
+  if (shapes) publish_shapes(shapes);
   if (wanted & bit(Topic::stats)) keep_full_second(report);
 }
 
@@ -303,46 +310,44 @@ void RealtimeLoop::keep_full_second(const TickReport& report) {
   second.full.store(true, std::memory_order_release);
 }
 
-// Of so many shapes that the scene asks for, one goes out.
-std::uint64_t RealtimeLoop::shape_decimation() const {
-  const int every = world_->simulation.scene().overrun.publish_every;
-  return overrun_.economizing() ? static_cast<std::uint64_t>(every) : 1;
+TopicSet RealtimeLoop::due_shapes(std::uint64_t tick) const {
+  const bool needles = tick % world_->needle_frame_ticks == 0, tissue = tick % world_->tissue_frame_ticks == 0;
+  return (needles ? bit(Topic::needle) : 0) | (tissue ? bit(Topic::tissue) : 0);
 }
 
-// With what the loop, not the simulation, left out, if anybody misses it.
-std::uint32_t RealtimeLoop::flags(const TickReport& report, TopicSet wanted) const {
-  const bool reduced = wanted & kShapes && shape_decimation() > 1;
-  return reduced ? report.flags | kPublishingReduced : report.flags;
+// With what the loop, not the simulation, left out.
+std::uint32_t RealtimeLoop::flags(const TickReport& report) const {
+  return thinning_.left_out() ? report.flags | kPublishingReduced : report.flags;
 }
 
-ForceRecord RealtimeLoop::force_record(std::size_t needle, TopicSet wanted) const {
+ForceRecord RealtimeLoop::force_record(std::size_t needle) const {
   const TickReport& report = world_->simulation.report();
   return {epoch_,
           report.tick,
           report.time,
           origins_[needle],
           monitors_[needle],
-          flags(report, wanted),
+          flags(report),
           report.solver,
           static_cast<int>(needle),
           report.needles[needle]};
 }
 
-void RealtimeLoop::publish_forces(const TickReport& report, TopicSet wanted) {
+void RealtimeLoop::publish_forces(const TickReport& report) {
   for (std::size_t i = 0; i < report.needles.size(); ++i) {
     Record* record = room_in(link_.records);
     if (!record) continue;
-    *record = force_record(i, wanted);
+    *record = force_record(i);
     link_.records.commit();
   }
 }
 
-void RealtimeLoop::publish_haptics(const TickReport& report, TopicSet wanted) {
+void RealtimeLoop::publish_haptics(const TickReport& report) {
   const std::span<const BaseStiffness> stiffnesses = world_->simulation.base_stiffnesses();
   for (std::size_t i = 0; i < report.needles.size(); ++i) {
     Record* record = room_in(link_.records);
     if (!record) continue;
-    *record = HapticRecord{force_record(i, wanted), stiffnesses[i]};
+    *record = HapticRecord{force_record(i), stiffnesses[i]};
     link_.records.commit();
   }
   link_.to_sockets.signal();
@@ -363,22 +368,16 @@ void RealtimeLoop::publish_tick(const TickTiming& timing) {
   Record* record = room_in(link_.records);
   if (!record) return;
   const TickReport& report = world_->simulation.report();
-  *record =
-      TickRecord{timing,          flags(report, wanted), report.rows,         report.sweeps, report.newton_iterations,
-                 report.residual, report.imbalance,      report.largest_force};
+  *record = TickRecord{timing,          flags(report),    report.rows,         report.sweeps, report.newton_iterations,
+                       report.residual, report.imbalance, report.largest_force};
   link_.records.commit();
   if (!(wanted & bit(Topic::force))) link_.to_sockets.signal();  // else it goes along with the next force
 }
 
-void RealtimeLoop::publish_shapes(const TickReport& report, TopicSet wanted) {
-  const auto due = [&](Topic topic, std::uint64_t ticks_between) {
-    return wanted & bit(topic) && report.tick % (ticks_between * shape_decimation()) == 0;
-  };
-  const bool needles = due(Topic::needle, world_->needle_frame_ticks);
-  const bool tissue = due(Topic::tissue, world_->tissue_frame_ticks);
-  if (needles) publish_needles();
-  if (tissue) publish_tissue();
-  if (needles || tissue) link_.to_sockets.signal();
+void RealtimeLoop::publish_shapes(TopicSet topics) {
+  if (topics & bit(Topic::needle)) publish_needles();
+  if (topics & bit(Topic::tissue)) publish_tissue();
+  link_.to_sockets.signal();
 }
 
 void RealtimeLoop::publish_needles() {

@@ -15,12 +15,13 @@
 #include "server/runtime/delay_histogram.h"
 #include "server/runtime/link.h"
 #include "server/runtime/overrun_policy.h"
+#include "server/runtime/shape_thinning.h"
 
 namespace acus {
 
 struct LoopOptions {
   bool lockstep = false;
-  bool paused = false;  // until `resume`; not in lockstep
+  bool paused = false;                                                  // until `resume`; not in lockstep
   std::uint64_t max_ticks = std::numeric_limits<std::uint64_t>::max();  // after which the loop ends
 };
 
@@ -74,17 +75,17 @@ class RealtimeLoop {
   bool allow(int body, Command& command);
   void keep_time(const TickTiming& timing, std::int64_t now);
   void publish();
-  ForceRecord force_record(std::size_t needle, TopicSet wanted) const;
-  void publish_forces(const TickReport& report, TopicSet wanted);
-  void publish_haptics(const TickReport& report, TopicSet wanted);
+  ForceRecord force_record(std::size_t needle) const;
+  void publish_forces(const TickReport& report);
+  void publish_haptics(const TickReport& report);
   void publish_events(const TickReport& report);
-  void publish_shapes(const TickReport& report, TopicSet wanted);
+  void publish_shapes(TopicSet topics);
   void publish_needles();
   void keep_full_second(const TickReport& report);
   void publish_tissue();
   void publish_tick(const TickTiming& timing);
-  std::uint32_t flags(const TickReport& report, TopicSet wanted) const;
-  std::uint64_t shape_decimation() const;
+  std::uint32_t flags(const TickReport& report) const;
+  TopicSet due_shapes(std::uint64_t tick) const;
 
   // Room for one more; null if there is none, in lockstep only when the loop shall stop.
   template <class T>
@@ -96,10 +97,11 @@ class RealtimeLoop {
   std::unique_ptr<LoadedScene> world_;
   const LoopOptions options_;
   Link& link_;
-  std::vector<CommandMonitor> monitors_;  // per needle, then per guide
-  std::vector<CommandOrigin> origins_;  // likewise, of the newest command
+  std::vector<CommandMonitor> monitors_;                 // per needle, then per guide
+  std::vector<CommandOrigin> origins_;                   // likewise, of the newest command
   std::array<const EpochCommand*, kMaxBodies> taken_{};  // commands for an epoch that has not begun yet
   OverrunPolicy overrun_;
+  ShapeThinning thinning_;
   Recorder* recorder_ = nullptr;  // if there is one,
   StateBox* box_ = nullptr;       // and its newest box
   Hasher hasher_;

@@ -122,7 +122,7 @@ TEST_CASE("nothing is packed or recorded for topics that nobody listens to") {
   CHECK(after_ticks(bit(Topic::force) | bit(Topic::tissue)) == Ready{ticks, 0, answers, 0, shapes});
 }
 
-TEST_CASE("from the tick after one that took too long, fewer shapes go out, flags say so, and forces go out as before" *
+TEST_CASE("after a tick that took too long shapes are left out, flags say so, and forces go out as before" *
           doctest::test_suite("gate")) {
   constexpr std::uint64_t kManyTicks = 20;
   auto owned = heavy_world();
@@ -134,25 +134,32 @@ TEST_CASE("from the tick after one that took too long, fewer shapes go out, flag
   RealtimeLoop loop(std::move(owned), {.max_ticks = kManyTicks}, link);
   loop.run();
 
-  std::uint64_t first_long = 0, tick = 0;
+  std::uint64_t tick = 0, left = 0;  // left: shapes that are yet to be left out
+  std::vector<std::uint64_t> packed;
   for (; const Record* record = link.records.readable(); link.records.release()) {
     if (const auto* force = std::get_if<ForceRecord>(record)) {
       CHECK(force->tick == ++tick);
-      CHECK(((force->flags & kPublishingReduced) != 0) == (first_long > 0));
+      CHECK(((force->flags & kPublishingReduced) != 0) == (left > 0));
     } else {
       const TickTiming& timing = std::get<TickRecord>(*record).timing;
-      if (first_long == 0 && timing.overran(time_step)) first_long = tick;
+      if (left > 0) {
+        --left;
+        continue;
+      }
+      packed.push_back(tick);
+      if (timing.overran(time_step)) left = every - 1;
     }
   }
   CHECK(tick == kManyTicks);
-  REQUIRE(first_long > 0);
+  CHECK(packed.size() < kManyTicks);
   CHECK(link.overruns > 0);
   CHECK(loop.punctuality().late > 0);
-  CHECK(loop.punctuality().economized == kManyTicks - first_long);
+  CHECK(loop.punctuality().economized >= kManyTicks - packed.size());
   CHECK(loop.punctuality().ended.count() == kManyTicks);
-  for (; const NeedleFrame* frame = world.needle_frames.readable(); world.needle_frames.release()) {
-    if (frame->shape.tick > first_long) CHECK(frame->shape.tick % every == 0);
-  }
+  std::vector<std::uint64_t> shapes;
+  for (; const NeedleFrame* frame = world.needle_frames.readable(); world.needle_frames.release())
+    shapes.push_back(frame->shape.tick);
+  CHECK(shapes == packed);
 }
 
 TEST_CASE("a reset begins with everything that the scene asks for" * doctest::test_suite("gate")) {
@@ -165,17 +172,17 @@ TEST_CASE("a reset begins with everything that the scene asks for" * doctest::te
     ask(link, request::Reset{{1, nullptr}});
   }
 
-  std::uint32_t last_before = 0;  // the flags of the last tick before the reset
+  std::uint32_t before = 0;  // the flags of all ticks before the reset
   int first_ticks = 0;
   for (; const Record* record = link.records.readable(); link.records.release()) {
     const auto* force = std::get_if<ForceRecord>(record);
     if (!force) continue;
-    if (force->epoch == 0) last_before = force->flags;
+    if (force->epoch == 0) before |= force->flags;
     if (force->epoch == 0 || force->tick > 1) continue;
     CHECK((force->flags & kPublishingReduced) == 0);
     ++first_ticks;
   }
-  CHECK((last_before & kPublishingReduced) != 0);
+  CHECK((before & kPublishingReduced) != 0);
   CHECK(first_ticks == 1);
 }
 
