@@ -17,7 +17,7 @@ from small_scene import InTemporaryFolder
 import acus  # noqa: E402
 from acus import engine, rotation, study  # noqa: E402
 from acus.env.scenes import steering  # noqa: E402
-from acus.plan import approach, candidates, planner, shapes, tissue, uncertain  # noqa: E402
+from acus.plan import approach, candidates, entries, planner, question, shapes, tissue, uncertain  # noqa: E402
 from acus.study.case import Models  # noqa: E402
 
 TOP = 0.06  # m, z of the surface
@@ -222,6 +222,53 @@ class Insertions(OfPlans):
         np.testing.assert_allclose(uncertain.wilson(8, 10), (0.4902, 0.9433), atol=1e-4)
         self.assertEqual(uncertain.wilson(0, 10)[0], 0)
         self.assertEqual(uncertain.wilson(10, 10)[1], 1)
+
+
+# ---- Corridors ----
+
+
+class Corridors(OfPlans):
+    """A plate that no force punctures lies above the target, but for a strip of 15 mm; half of the strip is to be avoided."""
+
+    TARGET = (0.02, 0.0, -0.02)
+
+    def setUp(self):
+        super().setUp()
+        plate = {"name": "plate", "box": {"min": [-math.inf, -math.inf, 0.0], "max": [0.02, math.inf, 0.03]},
+                 "interaction": {"puncture_force": math.inf}}
+        self.scene.add("tissue.regions", plate)
+        self.model = MODELS.load(self.scene)
+
+    def problem(self, avoid=None, entry_region=None):
+        return question.problem_of(self.scene, self.model, self.model.needles[0], self.TARGET, entry_region, avoid, 0.6, 2e-3)
+
+    def test_ways_through_what_cannot_be_passed_are_left_out(self):
+        for avoid in (None, {"half": {"box": {"min": [-math.inf, -math.inf, 0.0], "max": [math.inf, 0.0, math.inf]}}}):
+            problem = self.problem(avoid)
+            found = entries.entries_of(problem, 6, 0)
+            self.assertGreaterEqual(len(found), 3)
+            for entry in found:
+                self.assertGreater(problem.corridor(entry), 0)
+                self.assertGreater(entry[0], 0.02)
+                if avoid:
+                    self.assertGreater(entry[1], 0)
+            self.assertLess(problem.corridor(np.array([0.0, 0.0, TOP])), 0)
+
+    def test_the_widest_ways_count_as_long_as_there_are_enough(self):
+        points, free = np.arange(30.0).reshape(10, 3), np.array([-1, 0.5, 1.5, 3, 5, 6, 7, 8, -2, 9]) * 1e-3
+        self.assertEqual(len(entries.widest(points, free, 5)), 5)
+        self.assertEqual(len(entries.widest(points, free, 6)), 6)
+        self.assertEqual(len(entries.widest(points, free, 20)), 8)
+        self.assertEqual(len(entries.widest(points, -np.abs(free), 5)), 10)
+
+    def test_where_no_way_is_free_all_stay(self):
+        problem = self.problem(entry_region={"cylinder": {"from": [0, 0, 0.05], "to": [0, 0, 0.07], "radius": 0.01}})
+        self.assertTrue(len(entries.entries_of(problem, 4, 0)))
+
+    def test_the_target_and_what_is_to_be_avoided_stand_once_among_the_walls(self):
+        names = [name for name, _ in self.problem(["plate"]).walls]
+        self.assertEqual(names, ["plate"])
+        self.assertEqual([name for name, _ in self.problem().walls], ["plate"])
 
 
 # ---- Plans ----

@@ -8,6 +8,7 @@ next simulation tells.
 
 import dataclasses
 import json
+import math
 
 import numpy as np
 
@@ -20,6 +21,7 @@ BEND = 0.1  # m of clearance that a metre between the straight line and the targ
 FORCE = 1e-4  # m of clearance that a newton costs
 ON_SURFACE = 1e-6  # m
 EVEN, STEEPEST = 3e-3, 3.0  # m around an entry, where the surface is not farther from it than so many times that
+LOOK, LOOK_FOR = 2e-3, 5e-3  # m between the points of a straight way that are looked at; how far around them
 SLIP = 4e-3  # m: a tip that enters farther from its line has slipped
 MISS = 0.5  # likewise a metre of miss, which the next correction mends for the most part
 
@@ -39,6 +41,7 @@ class Problem:
     radius: float  # m, to hit within
     longest: float
     needle_radius: float
+    walls: tuple = ()  # of (name, Place): what the needle shall not or cannot pass
 
     def allows(self, candidate):
         return (self.lies_in_entry_region(candidate.entry) and self.is_even(candidate.entry, candidate.direction)
@@ -56,6 +59,18 @@ class Problem:
             if found is None or np.linalg.norm(found[0] - entry) > STEEPEST * EVEN:
                 return False
         return True
+
+    def corridor(self, entry):
+        """m, from a needle that goes straight from an entry to the target to the nearest wall; where that is more than LOOK_FOR,
+        so much at least. A negative number tells that it meets one, not how far it goes in."""
+        steps = max(2, math.ceil(float(np.linalg.norm(self.target - entry)) / LOOK))
+        points = entry + np.linspace(0, 1, steps + 1)[:, None] * (self.target - entry)
+        nearest = math.inf
+        for _, wall in self.walls:
+            for part in np.array_split(wall.near(self.model, points, LOOK_FOR + self.needle_radius), 8):
+                if nearest > 0 and len(part):
+                    nearest = min(nearest, float(wall.distances(self.model, part).min()) - self.needle_radius)
+        return nearest
 
     @property
     def extent(self):

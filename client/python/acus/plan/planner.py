@@ -75,16 +75,8 @@ class Planner:
         """Straight towards the target from places all over the entry region, the bevel to all sides; branches of each flip on
         the way. Candidates whose paths follow from theirs."""
         bevel = is_bevel(self.needle)
-        count = max(LEAST_COARSE, int(SHARES["coarse"] * self.cases / (1 + len(FLIPS) / 2 if bevel else 1)))
-        entries = self._entries(max(3, count // (TURNS // 2 + 1)) if bevel else count)
-        candidates = [Candidate(entry, self._towards(entry)) for entry in entries]
-        if bevel:
-            sides = [np.roll(np.arange(TURNS), -number)[::2 if len(entries) > 1 else 1] for number in range(len(entries))]
-            ways = [[Candidate(each.entry, each.direction, 2 * math.pi * side / TURNS) for side in sides[number]]
-                    + [Candidate(each.entry, each.direction, spin_rate=self.spin_rate)] for number, each in enumerate(candidates)]
-            candidates = [way for kind in zip(*ways) for way in kind]  # of each entry one, then another of each
-            spun = [each for each in candidates if each.spin_rate][:max(1, count // (TURNS // 2 + 1))]
-            candidates = [*[each for each in candidates if not each.spin_rate][:count - len(spun)], *spun]
+        total = max(LEAST_COARSE, int(SHARES["coarse"] * self.cases))
+        candidates = self._coarse_bevel(total) if bevel else [Candidate(entry, self._towards(entry)) for entry in self._entries(total)]
         found = self._approach("coarse search", candidates, branch=bevel)
         if not found:
             raise PlanError("no insertion of the coarse search went well; " + self._first_error)
@@ -99,6 +91,21 @@ class Planner:
             raise PlanError(f"tilt: no direction within {self.problem.tilt:.3g} rad of the scene's needle leads from the entry region "
                             "to the target; give a larger tilt or another entry_region")
         return made
+
+    def _coarse_bevel(self, total):
+        """Where straight ways are free of walls, a third of the insertions spins along them."""
+        free = []
+        if self.problem.walls:
+            free = [entry for entry in self._entries(max(1, total // 3)) if self.problem.corridor(entry) > 0]
+        spun = [Candidate(entry, self._towards(entry), spin_rate=self.spin_rate) for entry in free]
+        count = max(LEAST_COARSE, int((total - len(spun)) / (1 + len(FLIPS) / 2)))
+        entries = self._entries(max(3, count // (TURNS // 2 + 1)))
+        straight = [Candidate(entry, self._towards(entry)) for entry in entries]
+        sides = [np.roll(np.arange(TURNS), -number)[::2 if len(entries) > 1 else 1] for number in range(len(entries))]
+        ways = [[dataclasses.replace(each, turn=2 * math.pi * side / TURNS) for side in sides[number]] for number, each in enumerate(straight)]
+        bent = [way for kind in zip(*ways) for way in kind]  # of each entry one, then another of each
+        spun = spun or [dataclasses.replace(each, spin_rate=self.spin_rate) for each in straight][:max(1, count // (TURNS // 2 + 1))]
+        return [*bent[:count - (0 if free else len(spun))], *spun]
 
     @property
     def spin_rate(self):

@@ -53,7 +53,7 @@ class Question:
             raise PlanError("folder: expected a path, found nothing")
         self.radius, self.speed, self.cases, self.minutes, self.seed = radius, speed, cases, minutes, seed
         self.uncertain = uncertainties(uncertain)
-        self.problem = problem_of(model, self.needle, target, entry_region, avoid, tilt, radius)
+        self.problem = problem_of(self.scene, model, self.needle, target, entry_region, avoid, tilt, radius)
         self.clearance = clearance_of(self.needle, self.problem.surface)
         self.draws = draws_of(self.uncertain, samples, self.scene, seed)
         self.first = self.draws[:FIRST + 1] if len(self.draws) > FIRST + 1 else []
@@ -73,7 +73,8 @@ class Question:
                             f"of all are for the search: give at least {math.ceil(self.samples_of_plan / SAMPLES)}, or fewer samples")
 
 
-def problem_of(model, needle, target, entry_region, avoid, tilt, radius):
+def problem_of(scene, model, needle, target, entry_region, avoid, tilt, radius):
+    aimed_at = target if isinstance(target, str) else None
     if isinstance(target, str):
         if target not in model.regions:
             raise PlanError(f"target: the tissue has no region '{target}'; it has {', '.join(model.regions)}")
@@ -84,11 +85,19 @@ def problem_of(model, needle, target, entry_region, avoid, tilt, radius):
     entries = None if entry_region is None else Place("entry_region", entry_region)
     for place in [*(place for _, place in places), *([entries] if entries else [])]:
         place.check(model)
-    problem = Problem(model, Surface(model), target, places, entries, needle.axis, tilt, radius, needle.length - FREE, needle.diameter / 2)
+    problem = Problem(model, Surface(model), target, places, entries, needle.axis, tilt, radius, needle.length - FREE, needle.diameter / 2,
+                      places + impassable(scene, {aimed_at, *(place.region for _, place in places)}))
     for name, clearance in problem.clearances(target[None]).items():
         if clearance <= 0:
             raise PlanError(f"avoid[{name}]: the target {target.tolist()} lies in it, or too near for the needle")
     return problem
+
+
+def impassable(scene, left_out):
+    """Regions that no force punctures, but for those named: ((name, Place), ...)."""
+    regions = [f"tissue.regions[{number}]" for number in range(len(scene["tissue.regions"] or ()))]
+    names = [scene[region + ".name"] for region in regions if scene[region + ".interaction.puncture_force"] == math.inf]
+    return tuple((name, Place("scene", name)) for name in names if name not in left_out)
 
 
 def is_bevel(needle):

@@ -41,6 +41,13 @@ class Place:
         if self.region is None and self.distances(model, model.rest_positions).min() > longest:
             raise PlanError(f"{self.field}: it lies nowhere near the tissue; {extent_of(model)}, and so are shapes")
 
+    def near(self, model, points, within):
+        """Those of the points (n, 3) that may lie so near, or inside: of a shape all."""
+        if self.region is None:
+            return points
+        nodes = model.rest_positions[tetrahedra_of(model, self.region)].reshape(-1, 3)
+        return points[np.all((points > nodes.min(axis=0) - within) & (points < nodes.max(axis=0) + within), axis=1)]
+
     def distances(self, model, points):
         """Of points (n, 3) to the surface, negative inside; of an intersection of shapes a lower bound outside."""
         points = np.asarray(points, dtype=float).reshape(-1, 3)
