@@ -51,7 +51,7 @@ class FeatureCosts(unittest.TestCase):
 
     def test_missing_programs_are_an_error_with_the_remedy(self):
         with tempfile.TemporaryDirectory() as empty:
-            command = ["/usr/bin/python3", SCRIPT, "gravity", "--no-build", "--counted", empty]
+            command = ["/usr/bin/python3", SCRIPT, "gravity", "--no-build", "--release", empty]
             self.assertIn("apt-get install valgrind", run(*command, PATH=empty).stderr)
             valgrind = os.path.join(empty, "valgrind")
             with open(valgrind, "w", encoding="ascii"):
