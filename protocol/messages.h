@@ -316,7 +316,8 @@ struct DescribeReply {
   std::vector<float> positions;                   // m, 3 per tissue node, world, at rest
   std::vector<std::int32_t> triangles;            // 3 nodes each, counter-clockwise seen from outside
   std::vector<std::int32_t> tetrahedra;           // 4 nodes each, positive volume
-  std::vector<std::string> regions;               // their names
+  std::vector<std::string> regions;               // their names,
+  std::vector<std::string> region_colours;        // and colours, "#rrggbb", or "" where the scene gives none
   std::vector<std::int32_t> tetrahedron_regions;  // index into `regions`, 1 per tetrahedron
   std::vector<NeedleRest> needles;
 
@@ -328,6 +329,7 @@ struct DescribeReply {
     visit("triangles", self.triangles);
     visit("tetrahedra", self.tetrahedra);
     visit("regions", self.regions);
+    visit("region_colours", self.region_colours);
     visit("tetrahedron_regions", self.tetrahedron_regions);
     visit("needles", self.needles);
   }

@@ -85,7 +85,11 @@ protocol::DescribeReply describe_of(const Simulation& simulation) {
   describe.triangles = flatten(mesh.surface);
   describe.tetrahedra = flatten(mesh.tetrahedra);
   if (!scene.tissue.left_out()) {
-    for (const Region& region : scene.tissue.regions) describe.regions.push_back(region.name);
+    for (const Region& region : scene.tissue.regions) {
+      const std::string colour = region.colour.value_or("");
+      describe.regions.push_back(region.name);
+      describe.region_colours.push_back(colour.empty() || colour.starts_with('#') ? colour : "#" + colour);
+    }
   }
   const std::span<const int> regions = simulation.regions();
   describe.tetrahedron_regions.assign(regions.begin(), regions.end());

@@ -48,9 +48,11 @@ TEST_CASE("numbers and packed arrays come back bit by bit") {
   DescribeReply describe;
   describe.positions = {0.1f, -2.5f, 3e-30f};
   describe.tetrahedra = {0, -1, 2147483647, -2147483647 - 1};
+  describe.region_colours = {"", "#c08060"};
   const auto described = std::get<DescribeReply>(decode_reply(encode(describe)));
   CHECK(described.positions == describe.positions);
   CHECK(described.tetrahedra == describe.tetrahedra);
+  CHECK(described.region_colours == describe.region_colours);
 }
 
 TEST_CASE("a message is one map that opens with version and type") {

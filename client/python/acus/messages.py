@@ -196,6 +196,7 @@ class DescribeReply(Message):
     triangles: Triangles  # triangles x 3, counter-clockwise seen from outside
     tetrahedra: Tetrahedra  # tetrahedra x 4
     regions: list
+    region_colours: list  # "#rrggbb", or "" where the scene gives none
     tetrahedron_regions: Indices  # tetrahedra
     needles: Annotated[list, list_of(NeedleAtRest)]
 

@@ -131,7 +131,7 @@ function choose(): void {
 function showScale(): void {
   const largest = tissue?.largest ?? 0;
   const scales = { regions: null, displacement: `${(1e3 * largest).toFixed(1)} mm`, strain: `${(100 * largest).toFixed(0)} % strain` };
-  showLegend(tissue?.regions ?? [], scales[tissue?.colouring ?? "regions"]);
+  showLegend(tissue?.regions ?? [], tissue?.shades ?? [], scales[tissue?.colouring ?? "regions"]);
 }
 
 function message(message: Message): void {

@@ -12,7 +12,7 @@ export interface HelloReply {
 }
 export interface DescribeReply {
   type: "describe_reply"; epoch: number; positions: Uint8Array; triangles: Uint8Array; tetrahedra: Uint8Array;
-  regions: string[]; tetrahedron_regions: Uint8Array; needles: { name: string; positions: Uint8Array }[];
+  regions: string[]; region_colours: string[]; tetrahedron_regions: Uint8Array; needles: { name: string; positions: Uint8Array }[];
 }
 export interface Force {
   type: "force"; epoch: number; tick: number; time: number; needle: string; phase: string; depth: number; unheld: number;

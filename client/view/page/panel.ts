@@ -2,7 +2,6 @@
 // The words beside the picture: what runs and how well, what happened, and the legend.
 import { eventColours } from "./marks.js";
 import { inWords, type Event, type Force, type HelloReply, type Stats } from "./messages.js";
-import { regionColour } from "./tissue.js";
 
 export const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 const text = (id: string, words: string): void => {
@@ -48,10 +47,10 @@ export function showScene(hello: HelloReply): void {
 }
 
 // `scale` says in words what the largest value is, where the tissue is not in the colours of its regions.
-export function showLegend(regions: string[], scale: string | null): void {
+export function showLegend(regions: string[], shades: number[], scale: string | null): void {
   const items = regions.map((name, region) => {
     const item = document.createElement("span");
-    item.append(spot(regionColour(region)), name);
+    item.append(spot(shades[region]!), name);
     return item;
   });
   if (scale !== null) {

@@ -11,7 +11,25 @@ import { Strain } from "./strain.js";
 
 // Distinct also for those who do not tell red from green.
 const palette = [0xd98c6a, 0xe8c15a, 0x6f9fc8, 0xb07aa1, 0x7fb08a, 0xc9635d, 0x9aa5b1, 0x5b8f8f];
-export const regionColour = (region: number): number => palette[region % palette.length] as number;
+// Of tissues that people know by their colour, by words in their names.
+const known: [RegExp, number][] = [
+  [/bone|rib|skull|vertebra|spine|pelvis|femur|tooth/i, 0xf0e6cc], [/vein|cava/i, 0x5572b8],
+  [/vessel|arter|aorta|blood/i, 0xc23b3b], [/fat\b|adipose/i, 0xf0c95a], [/skin|dermis/i, 0xe3ab8a],
+  [/muscle/i, 0xa8504a], [/liver/i, 0x9a5548], [/kidney/i, 0xa65f55], [/prostate/i, 0xc98a9a], [/brain|cortex/i, 0xd9a7b3],
+  [/tumou?r|lesion|metasta|cyst/i, 0x7a4fa0], [/lung/i, 0xe7a0a0], [/nerve/i, 0xe6d24a], [/gel|phantom/i, 0x8fb8cc],
+];
+
+// What the scene gives, else what the names say, else one of the palette that is not taken yet.
+export function regionColours(names: string[], given: string[] = []): number[] {
+  const colours = names.map((name, i) => {
+    if (given[i]) return parseInt(given[i]!.slice(1), 16);
+    return known.find(([words]) => words.test(name))?.[1];
+  });
+  const taken = new Set(colours);
+  const free = palette.filter((colour) => !taken.has(colour));
+  let next = 0;
+  return colours.map((colour) => colour ?? (free.length ? free[next++ % free.length]! : palette[next++ % palette.length]!));
+}
 
 // From none to the most: dark blue, green, yellow.
 export const scale = (share: number): Color =>
@@ -81,6 +99,7 @@ const dynamic = (array: Float32Array, items: number): BufferAttribute => {
 export class Tissue {
   readonly group = new Group();
   readonly regions: string[];
+  readonly shades: number[]; // of the regions
   readonly low = new Vector3(Infinity, Infinity, Infinity);
   readonly high = new Vector3(-Infinity, -Infinity, -Infinity);
   colouring: "regions" | "displacement" | "strain" = "regions";
@@ -103,6 +122,7 @@ export class Tissue {
 
   constructor(private description: DescribeReply) {
     this.regions = description.regions;
+    this.shades = regionColours(this.regions, description.region_colours);
     this.rest = float32(description.positions);
     this.tetrahedra = int32(description.tetrahedra);
     this.regionOf = int32(description.tetrahedron_regions);
@@ -127,7 +147,8 @@ export class Tissue {
   is(other: DescribeReply): boolean {
     const same = (a: Uint8Array, b: Uint8Array): boolean => a.length === b.length && a.every((byte, i) => byte === b[i]);
     return same(this.description.positions, other.positions) && same(this.description.tetrahedra, other.tetrahedra) &&
-      same(this.description.tetrahedron_regions, other.tetrahedron_regions) && String(this.regions) === String(other.regions);
+      same(this.description.tetrahedron_regions, other.tetrahedron_regions) && String(this.regions) === String(other.regions) &&
+      String(this.description.region_colours) === String(other.region_colours);
   }
 
   colourBy(colouring: Tissue["colouring"]): void {
@@ -168,7 +189,7 @@ export class Tissue {
     const offset = point.dot(normal);
     for (let i = 0; i < side.length; ++i)
       side[i] = x[3 * i]! * normal.x + x[3 * i + 1]! * normal.y + x[3 * i + 2]! * normal.z - offset;
-    const colours = this.regions.map((_, region) => new Color(regionColour(region)));
+    const colours = this.shades.map((shade) => new Color(shade));
     const between = (a: number, b: number, colour: Color): Corner => {
       const share = side[a]! / (side[a]! - side[b]!);
       const from = this.corner(a, colour), to = this.corner(b, colour);
@@ -244,7 +265,7 @@ export class Tissue {
       index.setUsage(DynamicDrawUsage);
       geometry.setIndex(index);
       const material = new MeshLambertMaterial({
-        color: regionColour(region), flatShading: true, transparent: true, opacity: 0.32, side: DoubleSide, depthWrite: false,
+        color: this.shades[region]!, flatShading: true, transparent: true, opacity: 0.32, side: DoubleSide, depthWrite: false,
       });
       const pieces = new Pieces();
       const mesh = new Mesh(geometry, material), fine = new Mesh(pieces.geometry, material);
@@ -276,7 +297,7 @@ export class Tissue {
       const material = mesh.material as MeshLambertMaterial;
       if (material.vertexColors !== byRegion) continue;
       material.vertexColors = !byRegion;
-      material.color.set(byRegion ? regionColour(region) : 0xffffff);
+      material.color.set(byRegion ? this.shades[region]! : 0xffffff);
       material.needsUpdate = true;
     }
     if (byRegion) return;

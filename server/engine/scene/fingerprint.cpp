@@ -65,6 +65,7 @@ class SceneHasher {
   static bool changes_no_tick(std::string_view name) {
     if constexpr (std::is_same_v<Struct, Scene>) return name == "name" || name == "publish" || name == "clients";
     if constexpr (std::is_same_v<Struct, Tissue>) return name == "window_thread";
+    if constexpr (std::is_same_v<Struct, Region>) return name == "colour";
     return false;
   }
 

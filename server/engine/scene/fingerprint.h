@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which scene it is, as a number: of everything in it that a tick depends on. Not of its name, of what is published how
+// Which scene it is, as a number: of everything in it that a tick depends on. Not of its name and colours, of what is published how
 // often, nor of where its mesh lies; of the mesh itself.
 #pragma once
 

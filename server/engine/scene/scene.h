@@ -103,6 +103,7 @@ struct Volume {
 struct Region : Volume {
   std::string name = "tissue";
   std::optional<std::string> physical_group;  // group of the mesh file, by name or number
+  std::optional<std::string> colour;          // in pictures: six hexadecimal digits, "#" before them or not
   Material material;
   Interaction interaction;
 };
@@ -229,8 +230,8 @@ struct LawSettings {
 struct Overrun {
   int max_steps = 16;           // 1 to 100000, where laws.max_steps is more
   int max_iterations = 1;       // 1 to 1000, where the limit is otherwise more
-  int publish_every = 4;        // 1 to 1000: one of so many needle and tissue states goes out
-  double recovery = 0.5;        // s, > 0, without such a tick, after which all is as before; relapses double it
+  int publish_every = 4;        // 1 to 1000: one of so many shapes goes out, from such a tick with shapes on
+  double recovery = 0.5;        // s, > 0, without such a tick, after which steps are as before; relapses double it
 };
 
 struct Publishing {

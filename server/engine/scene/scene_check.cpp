@@ -198,6 +198,14 @@ class Checker {
       fail(path, "expected a volume with box, sphere, half_space or cylinder, found none of them");
   }
 
+  void check_rules(const Region& region, const std::string& path) const {
+    if (!region.colour) return;
+    const std::string_view digits = std::string_view(*region.colour).substr(region.colour->starts_with('#') ? 1 : 0);
+    if (digits.size() == 6 && digits.find_first_not_of("0123456789abcdefABCDEF") == std::string_view::npos) return;
+    fail(child_path(path, "colour"),
+         "expected six hexadecimal digits, such as \"#c08060\", found \"" + *region.colour + "\"");
+  }
+
   void check_rules(const Pressure& pressure, const std::string& path) const {
     check_rules(static_cast<const Volume&>(pressure), path);
   }

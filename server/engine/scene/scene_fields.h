@@ -167,6 +167,9 @@ struct FieldsOf<Region> {
       Field{"sphere", &Region::sphere, "", any(), "likewise"},
       Field{"half_space", &Region::half_space, "", any(), "likewise"},
       Field{"cylinder", &Region::cylinder, "", any(), "likewise"},
+      Field{"colour", &Region::colour, "", between(6, 7),
+            "in pictures: red, green, blue in six hexadecimal digits, '#c08060' in quotes or c08060; without it by the "
+            "name"},
       Field{"material", &Region::material, "", any(), "how it deforms"},
       Field{"interaction", &Region::interaction, "", any(), "how a needle enters it and slides in it"},
   };
@@ -409,10 +412,11 @@ struct FieldsOf<Overrun> {
             "limit of the iterations, and of the repeats of steps that go too far, while ticks come late, where the "
             "limit is otherwise more"},
       Field{"publish_every", &Overrun::publish_every, "-", between(1, 1000),
-            "one of so many needle and tissue states goes out while ticks come late; forces go out every tick"},
+            "one of so many needle or tissue states goes out from a tick on whose own work took longer than its period "
+            "with one of them; forces go out every tick"},
       Field{"recovery", &Overrun::recovery, "s", between(1e-3, 1e6),
-            "without a tick whose own work took longer than its period, after which all is as before; a relapse doubles "
-            "it, up to 64 times"},
+            "without a tick whose own work took longer than its period, after which max_steps and max_iterations no "
+            "longer hold; a relapse doubles it, up to 64 times"},
   };
 };
 
