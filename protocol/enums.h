@@ -131,7 +131,7 @@ enum Flag : std::uint32_t {
   kSolverFellBack = 1u << 6,      // the direct solver of the laws found no answer; Gauss-Seidel gave this one
   kStepsCapped = 1u << 7,         // ticks came late: the laws' solver stopped at the scene's overrun.max_steps
   kIterationsCapped = 1u << 8,    // likewise, iterations or repeats at overrun.max_iterations
-  kPublishingReduced = 1u << 9,   // likewise, only one of overrun.publish_every shapes goes out
+  kPublishingReduced = 1u << 9,   // likewise, a shape that was due was left out, as overrun.publish_every says
   kStepLimited = 1u << 10,        // the tick's last step was cut, or still turned a needle far
   kElementsInverted = 1u << 11,   // the tissue is crushed: a tetrahedron is turned inside out
   kTipFoundInside = 1u << 12,     // a tip stood in the tissue without a path; one was opened along its way

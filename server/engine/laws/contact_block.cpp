@@ -53,6 +53,44 @@ double find_rim(double scale, Excess excess) {
   return multiplier(find_root(0.0, kAlmostOne, [&](double s) { return excess(multiplier(s)); }));
 }
 
+// Where a point slips: t(g) = -(W + g I)⁻¹ bar, in axes in which its ellipse is a circle. The g > 0 at which |t| is the
+// law's friction is the root of F/|t| - 1. Where F is straight that rises ever less, so Newton's method, once below
+// the root, never goes too far [as for trust regions: More, Sorensen 1983, "Computing a trust region step"]; where it
+// does, the middle of what is left is taken.
+struct Rim {
+  const SlipLaw& law;
+  Vector2 axes;
+  Eigen::Matrix2d W;
+  Vector2 bar;
+
+  Vector2 solve(double g, const Vector2& right) const {
+    const double a = W(0, 0) + g, b = W(1, 0), c = W(1, 1) + g;
+    return Vector2(c * right[0] - b * right[1], a * right[1] - b * right[0]) / (a * c - b * b);
+  }
+  Vector2 force(double g) const { return solve(g, -bar); }
+  double slip(double g, const Vector2& t) const { return g * t.cwiseQuotient(axes).norm(); }
+  double limit(double g, const Vector2& t) const { return law.force(slip(g, t)); }
+
+  double find(double g) const {
+    double low = 0, high = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < kRootSteps; ++i) {
+      const Vector2 t = force(g), change = solve(g, -t), unit = t.cwiseQuotient(axes);
+      const double size = t.norm(), along = unit.norm(), s = g * along, F = law.force(s);
+      const double excess = F / size - 1;
+      if (!(size > 0) || std::abs(excess) <= 2 * std::numeric_limits<double>::epsilon()) break;
+      (excess < 0 ? low : high) = g;
+      const double more = along + g * unit.dot(change.cwiseQuotient(axes)) / along;  // ds/dg
+      const double slope = (law.slope(s) * more - F * t.dot(change) / (size * size)) / size;
+      double next = g - excess / slope;
+      if (!(next > low)) next = std::isfinite(high) ? (low + high) / 2 : 2 * std::max(g, W.trace());
+      if (!(next < high)) next = (low + high) / 2;
+      if (std::abs(next - g) <= std::numeric_limits<double>::epsilon() * next) return next;
+      g = next;
+    }
+    return g;
+  }
+};
+
 }  // namespace
 
 Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& delta_bar) {
@@ -88,22 +126,18 @@ Vector3 contact_force(const ContactLaw& law, const Matrix3& W, const Vector3& de
   return with_normal(find_root(0.0, high, approach));
 }
 
-DiskContact disk_contact(const SlipLaw& law, const Eigen::Matrix2d& W, const Vector2& delta_bar, double stretch) {
+DiskContact disk_contact(const SlipLaw& law, const Eigen::Matrix2d& W, const Vector2& delta_bar, double stretch,
+                         const Vector2& near) {
   assert(!(law.threshold < 0) && !(law.viscosity < 0) && stretch > 0);
   if (law.threshold == 0 && law.viscosity == 0) return {Vector2::Zero(), delta_bar, true};
   // By the half axes the ellipse is a circle.
   const Vector2 axes(stretch, 1);
-  const Eigen::Matrix2d round = axes.asDiagonal() * W * axes.asDiagonal();
-  const Vector2 bar = axes.cwiseProduct(delta_bar);
-  const auto force = [&](double g) { return Vector2(-(round + g * Eigen::Matrix2d::Identity()).inverse() * bar); };
-  const auto limit = [&](double g, const Vector2& t) { return law.force(g * t.cwiseQuotient(axes).norm()); };
-  const Vector2 stuck = force(0);
+  const Rim rim{law, axes, axes.asDiagonal() * W * axes.asDiagonal(), axes.cwiseProduct(delta_bar)};
+  const Vector2 stuck = rim.force(0);
   if (stuck.norm() <= law.threshold) return {axes.cwiseProduct(stuck), Vector2::Zero(), false};
-  const double g = find_rim(round.trace(), [&](double each) {
-    const Vector2 t = force(each);
-    return t.norm() - limit(each, t);
-  });
-  const Vector2 direction = force(g), t = limit(g, direction) * direction.normalized();
+  const double begin = axes.cwiseProduct(near).norm();
+  const double g = rim.find(begin > 0 && law.force(near.norm()) > 0 ? begin / law.force(near.norm()) : 0);
+  const Vector2 direction = rim.force(g), t = rim.limit(g, direction) * direction.normalized();
   return {axes.cwiseProduct(t), -g * t.cwiseQuotient(axes), true};
 }
 

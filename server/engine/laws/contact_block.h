@@ -40,8 +40,8 @@ struct DiskContact {
 };
 
 // On the line delta = W lambda + delta_bar; W symmetric positive definite (m/N), 2 x 2, delta_bar (m). `stretch`: r
-// (-), > 0.
+// (-), > 0. `near`: a slip (m) that may be near the answer's, where the search begins.
 DiskContact disk_contact(const SlipLaw& law, const Eigen::Matrix2d& W, const Eigen::Vector2d& delta_bar,
-                         double stretch = 1);
+                         double stretch = 1, const Eigen::Vector2d& near = Eigen::Vector2d::Zero());
 
 }  // namespace acus

@@ -6,46 +6,41 @@
 
 namespace acus {
 
-namespace {
-
-constexpr double kSlope = 0.3;  // k (-)
-
-// What a force that is the share x of the circle's radius leaves of it, across.
-double rest_of_circle(double x) { return std::sqrt(std::max(0.0, (1 - x) * (1 + x))); }
-
-// Of rows in which the ellipse is a circle, its half axis along being r.
-ConeLaws friction(double r, double along, double along_viscosity, double about, double about_viscosity) {
-  return {Law{LawKind::friction, r * along, r * r * along_viscosity}, Law{LawKind::friction, about, about_viscosity}};
-}
-
-}  // namespace
-
-DiskContact cone_contact(const FrictionCone& cone, const Eigen::Matrix2d& W, const Eigen::Vector2d& delta_bar) {
-  const DiskContact in = disk_contact(cone.law, W, delta_bar);
+DiskContact cone_contact(const FrictionCone& cone, const Eigen::Matrix2d& W, const Eigen::Vector2d& delta_bar,
+                         const Eigen::Vector2d& near) {
+  const DiskContact in = disk_contact(cone.law, W, delta_bar, 1, near);
   const double stretch = cone.stretch(in.force[0]);
-  return stretch == 1 ? in : disk_contact(cone.law, W, delta_bar, stretch);
+  return stretch == 1 ? in : disk_contact(cone.law, W, delta_bar, stretch, near);
 }
 
-ConeLaws laws_of_rows(const FrictionCone& cone, const DiskContact& contact) {
-  const SlipLaw& law = cone.law;
-  const double r = cone.stretch(contact.force[0]), T = law.threshold;
-  const Eigen::Array2d axes(r, 1);
-  const Eigen::Array2d slip = axes * contact.slip.array().abs(), force = contact.force.array() / axes;
-  const double size = slip.matrix().norm();
-  if (contact.slips && size > 0) {
-    const double full = contact.slip.norm(), slope = law.slope(full);
-    // The tangent, which meets the axis at a force that is not negative but for rounding.
-    const double at_rest = std::max(law.force(full) - slope * full, 0.0), viscosity = slope * full / size;
-    const Eigen::Array2d way = slip / size, across = kSlope * way.square().reverse();
-    const Eigen::Array2d thresholds = at_rest * way * (1 - across), viscosities = at_rest / size * across + viscosity;
-    return friction(r, thresholds[0], viscosities[0], thresholds[1], viscosities[1]);
+double cone_force(const FrictionCone& cone, double compliance, double delta_bar) {
+  return cone_contact(cone, compliance * Eigen::Matrix2d::Identity(), {delta_bar, 0}).force[0];
+}
+
+ConeTangent cone_tangent(const FrictionCone& cone, const DiskContact& contact, double compliance) {
+  if (!contact.slips) return {};
+  // In axes in which the ellipse is a circle.
+  const Eigen::Vector2d axes(cone.stretch(contact.force[0]), 1);
+  const Eigen::Vector2d force = contact.force.cwiseQuotient(axes);
+  const double radius = force.norm(), size = axes.cwiseProduct(contact.slip).norm(), full = contact.slip.norm();
+  const double least = 1 / (kSteepest * compliance);
+  const double rise = std::max(cone.law.slope(full) * (size > 0 ? full / size : 1), least);
+  ConeTangent tangent{.slips = true};
+  if (radius > 0) {
+    const Eigen::Vector2d way = force / radius;
+    const double across = size / radius;
+    tangent.give = (1 / rise - across) * (way * way.transpose());
+    tangent.give.diagonal().array() += across;
+  } else {
+    tangent.give.diagonal().setConstant(1 / rise);
   }
-  const double c = law.viscosity;
-  if (T == 0) return friction(r, 0, c / r, 0, c);
-  return friction(r, T * rest_of_circle(force[1] / T), c / r, T * rest_of_circle(force[0] / T), c);
+  const Eigen::Vector2d back = axes.cwiseInverse();
+  tangent.give.array() *= (back * back.transpose()).array();
+  tangent.offset = contact.slip + tangent.give * contact.force;
+  return tangent;
 }
 
-ConeLaws laws_of_disk(const FrictionCone& cone) {
+std::array<Law, 2> laws_of_disk(const FrictionCone& cone) {
   return {Law{.kind = LawKind::disk_first, .cone = &cone}, Law{.kind = LawKind::disk_second, .cone = &cone}};
 }
 

@@ -12,18 +12,12 @@
 // A shaft that is drawn back has the share r of the friction along itself: half of the circle is half of an ellipse
 // (contact_block.h). Without torsion it is a friction along the shaft alone.
 //
-// It is solved fast as laws of one row each, with straight graphs, which meet it at a slip (a*, b*). With
-// C = |a*|/|delta*|, S = |b*|/|delta*| and the tangent T' + c' |delta| of F at |delta*|, for r = 1:
+// Newton's method takes its tangent at a slip delta* (pivoting.h). With the unit vector e along lambda*, for r = 1,
 //
-//   along:  threshold T' C (1 - k S²),  viscosity k T' S²/|delta*| + c'
-//   about:  threshold T' S (1 - k C²),  viscosity k T' C²/|delta*| + c';
+//   delta = delta* - D (lambda - lambda*),   D = e eᵀ/F' + (I - e eᵀ) |delta*|/F;
 //
-// where the point sticks each row's threshold is what the other one's force leaves of the circle. The slip is the exact
-// answer of the point alone with all other forces given (cone_contact()); laws and answer agree where all cones hold,
-// and until then are followed in rounds (Rows::solve()). k is a share of the slope that the cone has where only one of
-// a and b changes. In its own direction a slip may grow without more force, but the slopes of two rows resist that:
-// with k = 1 shafts that wind and slip by nanometres need a hundred rounds. With k = 0 nothing holds the direction, and
-// rounds do not end. A third takes one round where slip is steady, two or three where it begins.
+// where the point sticks D = 0. The slip is the exact answer of the point alone with all other forces given
+// (cone_contact()); where all cones hold, each is its own answer, and the tangents are those there.
 #pragma once
 
 #include <array>
@@ -44,14 +38,24 @@ struct FrictionCone {
 };
 
 // What the point alone comes to on the line delta = W lambda + delta_bar; W symmetric positive definite (m/N), 2 x 2.
-DiskContact cone_contact(const FrictionCone& cone, const Eigen::Matrix2d& W, const Eigen::Vector2d& delta_bar);
+// `near`: as for disk_contact().
+DiskContact cone_contact(const FrictionCone& cone, const Eigen::Matrix2d& W, const Eigen::Vector2d& delta_bar,
+                         const Eigen::Vector2d& near = Eigen::Vector2d::Zero());
 
-// Of its two rows: along and about.
-using ConeLaws = std::array<Law, 2>;
+// The tangent of a cone: delta = offset - give lambda.
+struct ConeTangent {
+  bool slips = false;
+  Eigen::Matrix2d give = Eigen::Matrix2d::Zero();    // D (m/N), symmetric, positive definite where it slips
+  Eigen::Vector2d offset = Eigen::Vector2d::Zero();  // m
+};
 
-// `contact`: what the cone comes to.
-ConeLaws laws_of_rows(const FrictionCone& cone, const DiskContact& contact);
-// Refer to `cone`.
-ConeLaws laws_of_disk(const FrictionCone& cone);
+// At what the cone comes to; exact for r = 1, else for a slip along or about the shaft. Where its force does not rise
+// with the slip, D is kSteepest times `compliance` (m/N) in the slip's direction: at the answer the forces do not
+// depend on D.
+ConeTangent cone_tangent(const FrictionCone& cone, const DiskContact& contact, double compliance);
+inline constexpr double kSteepest = 1e6;
+
+// Of its two rows, along and about; they refer to `cone`.
+std::array<Law, 2> laws_of_disk(const FrictionCone& cone);
 
 }  // namespace acus

@@ -52,13 +52,16 @@ struct FrictionCone;
 
 struct Law {
   LawKind kind = LawKind::bilateral;
-  double limit = 0;       // f or T (N), >= 0, may be infinite; disks: mu (-)
-  double viscosity = 0;   // c (N/m), friction only: force per displacement in this tick
-  int normal_row = -1;    // disks; -1: none
-  double cohesion = 0;    // C (N), >= 0, disks only
-  double compliance = 0;  // s (m/N), >= 0, bilateral only
-  const FrictionCone* cone = nullptr;  // of disks without normal row; lives as long as the law
+  double limit = 0;                    // f or T (N), >= 0, may be infinite; disks: mu (-)
+  double viscosity = 0;                // c (N/m), friction only: force per displacement in this tick
+  int normal_row = -1;                 // disks; -1: none
+  double cohesion = 0;                 // C (N), >= 0, disks only
+  double compliance = 0;               // s (m/N), >= 0, bilateral only
+  const FrictionCone* cone = nullptr;  // of disks without normal row, and of curved friction; lives as long as the law
 };
+
+// lambda of friction along a shaft alone whose graph is a cone's (friction_cone.h).
+double cone_force(const FrictionCone& cone, double compliance, double delta_bar);
 
 // lambda of a one-row law on the line delta = compliance * lambda + delta_bar.
 inline double law_force(const Law& law, double compliance, double delta_bar) {
@@ -68,6 +71,7 @@ inline double law_force(const Law& law, double compliance, double delta_bar) {
     case LawKind::unilateral:
       return std::clamp(stick, 0.0, law.limit);
     case LawKind::friction: {
+      if (law.cone != nullptr) return cone_force(*law.cone, compliance, delta_bar);
       if (std::abs(stick) <= law.limit) return stick;
       const double against = std::copysign(law.limit, stick);
       const double slip = (delta_bar + compliance * against) / (1 + law.viscosity * compliance);

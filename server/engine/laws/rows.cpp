@@ -17,8 +17,14 @@ namespace {
 
 // Below this compliance (m/N) a row has nothing that gives: a rigid needle in fixed material.
 constexpr double kLeastCompliance = 1e-9;
-// Solutions of the laws in which cones are followed, at most.
-constexpr int kConeRounds = 8;
+
+// Room for the solver's matrices: of all rows, and of those that are not bilateral. Along a path that is half of them.
+std::size_t room_of(int capacity) {
+  constexpr double kOthers = 0.6;
+  constexpr int kFew = 200;  // as many may all be others
+  const int others = std::max(std::min(capacity, kFew), static_cast<int>(kOthers * capacity));
+  return ConstraintSolver::numbers(capacity) + ConstraintSolver::numbers(others);
+}
 
 Vector12 needle_force(const NeedleShape& shape, const Row& row) {
   return row.role == RowRole::torsion ? curve_torque(row.on_needle, row.radius * row.n)
@@ -40,7 +46,7 @@ int add_to_tissue(const TissueSystem& system, const Row& row, TissueScratch& tis
 
 }  // namespace
 
-Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
+Rows::Rows(int capacity) : solver_(capacity, room_of(capacity)) {
   const auto n = static_cast<std::size_t>(capacity);
   rows_.reserve(n);
   laws_.reserve(n);
@@ -50,8 +56,6 @@ Rows::Rows(int capacity) : capacity_(capacity), solver_(capacity) {
   delta_.resize(n);
   delta_free_.resize(n);
   needle_lambda_.resize(n);
-  best_lambda_.resize(n);
-  best_delta_.resize(n);
   storage_.setZero(static_cast<Eigen::Index>(capacity) * capacity);
 }
 
@@ -59,25 +63,29 @@ void Rows::clear() {
   rows_.clear();
   laws_.clear();
   cones_.clear();
+  others_ = 0;
 }
 
 bool Rows::add(const Row& row, const Law& law, double warm_start) {
   assert(row.needle >= 0 && row.other != row.needle && (row.other < 0) == (row.on_other == nullptr));
   assert(row.compliance >= 0 && law.limit >= 0);
   assert(!(std::abs(row.n.squaredNorm() - 1) > 1e-6));
-  if (full()) return false;
+  const int other = law.kind == LawKind::bilateral ? 0 : 1;
+  if (!fits(1, other)) return false;
+  others_ += other;
   lambda_[rows_.size()] = warm_start;
   rows_.push_back(row);
   laws_.push_back(law);
   return true;
 }
 
-void Rows::assemble(std::span<const NeedleModel> models, std::span<NeedleScratch> needles, const TissueSystem& system,
+bool Rows::assemble(std::span<const NeedleModel> models, std::span<NeedleScratch> needles, const TissueSystem& system,
                     TissueScratch& tissue) {
   assert(models.size() == needles.size());
   for (NeedleScratch& needle : needles) needle.rows.clear();
   tissue.rows->clear();
   const int n = count();
+  bool all = true;
   for (int i = 0; i < n; ++i) {
     const Row& r = rows_[i];
     NeedleScratch& needle = needles[r.needle];
@@ -87,9 +95,14 @@ void Rows::assemble(std::span<const NeedleModel> models, std::span<NeedleScratch
       const Vector12 force = curve_force(other.shape(), *r.on_other, -r.n);
       delta_free_[i] += add_to_needle(models[r.other], r.on_other->beam, force, other);
     }
-    [[maybe_unused]] const int tissue_row = add_to_tissue(system, r, tissue);
-    assert(tissue_row == i);
+    if (add_to_tissue(system, r, tissue) < 0) {
+      leave_out(i);
+      add_empty_tissue_row(tissue);
+      all = false;
+    }
+    assert(tissue.rows->count() == i + 1);
   }
+  if (!all) leave_out_halves();
   auto W = this->W();
   set_tissue_compliance(system, W, delta_free_, tissue);
   for (std::size_t k = 0; k < needles.size(); ++k)
@@ -97,24 +110,46 @@ void Rows::assemble(std::span<const NeedleModel> models, std::span<NeedleScratch
   W.diagonal() = W.diagonal().cwiseMax(kLeastCompliance);
   mirror_lower(W);
   for (int i = 0; i < n; ++i) W(i, i) += rows_[i].compliance;
+  return all;
+}
+
+// The law stays of its kind, bilateral or not, of which the solver's room depends.
+void Rows::leave_out(int i) {
+  constexpr double kNothing = 1e9;  // m/N, that bears no force
+  rows_[i].left_out = true;
+  rows_[i].stored = 0;
+  if (laws_[i].kind == LawKind::bilateral)
+    laws_[i].compliance = kNothing;
+  else
+    laws_[i] = {LawKind::friction, 0};
+}
+
+// Of the two rows of a disk or cone neither is left alone.
+void Rows::leave_out_halves() {
+  for (int i = 0; i + 1 < count(); ++i) {
+    const bool first = laws_[i].kind == LawKind::disk_first, second = laws_[i + 1].kind == LawKind::disk_second;
+    if (first && !second) leave_out(i);
+    if (second && !first) leave_out(i + 1);
+  }
 }
 
 bool Rows::add_cone(const Row& along, const FrictionCone& friction, double warm_start) {
-  if (full()) return false;
-  cones_.push_back({.row = count(), .turns = false, .friction = friction, .answer = {}});
-  return add(along, {LawKind::friction}, warm_start);
+  if (!fits(1, 1)) return false;
+  cones_.push_back({.row = count(), .turns = false, .friction = friction});
+  return add(along, {.kind = LawKind::friction, .cone = &cones_.back().friction}, warm_start);
 }
 
 bool Rows::add_cone(const Row& along, const Row& about, const FrictionCone& friction,
                     const Eigen::Vector2d& warm_start) {
   assert(about.role == RowRole::torsion && along.needle == about.needle);
-  if (count() + 2 > capacity_) return false;
-  cones_.push_back({.row = count(), .turns = true, .friction = friction, .answer = {}});
-  return add(along, {LawKind::friction}, warm_start[0]) && add(about, {LawKind::friction}, warm_start[1]);
+  if (!fits(2, 2)) return false;
+  cones_.push_back({.row = count(), .turns = true, .friction = friction});
+  const auto [first, second] = laws_of_disk(cones_.back().friction);
+  return add(along, first, warm_start[0]) && add(about, second, warm_start[1]);
 }
 
 bool Rows::add_disk(Row row, const Vector3& normal, const Vector3& slip, const Law& disk, const Vector3& before) {
-  if (count() + 2 > capacity_) return false;
+  if (!fits(2, 2)) return false;
   Vector3 across[2];
   perpendicular_basis(normal, across[0], across[1]);
   for (int k = 0; k < 2; ++k) {
@@ -127,89 +162,26 @@ bool Rows::add_disk(Row row, const Vector3& normal, const Vector3& slip, const L
   return true;
 }
 
-template <class LawsOf>
-void Rows::set_cone_laws(LawsOf laws_of) {
-  for (const Cone& cone : cones_) {
-    const ConeLaws laws = laws_of(cone);
-    for (int k = 0; k < cone.rows(); ++k) laws_[cone.row + k] = laws[k];
-  }
-}
-
-void Rows::solve_laws(LawMethod method, StepBudget& budget, double tolerance, SolverResult& result) {
-  const std::size_t n = rows_.size();
-  const SolverResult before = result;
-  result = solver_.solve_again(method, W(), laws_, {delta_free_.data(), n}, budget, tolerance, {lambda_.data(), n},
-                               {delta_.data(), n});
-  result.steps += before.steps;
-  result.sweeps += before.sweeps;
-  result.fell_back = result.fell_back || before.fell_back;
-}
-
 SolverResult Rows::solve(LawMethod method, int max_steps, double tolerance) {
   const std::size_t n = rows_.size();
-  const LawState state{{lambda_.data(), n}, {delta_.data(), n}},
-      best{{best_lambda_.data(), n}, {best_delta_.data(), n}};
-  if (cones_.empty())
-    return solver_.solve(method, W(), laws_, {delta_free_.data(), n}, max_steps, tolerance, state.lambda, state.delta);
-  solver_.eliminate(W(), laws_);
-  update_displacements({W(), laws_, {delta_free_.data(), n}, {}}, state);
-  look_at_cones();
-  StepBudget budget(max_steps);
-  SolverResult result;
-  double off_cones = 0, violation = 0, least = std::numeric_limits<double>::infinity();
-  const auto solve_rounds = [&](LawMethod by, auto laws_of) {
-    for (int round = 0; round < kConeRounds && !budget.spent(); ++round) {
-      set_cone_laws(laws_of);
-      solve_laws(by, budget, tolerance, result);
-      off_cones = look_at_cones();
-      violation = off_cones <= result.residual ? result.residual : off_cones;
-      if (!(violation >= least)) least = violation, copy(state, best);
-      if (!(off_cones > tolerance)) break;
-    }
-  };
-  solve_rounds(method, [](const Cone& cone) { return laws_of_rows(cone.friction, cone.answer); });
-  if (off_cones > tolerance) {
-    const SolverResult rounds = result;
-    solve_rounds(LawMethod::gauss_seidel, [](const Cone& cone) {
-      return cone.turns ? laws_of_disk(cone.friction) : laws_of_rows(cone.friction, cone.answer);
-    });
-    result.sweeps = rounds.sweeps;  // those over disks belong to either method, as the first ones of direct do
-    result.fell_back = rounds.fell_back;
-  }
-  if (violation > least) {
-    copy(best, state);
-    violation = least;
-    look_at_cones();
-  }
-  result.method = result.fell_back ? LawMethod::gauss_seidel : method;
-  result.residual = violation;
-  result.converged = violation <= tolerance;
-  return result;
+  const double work =
+      kMostWork * StepBudget::factorisation(count()) + kPasses * (StepBudget::product(count()) + work_of_curves(laws_));
+  const StepBudget budget(max_steps, std::max(kLeastWork, work));
+  return solver_.solve(method, W(), laws_, {delta_free_.data(), n}, budget, tolerance, {lambda_.data(), n},
+                       {delta_.data(), n});
 }
 
-double Rows::look_at_cones() {
-  double most = 0;
-  const auto W = compliance();
-  for (Cone& cone : cones_) {
-    const int i = cone.row;
-    Eigen::Matrix2d block = W(i, i) * Eigen::Matrix2d::Identity();
-    Eigen::Vector2d force(lambda_[i], 0), delta(delta_[i], 0);
-    if (cone.turns) {
-      block = W.block<2, 2>(i, i);
-      force[1] = lambda_[i + 1];
-      delta[1] = delta_[i + 1];
-    }
-    cone.answer = cone_contact(cone.friction, block, delta - block * force);
-    const double violation = (cone.answer.force - force).norm();
-    if (!(violation <= most)) most = violation;
-    if (std::isnan(most)) break;
-  }
-  return most;
+DiskContact Rows::answer(const Cone& cone) const {
+  const Eigen::Vector2d slip(delta_[cone.row], cone.turns ? delta_[cone.row + 1] : 0);
+  const Eigen::Vector2d force(lambda_[cone.row], cone.turns ? lambda_[cone.row + 1] : 0);
+  Eigen::Matrix2d block = compliance()(cone.row, cone.row) * Eigen::Matrix2d::Identity();
+  if (cone.turns) block = compliance().block<2, 2>(cone.row, cone.row);
+  return cone_contact(cone.friction, block, slip - block * force, slip);
 }
 
 const Rows::Cone* Rows::find_cone(int row) const {
   const auto cone = std::ranges::lower_bound(cones_, row, {}, &Cone::row);
-  return cone != cones_.end() && cone->row == row ? &*cone : nullptr;
+  return cone != cones_.end() && cone->row == row && !rows_[row].left_out ? &*cone : nullptr;
 }
 
 std::span<const int> Rows::places_of(int needle) {

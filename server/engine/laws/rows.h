@@ -65,6 +65,7 @@ struct Row {
   double radius = 0;                       // r (m), torsion only, see tick/insertion/shaft_rows.h
   double compliance = 0;                   // e (m/N), >= 0, of the spring in series
   double stored = 0;                       // J, of a nonlinear one
+  bool left_out = false;                   // the tissue had no room for it: bears no force
   std::span<const MaterialPoint> patch{};  // not empty: in place of in_tissue; all weights together sum to 1
   int other = -1;                          // the other needle of rows between two,
   const CurvePoint* on_other = nullptr;    // and the point on it, which lives as long as the row
@@ -77,7 +78,6 @@ class Rows {
   explicit Rows(int capacity);
 
   void clear();
-  bool full() const { return count() == capacity_; }
   int count() const { return static_cast<int>(rows_.size()); }
 
   // Adds a row with a first guess of its force (N); false if there is no room.
@@ -93,12 +93,16 @@ class Rows {
   // cohesion; `before` is the force at the start of the tick (N, world). False if there is no room for both.
   bool add_disk(Row row, const Vector3& normal, const Vector3& slip, const Law& disk, const Vector3& before);
 
-  // Stage 6: W = W_n + W_t and delta_free. The corridor must have room for all rows' nodes.
-  void assemble(std::span<const NeedleModel> models, std::span<NeedleScratch> needles, const TissueSystem& system,
+  // Stage 6: W = W_n + W_t and delta_free. False if the corridor has no room for the nodes of all rows: those that it
+  // has none for are left out, and have no force.
+  bool assemble(std::span<const NeedleModel> models, std::span<NeedleScratch> needles, const TissueSystem& system,
                 TissueScratch& tissue);
-  // Stage 7. Where there are cones, the laws of their rows and the forces are found in rounds: each time the laws meet
-  // their cones at the answer of the last. Where that does not end the disks are swept over. The answer that violates
-  // laws and cones least is kept.
+  // Stage 7. All steps together take not much longer than what a usual tick takes for elimination and one pick, so that
+  // the worst tick stays near the usual ones. Where that is too little the best answer is kept, and the next tick goes
+  // on from its forces.
+  static constexpr double kMostWork = 1;     // of all steps, in factorisations of W,
+  static constexpr double kPasses = 8;       // and this many times over its numbers and the curves of the laws
+  static constexpr double kLeastWork = 4e6;  // that they may take, however few rows there are: about 0.4 ms
   SolverResult solve(LawMethod method, int max_steps, double tolerance);
   // Forces of the rows that act on a needle, in the order in which they were added, as solve_needle() takes them.
   std::span<const double> needle_forces(int needle);
@@ -111,12 +115,15 @@ class Rows {
     int row;     // along the shaft
     bool turns;  // the next row is about it
     FrictionCone friction;
-    DiskContact answer;  // of the cone alone, with the other forces as they are
 
     int rows() const { return turns ? 2 : 1; }
   };
-  // Of the first row of a cone, with what it came to in the last solve; else nullptr.
+  // Of the first row of a cone; else nullptr.
   const Cone* find_cone(int row) const;
+  // What a cone came to in the last solve.
+  DiskContact answer(const Cone& cone) const;
+  // Room for square matrices of as many rows as there are, until the next solve().
+  std::span<double> room() { return solver_.room(); }
   // W (m/N), of the last assemble().
   Eigen::Map<const MatrixX> compliance() const { return {storage_.data(), count(), count()}; }
   // Of the springs (J), at the forces of the last solve.
@@ -124,23 +131,19 @@ class Rows {
   Vector3 force(int i) const { return lambda_[i] * rows_[i].n; }  // on the needle, N
 
  private:
-  // One more solution of the laws as they are, added to `result`.
-  void solve_laws(LawMethod method, StepBudget& budget, double tolerance, SolverResult& result);
-  // Finds each cone's own answer. Returns the most by which the forces at hand differ from them (N).
-  double look_at_cones();
-  template <class LawsOf>
-  void set_cone_laws(LawsOf laws_of);  // of a Cone
+  bool fits(int more, int more_others) const { return solver_.fits(count() + more, others_ + more_others); }
+  void leave_out(int i);
+  void leave_out_halves();
   std::span<const int> places_of(int needle);
   // Packed, so that few rows of many take little room in the caches.
   Eigen::Map<MatrixX> W() { return {storage_.data(), count(), count()}; }
 
-  int capacity_;
   std::vector<Row> rows_;
+  int others_ = 0;  // rows that are not bilateral
   std::vector<Law> laws_;
   std::vector<Cone> cones_;
   std::vector<int> places_;  // of the rows that act on one needle
   std::vector<double> lambda_, delta_, delta_free_, needle_lambda_;
-  std::vector<double> best_lambda_, best_delta_;  // of the rounds
   VectorX storage_;  // of W()
   ConstraintSolver solver_;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <sstream>
 
@@ -207,6 +208,15 @@ double mean_element_size(const TetrahedralMesh& mesh) {
   double sum = 0;
   for (int t = 0; t < mesh.tetrahedron_count(); ++t) sum += element_size(mesh, t);
   return sum / std::max(1, mesh.tetrahedron_count());
+}
+
+double shortest_edge(const TetrahedralMesh& mesh) {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const std::array<int, 4>& nodes : mesh.tetrahedra)
+    for (int a = 1; a < 4; ++a)
+      for (int b = 0; b < a; ++b)
+        shortest = std::min(shortest, (mesh.nodes.col(nodes[a]) - mesh.nodes.col(nodes[b])).norm());
+  return shortest;
 }
 
 void build_topology(TetrahedralMesh& mesh) {

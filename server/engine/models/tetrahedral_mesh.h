@@ -20,16 +20,16 @@ struct MeshError : std::runtime_error {
 };
 
 struct TetrahedralMesh {
-  Matrix3X nodes;                                // 3 x n, rest positions (m)
-  std::vector<std::array<int, 4>> tetrahedra;    // positive volume: det[x1-x0, x2-x0, x3-x0] > 0
-  std::vector<MeshGroup> groups;                 // of the file it was read from
-  std::vector<std::string> notes;                // what reading it has split or left out
+  Matrix3X nodes;                              // 3 x n, rest positions (m)
+  std::vector<std::array<int, 4>> tetrahedra;  // positive volume: det[x1-x0, x2-x0, x3-x0] > 0
+  std::vector<MeshGroup> groups;               // of the file it was read from
+  std::vector<std::string> notes;              // what reading it has split or left out
 
   // Derived by build_topology().
-  std::vector<std::array<int, 4>> neighbours;    // tetrahedron across the face opposite to node k, or -1
-  std::vector<std::array<int, 3>> surface;       // boundary triangles, seen counter-clockwise from outside
-  std::vector<int> surface_tetrahedron;          // the tetrahedron that owns each boundary triangle
-  Clusters clusters;                             // of the tetrahedra
+  std::vector<std::array<int, 4>> neighbours;  // tetrahedron across the face opposite to node k, or -1
+  std::vector<std::array<int, 3>> surface;     // boundary triangles, seen counter-clockwise from outside
+  std::vector<int> surface_tetrahedron;        // the tetrahedron that owns each boundary triangle
+  Clusters clusters;                           // of the tetrahedra
 
   int node_count() const { return static_cast<int>(nodes.cols()); }
   int tetrahedron_count() const { return static_cast<int>(tetrahedra.size()); }
@@ -44,10 +44,11 @@ void perpendicular_basis(const TetrahedralMesh& mesh, const Vector3& n, Vector3&
 // The edge of a regular tetrahedron as large as tetrahedron t at rest (m).
 double element_size(const TetrahedralMesh& mesh, int t);
 double mean_element_size(const TetrahedralMesh& mesh);  // 0 without any
+double shortest_edge(const TetrahedralMesh& mesh);      // at rest (m); infinite without any
 
-// Fills neighbours, surface, surface_tetrahedron and clusters. Throws MeshError for an empty mesh, an index out of range, a
-// non-finite node, an inverted or flat tetrahedron, a face shared by more than two tetrahedra or by two that overlap,
-// a node that no tetrahedron uses, or a mesh of several parts that do not touch in a face.
+// Fills neighbours, surface, surface_tetrahedron and clusters. Throws MeshError for an empty mesh, an index out of
+// range, a non-finite node, an inverted or flat tetrahedron, a face shared by more than two tetrahedra or by two that
+// overlap, a node that no tetrahedron uses, or a mesh of several parts that do not touch in a face.
 void build_topology(TetrahedralMesh& mesh);
 
 // A box centred on the origin, `cells` along each axis, every cell cut into six tetrahedra around one diagonal (Kuhn)

@@ -58,11 +58,16 @@ int max_material_points(const Needle& parameters, double spacing) {
   return max_shaft_points(parameters, spacing) + 3 + kPatchPoints;
 }
 
-int max_touched_nodes(const Scene& scene) {
+int max_touched_nodes(const Scene& scene, double shortest_edge) {
+  constexpr int kOfEdge = 24;
   const double spacing = least_spacing(scene.needles);
-  int points = 0;
-  for (const Needle& needle : scene.needles) points += max_material_points(needle, spacing);
-  return 4 * points;
+  double nodes = 0;
+  for (const Needle& needle : scene.needles) {
+    const double of_points = 4.0 * max_material_points(needle, spacing);
+    const double edges = needle.length / shortest_edge + 2;  // and those around both ends
+    nodes += std::min(of_points, std::ceil(kOfEdge * edges));
+  }
+  return static_cast<int>(nodes);
 }
 
 int max_held_nodes(const Scene& scene) {
@@ -83,7 +88,7 @@ int max_insertion_rows(const Scene& scene) {
     rows += max_insertion_rows(needle, spacing, borders) - more;
     squeezed = std::max(squeezed, more);
   }
-  return rows + squeezed;
+  return rows + squeezed / 2;
 }
 
 }  // namespace acus

@@ -50,9 +50,8 @@ void meet(double a, double b, double end, ModelLimit limit, BaseStiffness& resul
 }
 
 // Where the slip of a cone ends, or where one that sticks begins to slip, either way along the line of its forces.
-void meet_cone(const Rows::Cone& cone, const Eigen::Vector2d& force, const Eigen::Vector2d& force_change,
-               const Eigen::Vector2d& slip_change, BaseStiffness& result) {
-  const Eigen::Vector2d& slip = cone.answer.slip;
+void meet_cone(const Rows::Cone& cone, const Eigen::Vector2d& slip, const Eigen::Vector2d& force,
+               const Eigen::Vector2d& force_change, const Eigen::Vector2d& slip_change, BaseStiffness& result) {
   const double size = slip.norm(), T = cone.friction.law.threshold;
   if (size > 0) {
     meet(size, slip_change.dot(slip) / size, 0, ModelLimit::slip, result);
@@ -95,7 +94,6 @@ BaseStiffnessSolver::BaseStiffnessSolver(const Model& model) {
   const Eigen::Index rows = model.max_rows, slides = most_slides(model);
   unknowns_.reserve(static_cast<std::size_t>(rows));
   slides_.reserve(static_cast<std::size_t>(slides));
-  factor_.resize(rows, rows);
   slid_.resize(rows, slides);
   shifts_.resize(rows, 6);
   forces_.resize(rows, 6);
@@ -103,7 +101,8 @@ BaseStiffnessSolver::BaseStiffnessSolver(const Model& model) {
   follow_.resize(most_free_unknowns(model), 6);
 }
 
-void BaseStiffnessSolver::begin(const Scratch& scratch) {
+void BaseStiffnessSolver::begin(Scratch& scratch) {
+  room_ = scratch.rows.room();
   collect(scratch.rows);
   factorize(scratch.rows.compliance());
 }
@@ -120,7 +119,7 @@ void BaseStiffnessSolver::collect(const Rows& rows) {
       unknowns_.push_back({.row = i, .other = i, .give = give});
     };
     if (const Rows::Cone* cone = rows.find_cone(i)) {
-      collect_cone(*cone);
+      collect_cone(*cone, rows.answer(*cone));
       i += cone->rows() - 1;
       continue;
     }
@@ -137,12 +136,12 @@ void BaseStiffnessSolver::collect(const Rows& rows) {
   }
 }
 
-void BaseStiffnessSolver::collect_cone(const Rows::Cone& cone) {
+void BaseStiffnessSolver::collect_cone(const Rows::Cone& cone, const DiskContact& answer) {
   const int first = cone.row, last = first + cone.rows() - 1;
   const SlipLaw& law = cone.friction.law;
-  const Eigen::Vector2d axes(cone.friction.stretch(cone.answer.force[0]), 1);
-  const Eigen::Vector2d slip = axes.cwiseProduct(cone.answer.slip);  // in which the ellipse is a circle
-  const double size = slip.norm(), full = cone.answer.slip.norm();
+  const Eigen::Vector2d axes(cone.friction.stretch(answer.force[0]), 1);
+  const Eigen::Vector2d slip = axes.cwiseProduct(answer.slip);  // in which the ellipse is a circle
+  const double size = slip.norm(), full = answer.slip.norm();
   if (size == 0) {
     for (int i = first; i <= last; ++i) unknowns_.push_back({.row = i, .other = i});
     return;
@@ -181,11 +180,12 @@ void BaseStiffnessSolver::factorize(const Eigen::Ref<const MatrixX>& W) {
   const auto between = [&](const Unknown& a, const Unknown& b) {
     return b.share * of_rows(a, b.row) + b.other_share * of_rows(a, b.other);
   };
+  auto matrix = factor();
   for (Eigen::Index j = 0; j < n; ++j) {
-    for (Eigen::Index i = j; i < n; ++i) factor_(i, j) = between(unknowns_[i], unknowns_[j]);
-    factor_(j, j) += unknowns_[j].give;
+    for (Eigen::Index i = j; i < n; ++i) matrix(i, j) = between(unknowns_[i], unknowns_[j]);
+    matrix(j, j) += unknowns_[j].give;
   }
-  if (!partial_cholesky(factor_.topLeftCorner(n, n), n)) {  // as where two rows say the same
+  if (!partial_cholesky(matrix, n)) {  // as where two rows say the same
     unknowns_.clear();
     slides_.clear();
     return;
@@ -200,7 +200,7 @@ void BaseStiffnessSolver::factorize(const Eigen::Ref<const MatrixX>& W) {
 // x <- M⁻¹ x with the first slides; each adds a product of two vectors to the matrix [Sherman and Morrison 1950].
 void BaseStiffnessSolver::solve(Eigen::Ref<VectorX> x, Eigen::Index slides) const {
   const Eigen::Index n = x.size();
-  cholesky_solve(factor_.topLeftCorner(n, n), x);
+  cholesky_solve(factor(), x);
   for (Eigen::Index k = 0; k < slides; ++k) {
     const int normal = slides_[static_cast<std::size_t>(k)].normal;
     const auto slid = slid_.col(k).head(n);
@@ -289,11 +289,11 @@ void BaseStiffnessSolver::look_for_limits(const Rows& rows, const Vector3& axis,
     const RowRole role = rows.row(i).role;
     if (const Rows::Cone* cone = rows.find_cone(i)) {
       const auto pair = [&](auto&& of) { return Eigen::Vector2d(of[i], cone->turns ? of[i + 1] : 0); };
-      meet_cone(*cone, pair(rows.lambda()), pair(force), pair(moved), result);
+      meet_cone(*cone, rows.answer(*cone).slip, pair(rows.lambda()), pair(force), pair(moved), result);
       i += cone->rows() - 1;
       continue;
     }
-    if (law.kind != LawKind::unilateral && law.kind != LawKind::friction) continue;
+    if (rows.row(i).left_out || (law.kind != LawKind::unilateral && law.kind != LawKind::friction)) continue;
     const auto end = [&](bool most) { return law.kind == LawKind::friction ? ModelLimit::slip : end_of(role, most); };
     if (!is_between(law, lambda)) {
       meet(delta, moved[i], 0, end(lambda > 0), result);

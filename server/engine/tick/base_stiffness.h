@@ -62,7 +62,7 @@ class BaseStiffnessSolver {
   explicit BaseStiffnessSolver(const Model& model);
 
   // Once after a tick, before compute(). Nothing allocates in either.
-  void begin(const Scratch& scratch);
+  void begin(Scratch& scratch);
   BaseStiffness compute(const Model& scene, const Scratch& scratch, int needle);
 
  private:
@@ -87,8 +87,13 @@ class BaseStiffnessSolver {
     Unknown friction;
   };
 
+  // Of Tᵀ W T + S, lower triangle.
+  Eigen::Map<MatrixX> factor() const {
+    const auto n = static_cast<Eigen::Index>(unknowns_.size());
+    return {room_.data(), n, n};
+  }
   void collect(const Rows& rows);
-  void collect_cone(const Rows::Cone& cone);
+  void collect_cone(const Rows::Cone& cone, const DiskContact& answer);
   void collect_disk(const Rows& rows, int row, int normal);
   void factorize(const Eigen::Ref<const MatrixX>& W);
   void solve(Eigen::Ref<VectorX> x, Eigen::Index slides) const;
@@ -99,7 +104,7 @@ class BaseStiffnessSolver {
 
   std::vector<Unknown> unknowns_;
   std::vector<Slide> slides_;
-  MatrixX factor_;           // of Tᵀ W T + S, lower triangle, in its top left corner
+  std::span<double> room_;   // of factor(), the solver's
   MatrixX slid_;             // unknowns x slides: what a unit of each slide's normal force makes of the unknowns
   MatrixX shifts_, forces_;  // D and d lambda, rows x 6
   VectorX unknown_, moved_, row_shift_, row_force_;

@@ -8,7 +8,8 @@ namespace acus {
 Scratch::Scratch(const Model& model, const Progress& progress)
     : guides(model.scene.guides.size()),
       tissue(model.tissue_system, model.max_rows,
-             model.tissue_system.field ? max_held_nodes(model.scene) : max_touched_nodes(model.scene)),
+             model.tissue_system.field ? max_held_nodes(model.scene)
+                                       : max_touched_nodes(model.scene, shortest_edge(model.mesh))),
       paths_taken(kMaxPaths),
       needle_contacts(model.scene),
       rows(model.max_rows),

@@ -31,6 +31,7 @@ struct Outcome {
   bool tangents_exact = true;      // of all needles: none was near buckling
   bool rows_fit = true;            // none was left out
   SolverResult laws;               // of the last iteration
+  LawSteps law_steps;              // of all iterations
   double change = 0;               // m, largest of a position in the last iteration
   double share = 1;                // of the last step, that bodies went
   bool turned_far = false;         // a needle, in the last step

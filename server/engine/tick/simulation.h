@@ -105,6 +105,8 @@ class Simulation {
   // Fill stage_seconds() from the next tick on.
   void time_stages(bool on) { scratch_->times.wanted = on; }
   const std::array<double, kStageCount>& stage_seconds() const { return scratch_->times.seconds; }
+  // What the laws of the last tick took.
+  const LawSteps& law_steps() const { return scratch_->outcome.law_steps; }
 
  private:
   void begin_report();

@@ -239,6 +239,35 @@ Json flags_json(const FlagCounts& counts) {
   return json;
 }
 
+// One list per quantity, with an entry per tick that counts, so that programs can find what the slow ones did.
+Json each_tick(const Measurement& m) {
+  const auto list = [&m](auto value) {
+    Json values = Json::array();
+    for (const TickWork& tick : m.work) values.push_back(value(tick));
+    return values;
+  };
+  const auto milliseconds_of = [](const std::vector<double>& seconds) {
+    Json values = Json::array();
+    for (const double each : seconds) values.push_back(1e3 * each);
+    return values;
+  };
+  Json stages = Json::object();
+  for (std::size_t i = 0; i < m.times.stages.size(); ++i) stages[kStageNames[i]] = milliseconds_of(m.times.stages[i]);
+  return {{"tick", list([](const TickWork& t) { return t.tick; })},
+          {"ms", milliseconds_of(m.times.whole.wall)},
+          {"processor_ms", milliseconds_of(m.times.whole.processor)},
+          {"stages_ms", stages},
+          {"rows", list([](const TickWork& t) { return t.rows; })},
+          {"solutions", list([](const TickWork& t) { return t.solutions; })},
+          {"rounds", list([](const TickWork& t) { return t.laws.rounds; })},
+          {"sweeps", list([](const TickWork& t) { return t.laws.sweeps; })},
+          {"picks", list([](const TickWork& t) { return t.laws.picks; })},
+          {"interior_point_iterations", list([](const TickWork& t) { return t.laws.iterations; })},
+          {"law_work", list([](const TickWork& t) { return t.laws.work; })},
+          {"residual_N", list([](const TickWork& t) { return t.residual; })},
+          {"flags", list([](const TickWork& t) { return t.flags; })}};
+}
+
 }  // namespace
 
 HistoryRow history_row(const BenchRun& run, const Simulation& simulation) {
@@ -299,6 +328,7 @@ std::string bench_json(const BenchRun& run, const Simulation& simulation, const 
       {"kernels", name_of(kernel_set())},
       {"load_s", run.load_seconds},
       {"peak_memory_mib", run.peak_memory / (1 << 20)},
+      {"each_tick", each_tick(m)},
   };
   // File names may hold any bytes.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

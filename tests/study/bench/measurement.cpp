@@ -104,6 +104,7 @@ Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibratio
   const double skipped = plan.skip * simulation.scene().rate;
   Measurement result;
   result.times.reserve(all);
+  result.work.reserve(all);
   simulation.time_stages(true);
   for (int pass = 0; pass < plan.repeat; ++pass) {
     simulation.reset();
@@ -122,6 +123,8 @@ Measurement measure(Simulation& simulation, TrajectoryDriver& driver, Calibratio
       result.times.add(span, simulation.stage_seconds());
       result.rows.push_back(report.rows);
       result.sweeps.push_back(report.sweeps);
+      result.work.push_back(
+          {report.tick, report.rows, report.newton_iterations, simulation.law_steps(), report.residual, report.flags});
     }
   }
   return result;

@@ -52,6 +52,16 @@ struct TickTimes {
   void add(const Span& tick, const std::array<double, kStageCount>& stage_seconds);
 };
 
+// What a tick that counts had to do; its times are those of the same place in TickTimes.
+struct TickWork {
+  std::uint64_t tick = 0;  // of its time through the trajectory
+  int rows = 0;
+  int solutions = 0;  // of the equations of motion, with their laws
+  LawSteps laws;
+  double residual = 0;  // N
+  std::uint32_t flags = 0;
+};
+
 // Ticks that raised a flag, by its bit.
 using FlagCounts = std::array<std::uint64_t, 32>;
 
@@ -60,6 +70,7 @@ struct Measurement {
   TickTimes times;
   std::vector<double> rows;    // of the ticks that count
   std::vector<double> sweeps;  // likewise
+  std::vector<TickWork> work;  // likewise
   std::uint64_t allocations = 0;
   FlagCounts flags{};
   double residual_max = 0;     // N

@@ -57,16 +57,21 @@ class Attempts {
   Attempts& operator=(const Attempts&) = delete;
 
   // Starts from the forces given and leaves better ones, with their displacements. Attempts to rounding end at
-  // kRoundingEnd or at the tolerance (N), what is less. Adds steps, and sweeps to the tolerance, to `result`. Nothing
-  // is attempted where the violation is not a number.
+  // kRoundingEnd or at the tolerance (N), what is less; where laws have curves, at the tolerance from the first pick
+  // on, since each more of Newton's steps costs as much as all others of a usual tick. Adds steps, and sweeps to the
+  // tolerance, to `result`. Where the violation is not a number it ends.
+  // `room`: rows² numbers at least.
   void run(std::span<const Attempt> attempts, double tolerance, const LawSystem& system, const LawState& state,
-           StepBudget& budget, SolverResult& result);
+           std::span<double> room, StepBudget& budget, SolverResult& result);
 
  private:
-  int sweep_up_to(int most, double end, const LawSystem& system, const LawState& state, StepBudget& budget);
-  int try_interior_point(const LawSystem& system, const LawState& state, StepBudget& budget);
+  // These return the violation (N) that is left. Sweeps to rounding do not look: infinity.
+  double sweep_up_to(const Attempt& attempt, double end, const LawSystem& system, const LawState& state,
+                     StepBudget& budget, SolverResult& result);
+  double try_interior_point(double residual, const LawSystem& system, const LawState& state, StepBudget& budget,
+                            SolverResult& result);
 
-  VectorX room_;  // of the matrices of both
+  std::span<double> room_;  // of the matrices of both
   Pivoting pivoting_;
   InteriorPoint interior_point_;
   std::vector<double> trial_lambda_, trial_delta_;

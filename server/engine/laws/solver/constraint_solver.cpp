@@ -10,17 +10,27 @@ namespace acus {
 
 namespace {
 
-// Whether a contact with friction is pressed. Friction may hold it where it would open by itself: then both are
-// answers, and the one goes on from which the forces come.
-bool holds_by_friction(std::span<const Law> laws, std::span<const double> lambda) {
-  for (int i = 0; i < static_cast<int>(laws.size()); ++i)
-    if (is_contact(laws, i) && lambda[static_cast<std::size_t>(i)] > 0) return true;
-  return false;
+// Whether a contact with friction is pressed, or there is none. Friction may hold it where it would open by itself:
+// then both are answers, and the one goes on from which the forces come.
+bool may_hold_by_friction(std::span<const Law> laws, std::span<const double> lambda) {
+  bool any = false;
+  for (int i = 0; i < static_cast<int>(laws.size()); ++i) {
+    if (!is_contact(laws, i)) continue;
+    if (lambda[static_cast<std::size_t>(i)] > 0) return true;
+    any = true;
+  }
+  return !any;
+}
+
+void open(const LawSystem& system, const LawState& state) {
+  std::fill(state.lambda.begin(), state.lambda.end(), 0.0);
+  std::copy(system.delta_free.begin(), system.delta_free.end(), state.delta.begin());
 }
 
 }  // namespace
 
-ConstraintSolver::ConstraintSolver(int capacity) : attempts_(capacity), reduced_(capacity) {
+ConstraintSolver::ConstraintSolver(int capacity, std::size_t room)
+    : room_(room), attempts_(capacity), reduced_(capacity, room_) {
   const auto n = static_cast<std::size_t>(capacity);
   scale_.resize(n);
   trial_lambda_.resize(n);
@@ -33,8 +43,9 @@ void ConstraintSolver::solve_rounds(std::span<const Attempt> attempts, double to
   const std::size_t n = state.lambda.size();
   const LawState trial{{trial_lambda_.data(), n}, {trial_delta_.data(), n}};
   for (int round = 0; round < kMaxRounds; ++round) {
+    ++result.steps.rounds;
     reduced_.linearize(state);
-    attempts_.run(attempts, tolerance, reduced_.system(), reduced_.others(), budget, result);
+    attempts_.run(attempts, tolerance, reduced_.system(), reduced_.others(), reduced_.room_behind(), budget, result);
     copy(state, trial);
     reduced_.expand(trial.lambda);
     update_displacements(full, trial);
@@ -49,59 +60,46 @@ void ConstraintSolver::solve_rounds(std::span<const Attempt> attempts, double to
   result.capped = budget.spent() && result.residual > target.at(state.lambda);
 }
 
+void ConstraintSolver::prefer_open(const LawSystem& full, const LawState& state, SolverResult& result) {
+  const std::size_t n = state.lambda.size();
+  const LawState trial{{trial_lambda_.data(), n}, {trial_delta_.data(), n}};
+  open(full, trial);
+  const double residual = law_residual(full, trial);
+  if (residual >= result.residual) return;
+  result.residual = residual;
+  result.capped = false;
+  copy(trial, state);
+}
+
 SolverResult ConstraintSolver::solve(LawMethod method, Eigen::Ref<const MatrixX> W, std::span<const Law> laws,
-                                     std::span<const double> delta_free, int max_steps, double tolerance,
+                                     std::span<const double> delta_free, StepBudget budget, double tolerance,
                                      std::span<double> lambda, std::span<double> delta) {
-  assert(max_steps >= 0);
-  StepBudget budget(max_steps);
-  eliminate(W, laws);
-  return solve_again(method, W, laws, delta_free, budget, tolerance, lambda, delta);
-}
-
-LawSystem ConstraintSolver::system(const Eigen::Ref<const MatrixX>& W, std::span<const Law> laws,
-                                   std::span<const double> delta_free) {
   const auto n = static_cast<Eigen::Index>(laws.size());
-  assert(laws.size() <= scale_.size() && W.rows() >= n && W.cols() >= n);
-  law_scales(W, laws, scale_);
-  return {W.topLeftCorner(n, n), laws, delta_free, {scale_.data(), laws.size()}};
-}
-
-void ConstraintSolver::eliminate(Eigen::Ref<const MatrixX> W, std::span<const Law> laws) {
-  reducible_ = reduced_.reduce(system(W, laws, {}));
-}
-
-SolverResult ConstraintSolver::solve_again(LawMethod method, Eigen::Ref<const MatrixX> W, std::span<const Law> laws,
-                                           std::span<const double> delta_free, StepBudget& budget, double tolerance,
-                                           std::span<double> lambda, std::span<double> delta) {
+  assert(W.rows() >= n && W.cols() >= n && tolerance > 0);
   assert(delta_free.size() == laws.size() && lambda.size() == laws.size() && delta.size() == laws.size());
-  assert(tolerance > 0);
-  const LawSystem full = system(W, laws, delta_free);
+  law_scales(W, laws, scale_);
+  const LawSystem full{W.topLeftCorner(n, n), laws, delta_free, {scale_.data(), laws.size()}};
   const LawState state{lambda, delta};
-  reduced_.replace_laws(full);
+  assert(fits(full.rows(), static_cast<int>(std::ranges::count_if(
+                               laws, [](const Law& law) { return law.kind != LawKind::bilateral; }))));
+  const bool reducible = reduced_.reduce(full) && Eigen::Map<const VectorX>(delta_free.data(), n).allFinite();
   reduced_.gather(lambda);
-  const bool held = holds_by_friction(laws, lambda);
-  const auto open_all = [&] {
-    std::fill(lambda.begin(), lambda.end(), 0.0);
-    std::copy(delta_free.begin(), delta_free.end(), delta.begin());
-  };
-  open_all();
-  const double open = law_residual(full, state);
+  const bool may_be_held = may_hold_by_friction(laws, lambda);
+  open(full, state);
   SolverResult result;
-  result.residual = held && std::isfinite(open) ? std::numeric_limits<double>::infinity() : open;
+  result.residual = may_be_held ? std::numeric_limits<double>::infinity() : law_residual(full, state);
   const bool direct = method == LawMethod::direct;
-  if (reducible_ && direct) {
-    solve_rounds(kDirect, std::numeric_limits<double>::infinity(), {.share = kDirectEnd}, full, state, budget, result);
+  if (reducible && direct) {
+    const Target end{.force = has_curves(laws) ? tolerance : 0, .share = kDirectEnd};
+    solve_rounds(kDirect, tolerance / 2, end, full, state, budget, result);
     reduced_.gather(lambda);  // the best answer, not the last
   }
   const bool ends =
       direct && (budget.spent() || result.residual <= std::max(tolerance, kDirectEnd * force_scale(lambda)));
   // Half the tolerance, for what the elimination leaves over.
-  if (reducible_ && !ends) solve_rounds(kGaussSeidel, tolerance / 2, {.force = tolerance}, full, state, budget, result);
-  if (held && open < result.residual && !(result.residual <= tolerance)) {
-    result.residual = open;
-    result.capped = false;
-    open_all();
-  }
+  if (reducible && !ends) solve_rounds(kGaussSeidel, tolerance / 2, {.force = tolerance}, full, state, budget, result);
+  if (!(result.residual <= tolerance)) prefer_open(full, state, result);
+  result.steps.work = budget.taken();
   result.fell_back = method == LawMethod::direct && result.sweeps > 0;
   result.method = result.fell_back ? LawMethod::gauss_seidel : method;
   result.converged = result.residual <= tolerance;

@@ -35,11 +35,10 @@ void InteriorPoint::Range::set_step(double lambda) {
   upper.set_step(-change);
 }
 
-InteriorPoint::InteriorPoint(int capacity, VectorX& room) : room_(room) {
+InteriorPoint::InteriorPoint(int capacity, const std::span<double>& room) : room_(room) {
   const auto n = static_cast<std::size_t>(capacity);
   rows_.reserve(n);
   ranges_.reserve(n);
-  assert(room.size() >= static_cast<Eigen::Index>(capacity) * capacity);
   free_.setZero(capacity);
   lambda_.setZero(capacity);
 }
@@ -70,7 +69,7 @@ void InteriorPoint::begin(const LawSystem& system, const LawState& state) {
 void InteriorPoint::begin_range(const LawSystem& system, int row, const LawState& state) {
   const Law& law = system.laws[row];
   const bool unilateral = law.kind == LawKind::unilateral, finite = std::isfinite(law.limit);
-  if (!unilateral && law.kind != LawKind::friction) return;
+  if ((!unilateral && law.kind != LawKind::friction) || law.cone != nullptr) return;
   state.lambda[row] = 0;
   if (law.limit == 0 && law.viscosity == 0) return;
   Range range;
@@ -152,8 +151,10 @@ void InteriorPoint::advance(const LawSystem& system, double step, const LawState
 int InteriorPoint::solve(const LawSystem& system, const LawState& state, StepBudget& budget) {
   begin(system, state);
   int iterations = 0;
+  const double work = StepBudget::factorisation(static_cast<double>(rows_.size())) +
+                      2 * StepBudget::product(system.rows()) + work_of_curves(system.laws);
   for (double residual = std::numeric_limits<double>::infinity();
-       iterations < kMaxIterations && residual > kIterationsEnd * force_scale(state.lambda) && budget.take();
+       iterations < kMaxIterations && residual > kIterationsEnd * force_scale(state.lambda) && budget.take(work);
        ++iterations) {
     set_targets(0, false);
     if (!factorize(system)) return iterations;

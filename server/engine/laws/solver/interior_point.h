@@ -13,7 +13,7 @@
 // following of this kind takes O(n log 1/eps) in the worst case [Wright, "Primal-dual interior-point methods", 1997];
 // kMaxIterations bounds it. It ends where no law is violated by more than kIterationsEnd of the largest force.
 //
-// Rows of contacts with friction keep their forces.
+// Rows of contacts with friction and of cones keep their forces.
 #pragma once
 
 #include <vector>
@@ -31,7 +31,7 @@ class InteriorPoint {
   static constexpr double kRegularization = 1e-12;
 
   // `room`: as for Pivoting.
-  InteriorPoint(int capacity, VectorX& room);
+  InteriorPoint(int capacity, const std::span<double>& room);
 
   // Leaves forces within all bounds, and their displacements. Returns the number of iterations, each of which it takes
   // from `budget`.
@@ -76,10 +76,10 @@ class InteriorPoint {
   void advance(const LawSystem& system, double step, const LawState& state);
 
   std::vector<int> rows_;
-  std::vector<Range> ranges_;  // of rows_
-  VectorX& room_;              // of matrix()
-  VectorX free_;               // m, displacements at zero force of rows_
-  VectorX lambda_;             // N, of rows_ after a full step
+  std::vector<Range> ranges_;      // of rows_
+  const std::span<double>& room_;  // of matrix()
+  VectorX free_;                   // m, displacements at zero force of rows_
+  VectorX lambda_;                 // N, of rows_ after a full step
 };
 
 }  // namespace acus

@@ -2,6 +2,8 @@
 // How the laws are solved, and what came of it.
 #pragma once
 
+#include <limits>
+
 #include "protocol/enums.h"
 
 namespace acus {
@@ -9,33 +11,51 @@ namespace acus {
 // Both end at the same forces, within their tolerances.
 using LawMethod = protocol::LawSolver;
 
-// Factorisations of the direct method, of all rows but the bilateral ones at most.
-struct DirectSteps {
+// What solutions took, whichever attempt made them (attempts.h).
+struct LawSteps {
+  int rounds = 0;      // about an iterate of the full system, see reduced_laws.h
+  int sweeps = 0;      // of all attempts
   int picks = 0;       // of pieces, see pivoting.h
   int iterations = 0;  // see interior_point.h
+  double work = 0;     // of all steps, see StepBudget (multiplications)
 
-  DirectSteps& operator+=(const DirectSteps& other) {
+  LawSteps& operator+=(const LawSteps& other) {
+    rounds += other.rounds;
+    sweeps += other.sweeps;
     picks += other.picks;
     iterations += other.iterations;
+    work += other.work;
     return *this;
   }
 };
 
-// The steps that are left: sweeps, picks and interior-point iterations alike.
+// The steps that are left, sweeps, picks and interior-point iterations alike, and the work: multiplications, of those
+// loops that grow fastest with the rows. Work is counted, not timed, so that the same tick ends with the same forces
+// everywhere.
 class StepBudget {
  public:
-  explicit StepBudget(int steps) : left_(steps) {}
+  StepBudget(int steps, double work = std::numeric_limits<double>::infinity()) : steps_(steps), work_(work) {}
 
-  // Takes one; false if none is left.
-  bool take() {
-    if (left_ <= 0) return false;
-    --left_;
+  // Takes a step of so much work; false, and nothing is taken, if there is no step left or not enough work.
+  bool take(double work) {
+    spent_ = spent_ || steps_ <= 0 || taken_ + work > work_;
+    if (spent_) return false;
+    --steps_;
+    taken_ += work;
     return true;
   }
-  bool spent() const { return left_ <= 0; }
+  bool spent() const { return spent_ || steps_ <= 0; }
+  double taken() const { return taken_; }
+
+  // Of a Cholesky factorisation of so many rows, and of a matrix of so many rows times a vector.
+  static double factorisation(double rows) { return rows * rows * rows / 6; }
+  static double product(double rows) { return rows * rows; }
 
  private:
-  int left_;
+  int steps_;
+  double work_;
+  double taken_ = 0;  // of the work
+  bool spent_ = false;
 };
 
 struct SolverResult {
@@ -43,7 +63,7 @@ struct SolverResult {
   LawMethod method = LawMethod::gauss_seidel;  // which one answered
   bool fell_back = false;                      // direct was asked for, and Gauss-Seidel has swept in its place
   bool capped = false;                         // out of steps before the method's own end
-  DirectSteps steps;
+  LawSteps steps;
   int sweeps = 0;       // of Gauss-Seidel; not those with which the direct method starts
   double residual = 0;  // N, largest violation of a law at the end
 };

@@ -5,8 +5,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "server/engine/laws/friction_cone.h"
-
 namespace acus {
 
 void copy(const LawState& from, const LawState& to) {
@@ -37,14 +35,34 @@ void update_displacements(const LawSystem& system, const LawState& state) {
     if (state.lambda[i] != 0) delta += state.lambda[i] * system.W.col(i);
 }
 
+DiskContact cone_answer(const LawSystem& system, int i, const LawState& state) {
+  const FrictionCone& cone = *system.laws[i].cone;
+  Eigen::Matrix2d block = system.W(i, i) * Eigen::Matrix2d::Identity();
+  Eigen::Vector2d lambda(state.lambda[i], 0), delta(state.delta[i], 0);
+  if (cone_rows(system.laws, i) == 2) {
+    block = system.W.block<2, 2>(i, i);
+    lambda[1] = state.lambda[i + 1], delta[1] = state.delta[i + 1];
+  }
+  return cone_contact(cone, block, delta - block * lambda, delta);
+}
+
+double distance(const LawSystem& system, int i, const LawState& state, const DiskContact& answer) {
+  const bool two = cone_rows(system.laws, i) == 2;
+  return std::hypot(answer.force[0] - state.lambda[i], two ? answer.force[1] - state.lambda[i + 1] : 0);
+}
+
+double work_of_curves(std::span<const Law> laws) {
+  constexpr double kCone = 3e3, kContact = 3e4;
+  double work = 0;
+  for (int i = 0; i < static_cast<int>(laws.size()); ++i)
+    work += (cone_rows(laws, i) > 0 ? kCone : 0) + (is_contact(laws, i) ? kContact : 0);
+  return work;
+}
+
 Eigen::Vector2d disk_step(const LawSystem& system, int i, const LawState& state) {
   const Law& law = system.laws[i];
   assert(law.kind == LawKind::disk_first);
-  if (law.normal_row < 0) {
-    const Eigen::Matrix2d block = system.W.block<2, 2>(i, i);
-    const Eigen::Vector2d lambda(state.lambda[i], state.lambda[i + 1]), delta(state.delta[i], state.delta[i + 1]);
-    return cone_contact(*law.cone, block, delta - block * lambda).force;
-  }
+  if (law.cone != nullptr) return cone_answer(system, i, state).force;
   const double radius = law.cohesion + law.limit * std::max(state.lambda[law.normal_row], 0.0);
   return disk_force(radius, system.scale[i], {state.lambda[i], state.lambda[i + 1]},
                     {state.delta[i], state.delta[i + 1]});
@@ -54,6 +72,7 @@ double law_violation(const LawSystem& system, int i, const LawState& state) {
   const Law& law = system.laws[i];
   const double lambda = state.lambda[i];
   if (law.kind == LawKind::disk_second) return 0;
+  if (law.cone != nullptr) return distance(system, i, state, cone_answer(system, i, state));
   if (law.kind == LawKind::disk_first)
     return (disk_step(system, i, state) - Eigen::Vector2d(lambda, state.lambda[i + 1])).norm();
   return std::abs(law_force(law, system.scale[i], state.delta[i] - system.scale[i] * lambda) - lambda);

@@ -7,8 +7,10 @@
 // themselves, not the progress of an iteration.
 #pragma once
 
+#include <algorithm>
 #include <span>
 
+#include "server/engine/laws/friction_cone.h"
 #include "server/engine/laws/laws.h"
 #include "server/engine/math/types.h"
 
@@ -42,13 +44,30 @@ inline bool is_contact(std::span<const Law> laws, int i) {
          laws[i + 1].normal_row == i;
 }
 
+// Rows of the cone (friction_cone.h) at row i; 0: it is none.
+inline int cone_rows(std::span<const Law> laws, int i) {
+  return laws[i].cone == nullptr ? 0 : laws[i].kind == LawKind::disk_first ? 2 : 1;
+}
+
+// Whether a law is no chain of straight pieces: a cone's (friction_cone.h).
+inline bool has_curves(std::span<const Law> laws) {
+  return std::any_of(laws.begin(), laws.end(), [](const Law& law) { return law.cone != nullptr; });
+}
+
+// What the roots of cones and contacts take once, as multiplications (see StepBudget).
+double work_of_curves(std::span<const Law> laws);
+
 // Per row the slope of its line: W_ii, and for the first row of a disk a bound of the two rows' block.
 void law_scales(const Eigen::Ref<const MatrixX>& W, std::span<const Law> laws, std::span<double> scale);
 
 // delta <- W lambda + delta_free.
 void update_displacements(const LawSystem& system, const LawState& state);
 
-// The force of a disk's two rows after one step from (lambda, delta); exact where it has no normal row.
+// What the cone at row i comes to, with all other forces as they are, and how far the forces are from that (N).
+DiskContact cone_answer(const LawSystem& system, int i, const LawState& state);
+double distance(const LawSystem& system, int i, const LawState& state, const DiskContact& answer);
+
+// The force of a disk's two rows after one step from (lambda, delta); exact for a cone.
 Eigen::Vector2d disk_step(const LawSystem& system, int i, const LawState& state);
 
 // The violation (N) of the law of row i, of a disk at its first row; zero at its second.

@@ -7,7 +7,7 @@
 
 namespace acus {
 
-ReducedLaws::ReducedLaws(int capacity) {
+ReducedLaws::ReducedLaws(int capacity, std::span<double> room) : room_(room) {
   const auto n = static_cast<std::size_t>(capacity);
   order_.reserve(n);
   others_.reserve(n);
@@ -16,7 +16,6 @@ ReducedLaws::ReducedLaws(int capacity) {
   scale_.resize(n);
   lambda_.resize(n);
   delta_.resize(n);
-  storage_.setZero(static_cast<Eigen::Index>(capacity) * capacity);
   softness_.setZero(capacity);
   y_.setZero(capacity);
   delta_free_.setZero(capacity);
@@ -67,7 +66,7 @@ bool ReducedLaws::reduce(const LawSystem& full) {
   if (!factorize(full)) return false;
   auto schur = factor().bottomRightCorner(other_count_, other_count_);
   mirror_lower(schur);
-  return true;
+  return schur.allFinite();
 }
 
 void ReducedLaws::linearize(const LawState& iterate) {

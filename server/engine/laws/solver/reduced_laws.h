@@ -14,7 +14,7 @@
 // added, a hundred times more as long as that does not factorise. Started at lambda = 0 and repeated about its own
 // answer, the elimination is the proximal point method [Rockafellar 1976], which converges to the answer on W itself;
 // rounding errors of the factor are mended on the way. The scales of the others stay those of the full W, so a
-// violation is the same number here and there.
+// violation is the same number here and there, but for cones, whose own blocks are those of S.
 #pragma once
 
 #include <vector>
@@ -27,12 +27,17 @@ class ReducedLaws {
  public:
   static constexpr double kRegularization = 1e-12;
 
-  explicit ReducedLaws(int capacity);
+  // `room`: rows² numbers at least in every call, from reduce() to the last of its system. It must outlive this.
+  ReducedLaws(int capacity, std::span<double> room);
 
-  // Splits the rows and factorises; false if W_BB cannot be made positive definite.
+  // Splits the rows and factorises; false if W_BB cannot be made positive definite, or numbers of S are not finite.
   bool reduce(const LawSystem& full);
-  // Takes other laws of the same rows; W and the bilateral laws are those of reduce().
-  void replace_laws(const LawSystem& full) { split(full); }
+
+  // What of the room the system at hand leaves.
+  std::span<double> room_behind() const {
+    const auto rows = static_cast<std::size_t>(bilateral_count_ + other_count_);
+    return room_.subspan(rows * rows);
+  }
 
   // Moves the reduced system to an iterate of the full one.
   void linearize(const LawState& iterate);
@@ -52,10 +57,10 @@ class ReducedLaws {
   // Lower triangle: L of W_BB and below it W_IB L⁻ᵀ; S in full in the last corner. Packed, so that it stays in the
   // caches.
   auto factor() {
-    return Eigen::Map<MatrixX>(storage_.data(), bilateral_count_ + other_count_, bilateral_count_ + other_count_);
+    return Eigen::Map<MatrixX>(room_.data(), bilateral_count_ + other_count_, bilateral_count_ + other_count_);
   }
   auto factor() const {
-    return Eigen::Map<const MatrixX>(storage_.data(), bilateral_count_ + other_count_, bilateral_count_ + other_count_);
+    return Eigen::Map<const MatrixX>(room_.data(), bilateral_count_ + other_count_, bilateral_count_ + other_count_);
   }
 
   std::vector<int> order_;              // rows of W: the bilateral ones, then the others
@@ -65,11 +70,11 @@ class ReducedLaws {
   std::vector<double> scale_;           // of the others
   std::vector<double> lambda_, delta_;  // of the others
   Eigen::Index bilateral_count_ = 0, other_count_ = 0;
-  VectorX storage_;     // of factor()
-  VectorX softness_;    // s (m/N)
-  VectorX y_;           // L⁻¹ (delta_B + s lambda_B)
-  VectorX delta_free_;  // delta_bar
-  VectorX step_;        // scratch: change of lambda_I, then of lambda_B
+  std::span<double> room_;  // of factor()
+  VectorX softness_;        // s (m/N)
+  VectorX y_;               // L⁻¹ (delta_B + s lambda_B)
+  VectorX delta_free_;      // delta_bar
+  VectorX step_;            // scratch: change of lambda_I, then of lambda_B
 };
 
 }  // namespace acus

@@ -43,7 +43,7 @@ void read_row(const Rows& rows, int i, InsertionScratch& scratch, InsertionForce
     case RowRole::friction: {
       const Rows::Cone* cone = rows.find_cone(i);
       next.vertices[row.index].friction = lambda;
-      next.vertices[row.index].sliding = cone ? cone->answer.slips : at_cap();
+      next.vertices[row.index].sliding = cone ? rows.answer(*cone).slips : at_cap();
       forces.friction += force;
       break;
     }
@@ -80,7 +80,7 @@ InsertionForces read_forces(const Rows& rows, int needle, InsertionScratch& scra
   for (ShaftCell& cell : next.cells) cell.contact = 0, cell.friction.setZero();
   InsertionForces forces;
   for (int i = 0; i < rows.count(); ++i)
-    if (rows.row(i).needle == needle) read_row(rows, i, scratch, forces);
+    if (rows.row(i).needle == needle && !rows.row(i).left_out) read_row(rows, i, scratch, forces);
   for (const ShaftPoint& p : scratch.located.shaft) {
     VertexState& state = next.vertices[p.vertex];
     state.traction = p.owned > 0 ? state.friction / p.owned : 0;

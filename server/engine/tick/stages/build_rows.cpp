@@ -39,14 +39,15 @@ void build_rows(const Model& model, const State& state, Scratch& scratch) {
     const NeedleView first = needle_view(model, scratch, contact.first);
     all = add_needle_contact_rows(first, needle_view(model, scratch, contact.second), friction, contact, rows) && all;
   }
-  for (int i = 0; i < model.needle_count(); ++i)
-    all = add_insertion_rows(insertion_view(model, state, scratch, i), state, scratch.insertions[i], rows) && all;
+  // Before the tissue: a shaft in squeezed tissue takes no room from them.
   for (int g = 0; g < model.guide_count(); ++g) {
     const int needle = model.guide_needles[g];
     all = add_guide_rows(model.scene.guides[g], g, needle, needle_view(model, scratch, needle), scratch.guides[g],
                          rows) &&
           all;
   }
+  for (int i = 0; i < model.needle_count(); ++i)
+    all = add_insertion_rows(insertion_view(model, state, scratch, i), state, scratch.insertions[i], rows) && all;
   scratch.outcome.rows_fit = scratch.outcome.rows_fit && all;
 }
 
