@@ -447,7 +447,7 @@ int run(const Arguments& arguments) {
     return kCannotRecord;
   }
   serve(*endpoint, std::move(world), arguments, link, termination);
-  const bool failed = !arguments.endpoint.record.empty() && endpoint->recording_failed();
+  const bool failed = !endpoint->finish_recording() && !arguments.endpoint.record.empty();
   const ExitCode status = failed ? kCannotRecord : kEnded;
   const bool leaves_thread = endpoint->leaves_thread();
   endpoint.reset();

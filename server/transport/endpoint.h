@@ -50,7 +50,8 @@ class Endpoint {
   std::uint64_t rejected() const { return answers_.rejected(); }
   // Whether a thread is at work that outlives the endpoint: it loads a scene, or writes a snapshot.
   bool leaves_thread() const { return requests_.leaves_thread(); }
-  bool recording_failed() const { return requests_.recordings().state() == protocol::RecordingState::failed; }
+  // Once the simulation thread has ended; false where something of a recording is missing.
+  bool finish_recording() { return requests_.finish_recordings(); }
   std::uint64_t dropped() const { return feed_.dropped(); }
 
  private:

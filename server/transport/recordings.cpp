@@ -62,6 +62,11 @@ std::optional<Recordings::Ended> Recordings::take_ended() {
   return ended;
 }
 
+bool Recordings::finish() {
+  if (is_ending()) return ending_.get();
+  return !recorder_ || recorder_->finish();
+}
+
 std::string Recordings::name() const {
   return recorder_ ? std::filesystem::path(recorder_->path()).filename().string() : "";
 }

@@ -36,6 +36,10 @@ class Recordings {
   // Once after each end(), when the file is closed.
   std::optional<Ended> take_ended();
 
+  // At the end of the program, when nothing takes ticks any more: brings what is left to the file. Whether nothing is
+  // missing there.
+  bool finish();
+
   Recorder* recorder() const { return is_ending() ? nullptr : recorder_.get(); }  // that takes ticks; null: none does
   std::string name() const;  // of the file that is being written, without the folder; empty: none is
   protocol::RecordingState state() const;

@@ -51,9 +51,9 @@ class Requests {
   // What other threads have done, and what the scene wants.
   void turn();
 
-  // Nothing is under way, of anybody or of a client.
   // Whether a thread is at work that outlives this: it loads a scene, or writes a snapshot.
   bool leaves_thread() const { return loader_.busy() || snapshot_file_.writing(); }
+  // Nothing is under way, of anybody or of a client.
   bool idle() const { return pending_.none() && !loader_.busy(); }
   bool any_of(const std::string& client) const {
     return pending_.any_of(client) || (loader_.busy() && loading_for_.identity == client);
@@ -62,6 +62,7 @@ class Requests {
   const ServedWorld& world() const { return world_; }
   CommandStreams& streams() { return streams_; }
   const Recordings& recordings() const { return recordings_; }
+  bool finish_recordings() { return recordings_.finish(); }
   // Until turn() may have a snapshot to ask for, in real time; a day where none is.
   std::chrono::milliseconds until_snapshot() const;
   bool paused() const { return paused_; }

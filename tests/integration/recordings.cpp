@@ -231,6 +231,20 @@ TEST_CASE("a server whose recording ended by itself says so when it ends") {
   CHECK(server.process().wait(kPatience) == 5);
 }
 
+TEST_CASE("a server that cannot bring the last of its recording to the disk says so when it ends") {
+  const TemporaryFolder folder;
+  ServerProcess server({"--lockstep", "--record", folder / "run"});
+  client::CommandLink commands(server.commands());
+  commands.step(1, kPatience);
+  while (std::filesystem::file_size(folder / "run") < 1000) std::this_thread::sleep_for(10ms);
+  const std::string command =
+      "prlimit --fsize=" + std::to_string(std::filesystem::file_size(folder / "run")) + " --pid ";
+  REQUIRE(std::system((command + std::to_string(server.process().id())).c_str()) == 0);
+  commands.step(1, kPatience);
+  commands.shutdown(kPatience);  // before the next half second
+  CHECK(server.process().wait(kPatience) == 5);
+}
+
 TEST_CASE("a server goes on from a moment of a recording, bit by bit, and its own run is recorded from there") {
   const TemporaryFolder folder;
   const std::string first = folder / "first", second = folder / "second";
