@@ -221,7 +221,8 @@ class Insertions(OfPlans):
     def test_the_interval_of_a_share_is_wilsons(self):
         np.testing.assert_allclose(uncertain.wilson(8, 10), (0.4902, 0.9433), atol=1e-4)
         self.assertEqual(uncertain.wilson(0, 10)[0], 0)
-        self.assertEqual(uncertain.wilson(10, 10)[1], 1)
+        for count in range(1, 200):
+            self.assertEqual((uncertain.wilson(0, count)[0], uncertain.wilson(count, count)[1]), (0, 1))
 
 
 # ---- Corridors ----

@@ -78,4 +78,5 @@ def wilson(hits, count, z=1.96):
     share, spread = hits / count, z * z / count
     middle = (share + spread / 2) / (1 + spread)
     half = z / (1 + spread) * np.sqrt(share * (1 - share) / count + spread / (4 * count))
-    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
+    # Exact at its ends, where rounding would leave out the share itself.
+    return (float(middle - half) if hits else 0.0), (float(middle + half) if hits < count else 1.0)
