@@ -18,7 +18,7 @@ sys.path.insert(0, os.path.join(ROOT, "client", "python"))
 
 import acus  # noqa: E402
 from acus import shapes  # noqa: E402
-from acus.apps import drawing  # noqa: E402
+from acus.drawing import run_curves  # noqa: E402
 
 RECORDING = os.path.join(ROOT, "..", "shared", "data", "hand_motion", "recording1.txt")
 
@@ -183,7 +183,7 @@ class Plot(RecordedRun):
             rows += [(2, "needle", "contact"), (2, "other", "contact")]
             file.write("time_s,needle,kind\n" + "".join("{},{},{}\n".format(*row) for row in rows))
         drawn = acus.Run(self.path("run.csv"))
-        events = drawing.events_to_draw(drawn, drawing.Curves(drawn))
+        events = run_curves.events_to_draw(drawn, run_curves.Curves(drawn))
         self.assertEqual([(event.time, event.needle, event.kind) for event in events],
                          [(0.5, "needle", "contact"), (0.5, "needle", "release"), *rows[-2:]])
 

@@ -29,6 +29,14 @@ class Examples(InTemporaryFolder):
         self.assertIn("puncture of 'phantom' at 1.00 N", text)
         self.assertTrue("no picture" in text or os.path.getsize(self.path("first_insertion.png")) > 5000)
 
+    @unittest.skipUnless(engine.available(), "SKIPPED: the engine is not built as a Python module (pybind11 is missing)")
+    def test_first_force(self):
+        with open(os.path.join(EXAMPLES, "first_force.py"), encoding="utf-8") as file:
+            told = "print(max(each.base_force @ -needle.axis for each in felt[:1500]))\n"
+            script = self.write("first_force.py", 'import matplotlib\nmatplotlib.use("agg")\n' + file.read() + told)
+        self.assertAlmostEqual(float(self.run_example(script)), 1.0, delta=0.01)  # N: f_p
+        self.assertGreater(os.path.getsize(self.path("force.png")), 5000)
+
     def test_steering(self):
         found = re.search(r"came to (\S+) mm from the target, (\S+) mm beside", self.run_example("steering.py"))
         self.assertLess(float(found[1]), 1.0)  # 0.39

@@ -81,9 +81,9 @@ class OwnFiles(InTemporaryFolder):
 @unittest.skipUnless(all(map(importlib.util.find_spec, ("matplotlib", "PIL"))), "SKIPPED: Matplotlib or Pillow is not installed")
 class OwnPictures(InTemporaryFolder):
     def draw(self, name):
-        from acus.apps import drawing
+        from acus.drawing import figures
         from matplotlib.figure import Figure
-        drawing.save(Figure((1, 1)), self.path(name))
+        figures.save(Figure((1, 1)), self.path(name))
 
     def test_pictures_are_replaced_and_others_are_not(self):
         for ending in (".png", ".svg", ".pdf"):

@@ -32,14 +32,14 @@ try:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    from acus.apps import drawing
+    from acus.drawing import figures
 except ImportError:
     print("no picture: Matplotlib or Pillow is not installed")
 else:
     plt.plot(1e3 * track.depth, track.axial_resistance)
     plt.xlabel("needle inside the tissue (mm)")
     plt.ylabel("axial resistance (N)")
-    drawing.save(plt.gcf(), "first_insertion.png")  # replaces no picture of anybody else's
+    figures.save(plt.gcf(), "first_insertion.png")  # replaces no picture of anybody else's
 
 # %% The end.
 client.close()

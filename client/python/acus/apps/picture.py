@@ -33,17 +33,15 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-import matplotlib.patheffects as effects  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
-from matplotlib.collections import PolyCollection  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
 import acus  # noqa: E402
 from acus import shapes  # noqa: E402
-from acus.apps import drawing  # noqa: E402
-from acus.apps.drawing import MM  # noqa: E402
+from acus.drawing import cuts, figures, run_curves  # noqa: E402
+from acus.drawing.run_curves import MM  # noqa: E402
 from acus.rotation import axis_of  # noqa: E402
 
 STRAIGHT = 0.03  # of its length: a needle that strays less from its axis has no plane of its own
@@ -58,45 +56,6 @@ FORCE_HEIGHT = 3.2  # inches, of the curves
 HEADING_HEIGHT = 0.65  # inches, of the title and displacements under it
 TEXT_HEIGHT = 0.35  # inches, of a title alone, and of the legend between views and curves
 VIEW_HEIGHTS = (1.6, 6.0)  # inches, least and most of the views
-BESIDE = 0.5  # of the tissue's size: how far beside it a needle is still shown
-
-REGION_COLOURS = ["#f3dcc0", "#bcd9ee", "#c4e5d6", "#ecc9dd", "#f5eda6", "#cfcfcf"]  # pale ones of Okabe and Ito's
-OUTLINE = {"edgecolor": "#8a7f74", "linewidth": 0.25}
-HALO = [effects.withStroke(linewidth=3.6, foreground="white")]
-NEEDLE_STYLE = {"linewidth": 2.0, "solid_capstyle": "butt"}
-NEEDLE_COLOURS = {True: "#111111", False: "#777777"}  # whether it is the one whose forces are drawn
-BASE_STYLE = {"marker": "s", "markersize": 6, "linestyle": "none"}
-PATH_STYLE = {"color": "#d55e00", "linewidth": 1.0}
-GUIDE_STYLE = {"color": "#7a3e8e", "linewidth": 2.5, "solid_capstyle": "butt"}
-
-
-class View:
-    """A plane to cut with, and how it lies on the paper: right and up are unit vectors of the world."""
-
-    def __init__(self, point, normal, axis):
-        self.point = point
-        self.normal = normal / np.linalg.norm(normal)
-        upward = np.array([0.0, 0.0, 1.0])
-        if abs(self.normal[2]) < 0.8:
-            self.up = unit(upward - upward @ self.normal * self.normal)
-            self.right = np.cross(self.up, self.normal)
-        else:  # seen from above or below: the needle runs to the right
-            self.right = unit(axis - axis @ self.normal * self.normal)
-            self.up = np.cross(self.normal, self.right)
-        if self.right[np.argmax(np.abs(self.right))] < 0:  # look from the side where the axes grow to the right
-            self.right, self.normal = -self.right, -self.normal
-
-    def flat(self, points):
-        """Places on the paper (mm)."""
-        return np.stack([points @ self.right, points @ self.up], axis=-1) * MM
-
-    @staticmethod
-    def label(direction):
-        """The direction in terms of the world's axes, such as 0.67 x + 0.74 y."""
-        terms = [(round(float(share), 2), axis) for share, axis in zip(direction, "xyz") if abs(share) > 0.03]
-        text = " + ".join(axis if share == 1 else f"−{axis}" if share == -1 else f"{share:.2g} {axis}"
-                          for share, axis in terms)
-        return text.replace("+ -", "− ").replace("-", "−") + " (mm)"
 
 
 class Moment:
@@ -106,10 +65,6 @@ class Moment:
         self.time = time
         self.title = title
         self.frame = None
-
-
-def unit(v):
-    return v / np.linalg.norm(v)
 
 
 # ---- Which moments ----
@@ -161,20 +116,20 @@ def chosen_view(curves, moments, normal):
     excursions = [excursion_of(moment.frame, curves.needle) for moment in moments]
     point, axis, aside = max(excursions, key=lambda excursion: np.linalg.norm(excursion[2]))
     if normal is not None:
-        return View(point, normal, axis)
+        return cuts.View(point, normal, axis)
     least = STRAIGHT * shapes.span_of(moments[0].frame.needles[curves.needle][0])
     if np.linalg.norm(aside) < least:
         aside = towards_neighbours(moments[0].frame, curves.needle, axis)
     if np.linalg.norm(aside) < least:
         across = np.array([1.0, 0, 0] if abs(axis[2]) > 0.9 else [0, 0, 1.0])  # a view from the side
         aside = across - across @ axis * axis
-    return View(point, np.cross(axis, aside), axis)
+    return cuts.View(point, np.cross(axis, aside), axis)
 
 
 def excursion_of(frame, needle):
     """Where the needle's base is, its axis there, and how far and where to it strays from that line at most."""
     nodes, orientations = frame.needles[needle]
-    axis = unit(axis_of(orientations[0]))
+    axis = cuts.unit(axis_of(orientations[0]))
     return nodes[0], axis, furthest(nodes - nodes[0], axis)
 
 
@@ -214,58 +169,13 @@ def in_words(displacements, start):
 # ---- Drawing ----
 
 
-def draw_view(axes, view, moment, recorded, events, needle):
-    frame = moment.frame
-    polygons, owners = shapes.cut(frame.tissue, recorded.tetrahedra, view.point, view.normal)
-    colours = [region_colour(recorded.region_of[owner]) for owner in owners]
-    outlines = [view.flat(frame.dents.outline(polygon)) for polygon in polygons]
-    axes.add_collection(PolyCollection(outlines, facecolors=colours, **OUTLINE))
-    for name, (nodes, _) in frame.needles.items():
-        flat, colour = view.flat(nodes), NEEDLE_COLOURS[name == needle]
-        axes.plot(*flat.T, color=colour, path_effects=HALO, **NEEDLE_STYLE)
-        axes.plot(*flat[0], color=colour, **BASE_STYLE)
-    for path in frame.paths:
-        axes.plot(*view.flat(path).T, **PATH_STYLE)
-    for position, orientation in frame.guides.values():
-        draw_guide(axes, view, position, orientation)
-    for event in events:
-        if np.all(np.isfinite(event.position)):
-            axes.plot(*view.flat(event.position), drawing.EVENT_MARKERS.get(event.kind, "x"), markersize=6, zorder=6,
-                      **drawing.EVENT_STYLE)
-
-
-def region_colour(region):
-    return REGION_COLOURS[region % len(REGION_COLOURS)]
-
-
-def draw_guide(axes, view, position, orientation):
-    """The two sides of the hole."""
-    place, along = view.flat(position), view.flat(axis_of(orientation)) / MM
-    across = np.array([-along[1], along[0]])
-    for side in (-1.8, 1.8):  # mm
-        axes.plot(*np.stack([place + side * across - 3 * along, place + side * across + 3 * along]).T, **GUIDE_STYLE)
-
-
-def limits_of(view, moments):
-    """What all views show (mm): the tissue, and the needles as far as they are not far beside it."""
-    tissue = np.concatenate([view.flat(moment.frame.tissue) for moment in moments])
-    nodes = np.concatenate([view.flat(nodes) for moment in moments for nodes, _ in moment.frame.needles.values()])
-    centre = tissue if tissue.size else nodes
-    low, high = centre.min(axis=0), centre.max(axis=0)
-    size = max(high - low)
-    low, high = np.minimum(low, np.maximum(nodes.min(axis=0), low - BESIDE * size)), \
-        np.maximum(high, np.minimum(nodes.max(axis=0), high + BESIDE * size))
-    margin = 0.04 * size
-    return low - margin, high + margin
-
-
 def draw_views(figure, cells, view, moments, recorded, events, curves):
-    low, high = limits_of(view, moments)
+    low, high = cuts.limits_of(view, moments)
     first, earlier = None, -np.inf
     for letter, cell, moment in zip(LETTERS, cells, moments):
         axes = figure.add_subplot(cell, sharex=first, sharey=first)
         recent = [event for event in events if earlier < event.time <= moment.time]
-        draw_view(axes, view, moment, recorded, recent, curves.needle)
+        cuts.draw_view(axes, view, moment, recorded, recent, curves.needle)
         earlier = moment.time
         axes.set_aspect("equal")
         axes.set_xlim(low[0], high[0])
@@ -283,10 +193,10 @@ def draw_views(figure, cells, view, moments, recorded, events, curves):
 
 
 def draw_curves(axes, curves, moments, events):
-    drawing.draw_forces(axes, curves, events)
+    run_curves.draw_forces(axes, curves, events)
     kind = "inserted" if np.any(curves.inserted > 0) else "travel"
-    handles = drawing.draw_depth(axes, curves, drawing.depth_of(curves, kind), drawing.DEPTH_LABELS[kind])
-    drawing.draw_grid(axes)
+    handles = run_curves.draw_depth(axes, curves, run_curves.depth_of(curves, kind), run_curves.DEPTH_LABELS[kind])
+    run_curves.draw_grid(axes)
     for letter, moment in zip(LETTERS, moments):
         axes.axvline(moment.time, color="#777777", linewidth=0.8, linestyle=":")
         axes.annotate(letter, (moment.time, 1), xycoords=("data", "axes fraction"), xytext=(0, 3),
@@ -296,22 +206,22 @@ def draw_curves(axes, curves, moments, events):
 
 def legend_of_views(axes, recorded, moments):
     used = np.unique(recorded.region_of)
-    handles = [Patch(facecolor=region_colour(i), label=recorded.regions[i], **OUTLINE) for i in used]
-    handles.append(Line2D([], [], label="needle, base", marker="s", markersize=6, color=NEEDLE_COLOURS[True],
-                          **NEEDLE_STYLE))
+    handles = [Patch(facecolor=cuts.region_colour(i), label=recorded.regions[i], **cuts.OUTLINE) for i in used]
+    handles.append(Line2D([], [], label="needle, base", marker="s", markersize=6, color=cuts.NEEDLE_COLOURS[True],
+                          **cuts.NEEDLE_STYLE))
     if len(recorded.needles) > 1:
-        handles.append(Line2D([], [], label="other needles", color=NEEDLE_COLOURS[False], **NEEDLE_STYLE))
+        handles.append(Line2D([], [], label="other needles", color=cuts.NEEDLE_COLOURS[False], **cuts.NEEDLE_STYLE))
     if any(moment.frame.paths for moment in moments):
-        handles.append(Line2D([], [], label="path", **PATH_STYLE))
+        handles.append(Line2D([], [], label="path", **cuts.PATH_STYLE))
     if recorded.hello["guides"]:
-        handles.append(Line2D([], [], label="guide", **GUIDE_STYLE))
+        handles.append(Line2D([], [], label="guide", **cuts.GUIDE_STYLE))
     axes.axis("off")
     axes.legend(handles=handles, loc="center", ncols=8, frameon=False, fontsize=9)
 
 
 def draw(curves, recorded, view, moments, events, heading):
     """`heading` is the title and the line under it."""
-    low, high = limits_of(view, moments)
+    low, high = cuts.limits_of(view, moments)
     width, height = high - low
     view_height = float(np.clip((WIDTH - 1) / len(moments) * height / width, *VIEW_HEIGHTS))
     heights = [HEADING_HEIGHT if heading[1] else TEXT_HEIGHT, view_height + 0.9, TEXT_HEIGHT, FORCE_HEIGHT]
@@ -372,9 +282,9 @@ def parse_arguments():
 
 def draw_run(arguments):
     stem = os.path.splitext(arguments.run)[0]
-    with acus.Run(arguments.run, arguments.shapes) as whole, drawing.last_epoch(whole) as run:
-        curves = drawing.Curves(run, arguments.needle)
-        events = drawing.events_to_draw(run, curves)
+    with acus.Run(arguments.run, arguments.shapes) as whole, run_curves.last_epoch(whole) as run:
+        curves = run_curves.Curves(run, arguments.needle)
+        events = run_curves.events_to_draw(run, curves)
         recorded = run.shapes
         if curves.needle not in recorded.needles:
             raise acus.RunError(f"{recorded.path}: has no needle '{curves.needle}', so it is of another run than "
@@ -386,7 +296,7 @@ def draw_run(arguments):
     if len(recorded.needles) > 1:
         title += f" (forces on '{curves.needle}')"
     heading = (title, in_words(displacements, curves.start))
-    drawing.save(draw(curves, recorded, view, moments, events, heading), arguments.out or stem + ".png")
+    figures.save(draw(curves, recorded, view, moments, events, heading), arguments.out or stem + ".png")
     print_displacements(displacements, curves.start)
 
 

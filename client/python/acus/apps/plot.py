@@ -33,7 +33,8 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 import acus  # noqa: E402
-from acus.apps import drawing, jumps, timing_plot  # noqa: E402
+from acus.apps import jumps, timing_plot  # noqa: E402
+from acus.drawing import figures, run_curves  # noqa: E402
 
 SHORTEST_PART = 0.1  # s, of a part of the motion; shorter ones belong to their neighbours
 RESTING = 0.05  # of the largest speed: slower counts as hold
@@ -86,9 +87,9 @@ def draw_against_depth(axes, curves, depth, label, parts, events):
     seen = set()
     for begin, end, name in parts:
         stretch = slice(begin, end + 1)  # one row on, so that neighbouring parts join
-        axes.plot(depth[stretch] * drawing.MM, force[stretch], color=PART_COLOURS[name], linewidth=1.3,
-                  label=drawing.once(seen, name))
-    drawing.draw_events(axes, curves, events, depth * drawing.MM, force)
+        axes.plot(depth[stretch] * run_curves.MM, force[stretch], color=PART_COLOURS[name], linewidth=1.3,
+                  label=run_curves.once(seen, name))
+    run_curves.draw_events(axes, curves, events, depth * run_curves.MM, force)
     axes.set_xlabel(label)
     axes.set_ylabel("axial resistance (N)")
 
@@ -97,13 +98,13 @@ def draw_against_time(axes, curves, depth, label, parts, events):
     for begin, end, name in parts:
         last = min(end, len(curves.time) - 1)
         axes.axvspan(curves.time[begin], curves.time[last], color=PART_COLOURS[name], alpha=0.10, linewidth=0)
-    drawing.draw_forces(axes, curves, events)
-    return drawing.draw_depth(axes, curves, depth, label)
+    run_curves.draw_forces(axes, curves, events)
+    return run_curves.draw_depth(axes, curves, depth, label)
 
 
 def draw(curves, depth_kind, events, title):
-    depth = drawing.depth_of(curves, depth_kind)
-    label = drawing.DEPTH_LABELS[depth_kind]
+    depth = run_curves.depth_of(curves, depth_kind)
+    label = run_curves.DEPTH_LABELS[depth_kind]
     parts = parts_of(curves)
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(11, 9.5), constrained_layout=True)
     figure.suptitle(title, fontsize=13)
@@ -111,16 +112,16 @@ def draw(curves, depth_kind, events, title):
     upper.legend(loc="center left", bbox_to_anchor=(1.07, 0.5), frameon=False)
     handles = draw_against_time(lower, curves, depth, label, parts, events)
     lower.legend(*handles, loc="center left", bbox_to_anchor=(1.07, 0.5), frameon=False)
-    drawing.draw_grid(upper)
-    drawing.draw_grid(lower)
+    run_curves.draw_grid(upper)
+    run_curves.draw_grid(lower)
     return figure
 
 
 def draw_run(arguments):
     with acus.Run(arguments.run) as whole:
-        run = drawing.last_epoch(whole)
-        curves = drawing.Curves(run, arguments.needle)
-        events = drawing.events_to_draw(run, curves)
+        run = run_curves.last_epoch(whole)
+        curves = run_curves.Curves(run, arguments.needle)
+        events = run_curves.events_to_draw(run, curves)
     title = arguments.title or f"Force on needle '{curves.needle}' ({os.path.basename(arguments.run)})"
     return draw(curves, arguments.depth, events, title)
 
@@ -177,7 +178,7 @@ def main():
             return list_jumps(arguments)
         timing = is_timing(arguments.run)
         figure = timing_plot.draw(arguments.run, arguments.title) if timing else draw_run(arguments)
-        drawing.save(figure, arguments.out or os.path.splitext(arguments.run)[0] + ".png")
+        figures.save(figure, arguments.out or os.path.splitext(arguments.run)[0] + ".png")
         return 0
     except acus.AcusError as error:
         sys.exit(str(error))

@@ -10,7 +10,7 @@ import os
 import matplotlib.pyplot as plt
 import numpy as np
 
-from acus.apps import drawing
+from acus.drawing import run_curves
 from acus.timing import Timing
 
 MS = 1e3  # per s
@@ -61,5 +61,5 @@ def draw(path, title):
     draw_round_trips(upper, timing.trips["round_trip_s"], period)
     draw_punctuality(lower, timing.stats, period)
     for axes in (upper, lower):
-        drawing.draw_grid(axes)
+        run_curves.draw_grid(axes)
     return figure

@@ -30,7 +30,7 @@ def picture(model, state, needle, target=None, guides=()):
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg  # pylint: disable=import-outside-toplevel  # takes a second
         from matplotlib.figure import Figure  # pylint: disable=import-outside-toplevel
-        from ..apps import picture as cuts  # pylint: disable=import-outside-toplevel
+        from ..drawing import cuts  # pylint: disable=import-outside-toplevel
     except ImportError:
         raise EnvError("render: it needs matplotlib and pillow (apt install python3-matplotlib python3-pil)") from None
     frame, view = Frame(model, state, guides), cuts.View(needle.base_position, normal_of(needle, target), needle.axis)

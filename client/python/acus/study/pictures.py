@@ -26,7 +26,7 @@ def figure(width, height, rows, columns, **settings):
 
 
 def save(made, path):
-    from ..apps.drawing import save as save_figure  # pylint: disable=import-outside-toplevel  # with matplotlib
+    from ..drawing.figures import save as save_figure  # pylint: disable=import-outside-toplevel  # with matplotlib
     save_figure(made, path)
 
 

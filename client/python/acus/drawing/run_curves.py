@@ -1,18 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""How the forces and events of a run are drawn: what acus-plot and acus-picture have in common."""
-
-import io
-import os
+"""The forces and events of a run, drawn."""
 
 import numpy as np
-from PIL import Image
 
-import acus
-from acus import own_files
+from ..errors import RunError
 
 MM = 1e3  # per m
-DOTS_PER_INCH = 130  # of pixel pictures
-COLOURS = 256  # of a .png: nobody sees a difference, and the file is a quarter as large
 REPETITION = 0.005  # of the run's duration: events of a kind that follow each other faster are drawn once
 
 # Okabe and Ito's colours, which people with any kind of colour vision tell apart.
@@ -40,7 +33,7 @@ class Curves:
         track = run[needle or run.needles[0]]
         self.needle = track.needle
         if len(track) < 2:
-            raise acus.RunError(f"{run.path}: expected two or more rows of needle '{self.needle}', found {len(track)}; "
+            raise RunError(f"{run.path}: expected two or more rows of needle '{self.needle}', found {len(track)}; "
                                 f"its needles are {', '.join(sorted(run.needles))}")
         self.start = track.time[0]  # s, simulation time
         self.time = track.time - self.start
@@ -137,17 +130,3 @@ def draw_grid(axes):
     axes.axhline(0, color="black", linewidth=0.6)
     axes.grid(True, color="#dddddd", linewidth=0.6)
     axes.set_axisbelow(True)
-
-
-def save(figure, path):
-    ending = os.path.splitext(path)[1].lower()
-    if ending not in own_files.PICTURES:
-        raise acus.AcusError(f"{path}: expected a name that ends with {', '.join(own_files.PICTURES)}")
-    drawn = io.BytesIO()
-    figure.savefig(drawn, dpi=DOTS_PER_INCH, format=ending[1:], metadata={own_files.PICTURES[ending][0]: own_files.WRITER})
-    if ending != ".png":
-        own_files.write(path, drawn.getvalue(), own_files.is_picture)
-        return
-    with Image.open(drawn) as image:
-        small = image.convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, 1, dither=Image.Dither.NONE)
-    own_files.write_image(path, small)
