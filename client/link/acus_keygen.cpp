@@ -15,6 +15,8 @@
 #include <string>
 #include <string_view>
 
+#include "client/link/program.h"
+
 namespace {
 
 constexpr const char* kDescription =
@@ -106,16 +108,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", ACUS_VERSION);
   std::string name;
   app.add_option("NAME", name, "of the files, without their ends; a folder may stand before it")->required();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 1;
-  }
-  try {
+  return acus::client::run_program(app, argc, argv, [&] {
     make_keys(name);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "acus-keygen: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+    return acus::client::kDone;
+  });
 }

@@ -39,11 +39,6 @@ bool answers(const protocol::Error& error, std::uint64_t seq) {
   return !is_stream_rejection(error) && error.seq.value_or(seq) == seq;
 }
 
-std::string told(const protocol::Error& error) {
-  const std::string subject = error.rejected.value_or("message");
-  return "the server refused '" + subject + "' (" + protocol::name_of(error.code) + "): " + error.message;
-}
-
 template <class Decoded, class Decode>
 Decoded decode_or_mismatch(Decode decode, std::string_view bytes, const std::string& endpoint) {
   try {
@@ -57,8 +52,6 @@ Decoded decode_or_mismatch(Decode decode, std::string_view bytes, const std::str
 std::string shown(Timeout timeout) { return std::to_string(timeout.count()) + " ms"; }
 
 }  // namespace
-
-Refused::Refused(const protocol::Error& rejection) : ClientError(told(rejection)), error(rejection) {}
 
 CommandLink::CommandLink(const std::string& endpoint, const std::optional<CurveKeys>& keys)
     : socket_(open_commands(endpoint, keys)) {}
@@ -89,7 +82,7 @@ Answer CommandLink::request(Request request, Timeout timeout) {
     if (!error) continue;  // the late answer to an earlier request
     if (is_stream_rejection(*error)) keep_rejection(*error);
     if (!answers(*error, request.seq)) continue;
-    if (error->code == protocol::ErrorCode::wrong_version) throw ProtocolMismatch(told(*error));
+    if (error->code == protocol::ErrorCode::wrong_version) throw ProtocolMismatch(Refused(*error).what());
     throw Refused(*error);
   }
   throw Vanished(socket_->connected() ? vanished : vanished + ": the connection ended");

@@ -17,44 +17,17 @@
 #include <deque>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "client/link/curve_keys.h"
+#include "client/link/errors.h"
 #include "protocol/codec.h"
-#include "protocol/key_file.h"
 #include "protocol/messages.h"
 
 namespace acus::client {
 
 using Timeout = std::chrono::milliseconds;
-
-// Any trouble with the link; what() names the endpoint and what happened.
-struct ClientError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-// Nobody answered in time: there is no server at the endpoint, or it went away.
-struct Vanished : ClientError {
-  using ClientError::ClientError;
-};
-
-// Somebody answered, but does not speak this version of the protocol.
-struct ProtocolMismatch : ClientError {
-  using ClientError::ClientError;
-};
-
-// The server rejected a message.
-struct Refused : ClientError {
-  explicit Refused(const protocol::Error& rejection);
-  protocol::Error error;
-};
-
-// For a server that admits clients by their keys; protocol/key_file.h reads them from files.
-struct CurveKeys {
-  std::string server;     // the server's public key
-  protocol::KeyPair own;  // the client's, whose public key the server knows
-};
 
 class Socket;  // a ZeroMQ socket and its context
 

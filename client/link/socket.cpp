@@ -6,6 +6,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "client/link/errors.h"
+
 namespace acus::client {
 namespace {
 

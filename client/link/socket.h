@@ -14,7 +14,7 @@
 #include <utility>
 #include <zmq.hpp>
 
-#include "client/link/client.h"
+#include "client/link/curve_keys.h"
 
 namespace acus::client {
 

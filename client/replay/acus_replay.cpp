@@ -18,6 +18,7 @@
 
 #include "client/link/command_line.h"
 #include "client/link/priority.h"
+#include "client/link/program.h"
 #include "client/replay/log_file.h"
 #include "client/replay/replay.h"
 #include "client/replay/run_summary.h"
@@ -31,16 +32,7 @@ namespace {
 
 using namespace acus::client;
 
-enum ExitCode {
-  kDone = 0,
-  kBadInput = 1,
-  kRefused = 2,
-  kVanished = 3,
-  kStatesLost = 4,
-  kMismatch = 5,
-  kInterrupted = 6,
-  kLimitExceeded = 7
-};
+constexpr int kStatesLost = 4, kLimitExceeded = 7;  // and those of client/link/program.h
 
 constexpr const char* kFooter =
     "Exit status: 0 done, 1 bad arguments, files or trajectory, 2 the server refused, 3 the server was not there or\n"
@@ -191,7 +183,7 @@ void print_summary(const Replay& replay, const ReplayOptions& options, bool punc
 
 // Runs and translates how it ended into an exit code; what went wrong goes to stderr.
 int run(Replay& replay) {
-  const auto ended = [](ExitCode code, const std::exception& error) {
+  const auto ended = [](int code, const std::exception& error) {
     std::fprintf(stderr, "acus-replay: %s\n", shown(error.what()).c_str());
     return code;
   };
@@ -317,17 +309,9 @@ int main(int argc, char** argv) {
   CLI::App app("Drives a recorded trajectory into an acus-server and writes the forces that come back.", "acus-replay");
   Arguments arguments;
   declare(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kBadInput;
-  }
-  arguments.replay.timeout = std::chrono::round<Timeout>(std::chrono::duration<double>(arguments.timeout_s));
-  try {
+  return run_program(app, argc, argv, [&] {
+    arguments.replay.timeout = std::chrono::round<Timeout>(std::chrono::duration<double>(arguments.timeout_s));
     if (is_recording(arguments.trajectory)) return run_again(app, arguments.trajectory);
     return replay_trajectory(arguments);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "acus-replay: %s\n", shown(error.what()).c_str());
-    return kBadInput;
-  }
+  });
 }

@@ -16,8 +16,9 @@
 #include <vector>
 
 #include "client/link/command_line.h"
+#include "client/link/program.h"
+#include "client/view/door.h"
 #include "client/view/film.h"
-#include "client/view/gateway.h"
 #include "client/view/redirecting_file.h"
 #include "client/view/started_server.h"
 #include "protocol/messages.h"
@@ -214,7 +215,6 @@ int run(const Arguments& arguments) {
   });
 
   view::Gateway::Options options;
-  options.port = arguments.port;
   try {
     options.page = view::read_page(arguments.page);
   } catch (const std::runtime_error& error) {
@@ -250,25 +250,28 @@ int run(const Arguments& arguments) {
   options.to_server = options_to_server(arguments, options.server);
   options.cloud = cloud_of(arguments);
   setpriority(PRIO_PROCESS, 0, 5);  // ticks come first
-  std::optional<view::Gateway> gateway;
+  std::optional<view::Door> door;
   try {
-    gateway.emplace(context, std::move(options));
+    door.emplace(context, arguments.port);
   } catch (const boost::system::system_error& error) {
     std::fprintf(stderr, "acus-view: port %d: %s\n", arguments.port, error.what());
     return kCannotListen;
   }
+  view::Gateway gateway(context, std::move(options));
+  door->open(gateway);
+  const std::string url = door->url(gateway);
   if (!arguments.film.target.empty()) {
-    Filming filming(context, gateway->url(), arguments.film);
+    Filming filming(context, url, arguments.film);
     context.run();
     if (filming.end()) return kEnded;
     if (interrupted)
       std::fputs("acus-view: --export: interrupted; a film that is not whole is removed, pictures stay\n", stderr);
     return gone ? kNoServer : kFailed;
   }
-  std::printf("%s\n", gateway->url().c_str());
+  std::printf("%s\n", url.c_str());
   std::fflush(stdout);
   std::optional<view::RedirectingFile> opened;
-  if (!arguments.no_browser) open_browser(gateway->url(), opened);
+  if (!arguments.no_browser) open_browser(url, opened);
 
   context.run();
   return gone ? kNoServer : kEnded;
@@ -280,18 +283,9 @@ int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app(kDescription, "acus-view");
   declare(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kEnded : kBadCommandLine;
-  }
-  try {
-    return run(arguments);
-  } catch (const protocol::KeyError& error) {
-    std::fprintf(stderr, "acus-view: %s\n", error.what());
-    return kBadCommandLine;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "acus-view: %s\n", error.what());
-    return kFailed;
-  }
+  return client::run_program(
+      app, argc, argv, [&] { return run(arguments); },
+      [](const std::exception& error) {
+        return dynamic_cast<const protocol::KeyError*>(&error) != nullptr ? kBadCommandLine : kFailed;
+      });
 }

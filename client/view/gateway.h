@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Serves the page and its WebSockets on one port of this machine, and passes between them and the server.
+// Passes between pages and the server, or a recording; door.h lets pages in.
 //
 // On a WebSocket (`/link`), binary messages are the server's own, unchanged (protocol/README.md): states, acus-cloud's
 // among them, and, to the one that drives, answers; from the one that drives, requests and streams. Text messages are
@@ -27,14 +27,10 @@
 //            {"notice": "..."}    a sentence to show
 //            {"beat": k}          behind what left at one time
 //
-// Any number may look, as far as kMostViewers; one drives. Whoever asks must name this machine
-// (Host: 127.0.0.1 or localhost), and a page that opens a WebSocket must come from where it asks (Origin), so that no
-// other site reaches the gateway through a browser.
+// Any number may look, as far as kMostPages; one drives.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <map>
 #include <memory>
@@ -46,7 +42,6 @@
 #include <vector>
 
 #include "client/view/cloud_link.h"
-#include "client/view/connections.h"
 #include "client/view/motion_player.h"
 #include "client/view/page_files.h"
 #include "client/view/playback.h"
@@ -56,14 +51,26 @@
 
 namespace acus::view {
 
-class Viewer;
+// A page that looks: what the gateway says to it.
+class Page {
+ public:
+  // What the server said, to leave when there is room.
+  virtual void put(const Frame& frame) = 0;
+  virtual void say(const std::string& words) = 0;
+  virtual void tell_of_the_scene() = 0;  // its `hello_reply` and `describe_reply`, if they have changed
+  // What follows is of another moment (s) of the recording, and before that come messages of its past.
+  virtual void jump(double moment) = 0;
+  virtual void recall(const Frame& frame) = 0;
+
+ protected:
+  ~Page() = default;
+};
 
 class Gateway {
  public:
-  static constexpr std::size_t kMostViewers = 64;
+  static constexpr std::size_t kMostPages = 64;
 
   struct Options {
-    unsigned short port = 0;  // 0: any that is free
     ServerAddress server;
     std::string run;                                  // a recording to show instead of a server; empty: none
     std::function<void(int status)> run_is_unusable;  // of acus-export, which has said why
@@ -75,40 +82,36 @@ class Gateway {
     std::string first_motion;            // to be played to and fro once the first page looks; empty: none
   };
 
-  // Throws boost::system::system_error if the port is not free, client::ClientError for the server's address.
+  // Throws client::ClientError for the server's address.
   Gateway(boost::asio::io_context& context, Options options);
-
-  // With the token.
-  std::string url() const;
 
   // For connections and viewers.
   const Options& options() const { return options_; }
+  const std::string& token() const { return token_; }
   bool is_token(std::string_view token) const;
   const Source& source() const { return *source_; }
   bool driven() const { return driver_ != nullptr; }
-  std::size_t viewers() const { return viewers_.size(); }
-  bool add(Viewer& viewer);  // false: there are too many
-  void remove(Viewer& viewer);
-  bool is_driver(const Viewer& viewer) const { return driver_ == &viewer; }
-  void begin_driving(Viewer& viewer);  // nothing happens while another drives
-  void end_driving(Viewer& viewer);
-  void drive(Viewer& viewer, std::string_view message);
+  std::size_t viewers() const { return pages_.size(); }
+  bool add(Page& page);  // false: there are too many
+  void remove(Page& page);
+  bool is_driver(const Page& page) const { return driver_ == &page; }
+  void begin_driving(Page& page);  // nothing happens while another drives
+  void end_driving(Page& page);
+  void drive(Page& page, std::string_view message);
   const std::string& choices() const { return choices_; }
   const std::string& playing() const { return player_.playing(); }
-  void play(Viewer& viewer, const std::string& motion);
-  void stop_playing(Viewer& viewer);
+  void play(Page& page, const std::string& motion);
+  void stop_playing(Page& page);
   // Of the recording, where one is shown.
   const Playback* run() const { return run_.get(); }
   bool live() const { return source_ != run_.get(); }
   void welcome();  // shows one who has come what is shown
   void play_run(bool wanted);
   void seek(double seconds);
-  void branch(Viewer& viewer, bool wanted);
+  void branch(Page& page, bool wanted);
 
  private:
-  void accept();
-  void accept_later();
-  bool others_drive(const Viewer& viewer) const { return driver_ != nullptr && driver_ != &viewer; }
+  bool others_drive(const Page& page) const { return driver_ != nullptr && driver_ != &page; }
   Source::Listener listener();
   void begin_cloud();
   void begin_run();
@@ -121,11 +124,8 @@ class Gateway {
 
   Options options_;
   std::string token_;
-  std::shared_ptr<Connections> connections_ = std::make_shared<Connections>();
-  boost::asio::ip::tcp::acceptor acceptor_;
-  boost::asio::steady_timer pause_;
-  std::set<Viewer*> viewers_;
-  Viewer* driver_ = nullptr;
+  std::set<Page*> pages_;
+  Page* driver_ = nullptr;
   std::string choices_;  // JSON
   boost::asio::io_context& context_;
   std::unique_ptr<Playback> run_;

@@ -10,24 +10,23 @@
 #include <memory>
 #include <string>
 
+#include "client/view/connections.h"
 #include "client/view/gateway.h"
 #include "client/view/outbox.h"
 
 namespace acus::view {
 
-class Viewer : public std::enable_shared_from_this<Viewer> {
+class Viewer final : public Page, public std::enable_shared_from_this<Viewer> {
  public:
   Viewer(boost::beast::tcp_stream stream, Gateway& gateway, Place place);
 
   void begin(const boost::beast::http::request<boost::beast::http::empty_body>& upgrade);
 
-  // What the server said, to leave when there is room.
-  void put(const Frame& frame) { outbox_.put(frame); }
-  void say(const std::string& words);
-  void tell_of_the_scene();  // its `hello_reply` and `describe_reply`, if they have changed
-  // What follows is of another moment (s) of the recording, and before that come messages of its past.
-  void jump(double moment);
-  void recall(const Frame& frame);
+  void put(const Frame& frame) override { outbox_.put(frame); }
+  void say(const std::string& words) override;
+  void tell_of_the_scene() override;
+  void jump(double moment) override;
+  void recall(const Frame& frame) override;
 
  private:
   using Bytes = std::shared_ptr<const std::string>;

@@ -9,13 +9,14 @@
 #include <limits>
 #include <optional>
 
+#include "client/link/program.h"
 #include "client/replay/run_log.h"
 #include "client/replay/same_file.h"
 #include "server/engine/recording/rerun.h"
-#include "server/runtime/convert.h"
 #include "server/export/messages_export.h"
 #include "server/export/shapes_export.h"
 #include "server/export/vtk_export.h"
+#include "server/runtime/convert.h"
 
 namespace {
 
@@ -202,9 +203,10 @@ int run(const Arguments& arguments) {
   return rerun.damaged() ? kDamaged : kSame;
 }
 
-int fail(ExitCode code, const std::exception& error) {
-  std::fprintf(stderr, "acus-export: %s\n", error.what());
-  return code;
+int status_of(const std::exception& error) {
+  const bool unusable =
+      dynamic_cast<const RecordingError*>(&error) != nullptr || dynamic_cast<const SceneError*>(&error) != nullptr;
+  return unusable ? kUnusable : kCannotWrite;
 }
 
 }  // namespace
@@ -214,18 +216,6 @@ int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app(kDescription, "acus-export");
   declare(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kSame : kBadArguments;
-  }
-  try {
-    return run(arguments);
-  } catch (const RecordingError& error) {
-    return fail(kUnusable, error);
-  } catch (const SceneError& error) {
-    return fail(kUnusable, error);
-  } catch (const std::exception& error) {
-    return fail(kCannotWrite, error);
-  }
+  return client::run_program(
+      app, argc, argv, [&] { return run(arguments); }, status_of);
 }

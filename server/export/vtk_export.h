@@ -3,7 +3,7 @@
 // metres, world frame:
 //
 //   tissue.pvd    tetrahedra where they are; vectors of nodes (m): displacement from rest, and dent, what the mesh
-//                 lacks of it around needles (models/dent.h); region (number in the scene)
+//                 lacks of it around needles (models/unresolved/dent.h); region (number in the scene)
 //   needles.pvd   a line each, base to tip; depth (m), spin (rad), flags, phase (0 free, 1 contact, 2 inside,
 //                 3 through)
 //   paths.pvd     the walls of the paths that needles cut, a line each, mouth first

@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-#include "server/engine/scene/text_table.h"
+#include "server/engine/scene/text/text_table.h"
 
 namespace acus {
 namespace {

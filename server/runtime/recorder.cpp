@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <system_error>
 
-#include "server/engine/state/snapshot.h"
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/state/bytes/snapshot.h"
+#include "server/engine/state/bytes/state_bytes.h"
 #include "server/runtime/privileges.h"
 
 namespace acus {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "server/engine/scene/text_table.h"
+#include "server/engine/scene/text/text_table.h"
 
 namespace acus {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "server/engine/math/nearest_rank.h"
 #include "server/engine/math/processor_time.h"
-#include "server/engine/scene/text_table.h"
+#include "server/engine/scene/text/text_table.h"
 
 namespace acus {
 namespace {

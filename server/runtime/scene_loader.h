@@ -13,7 +13,7 @@
 #include <system_error>
 #include <thread>
 
-#include "server/engine/scene/scene_folders.h"
+#include "server/engine/scene/files/scene_folders.h"
 #include "server/runtime/is_ready.h"
 #include "server/runtime/loaded_scene.h"
 #include "server/runtime/privileges.h"

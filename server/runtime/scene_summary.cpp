@@ -9,9 +9,9 @@
 #include <numbers>
 
 #include "server/engine/math/largest_move.h"
-#include "server/engine/models/needle.h"
+#include "server/engine/models/needle/needle.h"
 #include "server/engine/scene/scene_fields.h"
-#include "server/engine/scene/text_table.h"
+#include "server/engine/scene/text/text_table.h"
 #include "server/engine/state/borders.h"
 #include "server/runtime/mesh_summary.h"
 
@@ -238,7 +238,7 @@ Memory memory(const Scene& scene, const Costs& costs) {
   constexpr double kWord = sizeof(double);
   // rows x rows: W; the matrices of the elimination, of the laws that it leaves, of the base's stiffness
   constexpr double kSquares = 4;
-  constexpr double kPanel = 12;  // numbers per row, of each needle: see engine/models/needle_compliance.h
+  constexpr double kPanel = 12;  // numbers per row, of each needle: see engine/models/needle/needle_compliance.h
   const double corridor = 3.0 * costs.corridor_nodes;
   const double rows = costs.max_rows;
   const double panels = kPanel * static_cast<double>(scene.needles.size());

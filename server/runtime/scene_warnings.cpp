@@ -6,11 +6,11 @@
 #include <cmath>
 #include <optional>
 
-#include "server/engine/models/dimple.h"
-#include "server/engine/models/needle.h"
-#include "server/engine/models/surface.h"
+#include "server/engine/models/geometry/surface.h"
+#include "server/engine/models/needle/needle.h"
+#include "server/engine/models/unresolved/dimple.h"
 #include "server/engine/scene/scene_fields.h"
-#include "server/engine/scene/text_table.h"
+#include "server/engine/scene/text/text_table.h"
 #include "server/runtime/mesh_summary.h"
 #include "server/runtime/region_resolution.h"
 #include "server/runtime/unusual_values.h"

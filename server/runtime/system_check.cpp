@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "server/engine/scene/text_table.h"
+#include "server/engine/scene/text/text_table.h"
 #include "server/runtime/clock.h"
 #include "server/runtime/deadline.h"
 #include "server/runtime/privileges.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/engine/scene/text_table.h"
+#include "server/engine/scene/text/text_table.h"
 
 namespace acus {
 namespace {

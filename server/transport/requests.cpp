@@ -7,8 +7,8 @@
 #include <random>
 #include <system_error>
 
-#include "server/engine/state/snapshot.h"
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/state/bytes/snapshot.h"
+#include "server/engine/state/bytes/state_bytes.h"
 
 namespace acus {
 namespace {

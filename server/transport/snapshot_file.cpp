@@ -15,7 +15,7 @@
 #include <thread>
 
 #include "protocol/own_file.h"
-#include "server/engine/state/snapshot.h"
+#include "server/engine/state/bytes/snapshot.h"
 #include "server/runtime/is_ready.h"
 
 namespace acus {

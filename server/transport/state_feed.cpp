@@ -3,7 +3,7 @@
 
 #include <variant>
 
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/state/bytes/state_bytes.h"
 
 namespace acus {
 namespace {

@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tests of the check of include directions, on trees of a few files."""
+"""Tests of the checks of include directions and of circles, on trees of a few files."""
 
 import os
 import tempfile
 import unittest
 
+import include_circles
 import include_directions
 
 
@@ -87,6 +88,27 @@ class Directions(unittest.TestCase):
         found = self.violations({exception[0]: ""}, [exception])
         self.assertEqual(len(found), 1)
         self.assertIn("no longer includes server/engine/models/b.h", found[0])
+
+
+class Circles(unittest.TestCase):
+    def test_sources_that_need_each_other_are_found_as_one_circle(self):
+        needs = {"a": {"b"}, "b": {"c"}, "c": {"b", "d"}, "d": set(), "e": {"f"}, "f": {"e"}, "g": {"a"}}
+        self.assertEqual(include_circles.circles(needs), [["b", "c"], ["e", "f"]])
+
+    def test_a_header_and_its_source_are_one(self):
+        with tempfile.TemporaryDirectory() as root:
+            os.makedirs(os.path.join(root, "protocol"))
+            for name, text in (("a.h", ""), ("a.cpp", '#include "protocol/a.h"\n#include "protocol/b.h"\n'),
+                               ("b.h", '#include "protocol/a.h"\n'), ("c.cpp", '#include "b.h"\n')):
+                with open(os.path.join(root, "protocol", name), "w", encoding="utf-8") as file:
+                    file.write(text)
+            self.assertEqual(include_circles.circles(include_circles.graph(root)), [["protocol/a", "protocol/b"]])
+
+    def test_folders_of_the_engine_with_too_many_sources_are_found(self):
+        names = [f"server/engine/math/a{number}" for number in range(include_circles.MOST + 1)]
+        self.assertEqual(include_circles.crowded(dict.fromkeys(names[1:], ())), [])
+        self.assertEqual(include_circles.crowded(dict.fromkeys(names, ())), [("server/engine/math", 13, 12)])
+        self.assertEqual(include_circles.crowded({name.replace("engine", "runtime"): () for name in names}), [])
 
 
 if __name__ == "__main__":

@@ -5,6 +5,8 @@
 import glob
 import os
 import re
+import subprocess
+import sys
 import unittest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -43,6 +45,11 @@ class Model(unittest.TestCase):
             for word in words_of(names):
                 with self.subTest(file=file):
                     self.assertRegex(text, rf"\b{word}\b")
+
+    def test_its_drawing_is_what_the_script_draws(self):
+        script = os.path.join(ROOT, "docs", "draw-model")
+        drawn = subprocess.run([sys.executable, script, "--print"], capture_output=True, text=True, timeout=60, check=True).stdout
+        self.assertEqual(contents(os.path.join(SERVER, "model_path.svg")), drawn)
 
     def test_members_exist(self):
         sources = " ".join(contents(path) for ending in ("h", "cpp")

@@ -2,7 +2,7 @@
 // Mesh files of every format, as acus-mesh reads them. Of TetGen's two files, whose names tell what they are, the first
 // byte is the length of the first, over 16; else it is 255.
 #include "server/engine/mesh_files/file_format.h"
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 #include "tests/fuzz/fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <memory>
 
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/pushing.h"
 

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "server/engine/recording/rerun.h"
-#include "server/engine/state/snapshot.h"
+#include "server/engine/state/bytes/snapshot.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/support/small_block.h"
 

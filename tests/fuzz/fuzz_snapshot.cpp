@@ -3,8 +3,8 @@
 #include <cstring>
 
 #include "server/engine/math/hasher.h"
-#include "server/engine/state/snapshot.h"
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/state/bytes/snapshot.h"
+#include "server/engine/state/bytes/state_bytes.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/pushing.h"
 #include "tests/support/small_block.h"

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "server/engine/state/state_check.h"
+#include "server/engine/state/bytes/state_check.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace acus::fuzz {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/golden/trace_hash.h"
 
-#include "server/engine/state/report_hash.h"
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/state/bytes/report_hash.h"
+#include "server/engine/state/bytes/state_bytes.h"
 
 namespace acus::test {
 

@@ -235,10 +235,12 @@ TEST_CASE("a server that cannot bring the last of its recording to the disk says
   const TemporaryFolder folder;
   ServerProcess server({"--lockstep", "--record", folder / "run"});
   client::CommandLink commands(server.commands());
+  commands.hello(kPatience);
+  const auto size = [&] { return std::filesystem::file_size(folder / "run"); };
+  const auto before = size();
   commands.step(1, kPatience);
-  while (std::filesystem::file_size(folder / "run") < 1000) std::this_thread::sleep_for(10ms);
-  const std::string command =
-      "prlimit --fsize=" + std::to_string(std::filesystem::file_size(folder / "run")) + " --pid ";
+  while (size() == before) std::this_thread::sleep_for(10ms);
+  const std::string command = "prlimit --fsize=" + std::to_string(size()) + " --pid ";
   REQUIRE(std::system((command + std::to_string(server.process().id())).c_str()) == 0);
   commands.step(1, kPatience);
   commands.shutdown(kPatience);  // before the next half second

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The block-tridiagonal factor against the dense Cholesky factorisation.
-#include "server/engine/math/block_tridiagonal.h"
+#include "server/engine/math/factor/block_tridiagonal.h"
 
 #include <doctest/doctest.h>
 

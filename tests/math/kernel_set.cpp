@@ -13,10 +13,10 @@
 #include <type_traits>
 #include <vector>
 
+#include "server/engine/math/factor/panel_kernel.h"
 #include "server/engine/math/lanes.h"
-#include "server/engine/math/panel_kernel.h"
 #include "server/engine/math/random.h"
-#include "server/engine/models/element_kernel.h"
+#include "server/engine/models/element/element_kernel.h"
 #include "tests/support/kernel_sets.h"
 
 namespace acus {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Eliminating some unknowns of a dense matrix leaves their factor, the coupling and the Schur complement.
-#include "server/engine/math/partial_cholesky.h"
+#include "server/engine/math/factor/partial_cholesky.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The sparse factor and its substitutions against Eigen's dense Cholesky factorisation.
-#include "server/engine/math/sparse_cholesky.h"
+#include "server/engine/math/factor/sparse_cholesky.h"
 
 #include <doctest/doctest.h>
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "server/engine/mesh_files/file_format.h"
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus::test {
 

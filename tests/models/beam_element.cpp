@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The beam element: forces and tangents against differences of the energy, balance, frame invariance, and the textbook
 // stiffness where it is straight.
-#include "server/engine/models/beam_element.h"
+#include "server/engine/models/needle/beam_element.h"
 
 #include <doctest/doctest.h>
 

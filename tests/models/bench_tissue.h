@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "server/engine/models/tissue_assembler.h"
+#include "server/engine/models/tissue/tissue_assembler.h"
 #include "tests/models/motions.h"
 
 namespace acus {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// models/bevel.h against its equation, solved by finite elements, and its limits.
-#include "server/engine/models/bevel.h"
+// models/unresolved/bevel.h against its equation, solved by finite elements, and its limits.
+#include "server/engine/models/unresolved/bevel.h"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The corotational tetrahedron: polar rotation against Eigen's singular value decomposition, forces and tangents
 // against differences, balance, lanes against the single element, and what happens when it collapses.
-#include "server/engine/models/corotational_energy.h"
+#include "server/engine/models/element/corotational_energy.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The corridor's columns against the dense inverse, and how its slots are given away.
-#include "server/engine/models/corridor.h"
+#include "server/engine/models/tissue/corridor.h"
 
 #include <doctest/doctest.h>
 

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "server/engine/math/random.h"
-#include "server/engine/models/field_task.h"
+#include "server/engine/models/field/field_task.h"
 #include "tests/models/bench_tissue.h"
 #include "tests/models/motions.h"
 #include "tests/support/dense.h"

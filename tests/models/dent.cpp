@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Dents: their shape, and that together they displace places as far as they should.
-#include "server/engine/models/dent.h"
+#include "server/engine/models/unresolved/dent.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The dimple under a tip: its limits, its spring's derivatives, and a neo-Hookean body.
-#include "server/engine/models/dimple.h"
+#include "server/engine/models/unresolved/dimple.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The groove under a shaft: its limits and its spring's derivatives.
-#include "server/engine/models/groove.h"
+#include "server/engine/models/unresolved/groove.h"
 
 #include <doctest/doctest.h>
 

@@ -5,7 +5,7 @@
 
 #include "server/engine/math/random.h"
 #include "server/engine/math/rotation.h"
-#include "server/engine/models/held_base.h"
+#include "server/engine/models/needle/held_base.h"
 #include "tests/models/bench_needle.h"
 
 namespace acus {

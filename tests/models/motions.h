@@ -2,14 +2,14 @@
 // The motion of one body for tests: model and scratch together, and what a tick does to them as members.
 #pragma once
 
-#include "server/engine/models/needle_base.h"
-#include "server/engine/models/needle_linearization.h"
-#include "server/engine/models/needle_rows.h"
-#include "server/engine/models/needle_step.h"
-#include "server/engine/models/rigid_needle.h"
-#include "server/engine/models/tissue_linearization.h"
-#include "server/engine/models/tissue_row_forces.h"
-#include "server/engine/models/tissue_step.h"
+#include "server/engine/models/needle/needle_base.h"
+#include "server/engine/models/needle/needle_linearization.h"
+#include "server/engine/models/needle/needle_rows.h"
+#include "server/engine/models/needle/needle_step.h"
+#include "server/engine/models/needle/rigid_needle.h"
+#include "server/engine/models/tissue/tissue_linearization.h"
+#include "server/engine/models/tissue/tissue_row_forces.h"
+#include "server/engine/models/tissue/tissue_step.h"
 
 namespace acus {
 

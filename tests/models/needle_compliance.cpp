@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The compliance that rows see of a needle is H A⁻¹ Hᵀ of the dense matrix, wherever they stand and in any order.
-#include "server/engine/models/needle_compliance.h"
+#include "server/engine/models/needle/needle_compliance.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Nearest points of two needles against a search on a grid, for random bent needles that pass each other closely.
-#include "server/engine/models/needle_distance.h"
+#include "server/engine/models/needle/needle_distance.h"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Element `nodal_pressure`: its forces against its energy, its matrices against its forces, what it shares with the
 // linear element, and that it moves where that one locks.
-#include "server/engine/models/nodal_pressure.h"
+#include "server/engine/models/element/nodal_pressure.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Rotations of nodes, averaged over several elements.
-#include "server/engine/models/rotation_grid.h"
+#include "server/engine/models/element/rotation_grid.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Finding the tissue's surface and walking through its tetrahedra, on a box whose answers are known.
-#include "server/engine/models/surface.h"
+#include "server/engine/models/geometry/surface.h"
 
 #include <doctest/doctest.h>
 
@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "server/engine/math/random.h"
-#include "server/engine/models/clusters.h"
-#include "server/engine/models/triangle.h"
-#include "server/engine/scene/mesh_file.h"
+#include "server/engine/models/geometry/clusters.h"
+#include "server/engine/models/geometry/triangle.h"
+#include "server/engine/scene/files/mesh_file.h"
 #include "tests/support/places.h"
 
 namespace acus {

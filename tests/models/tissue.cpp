@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The tissue's forces and matrices: patch test, uniform stretch, rigid motions, masses.
-#include "server/engine/models/tissue.h"
+#include "server/engine/models/tissue/tissue.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What tissue remembers, against the closed forms of the Prony series.
-#include "server/engine/models/tissue_memory.h"
+#include "server/engine/models/tissue/tissue_memory.h"
 
 #include <doctest/doctest.h>
 

@@ -9,7 +9,7 @@
 #include <functional>
 
 #include "server/engine/math/random.h"
-#include "server/engine/models/surface.h"
+#include "server/engine/models/geometry/surface.h"
 #include "tests/models/bench_tissue.h"
 #include "tests/support/dense.h"
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The arc along which a bevel steers its needle through an unbounded elastic body: the reference for models/bevel.h.
+"""The arc along which a bevel steers its needle through an unbounded elastic body: the reference for models/unresolved/bevel.h.
 
 The needle is a beam from its edge backwards. Each length of it displaces the body by Kelvin's solution, averaged over the
 circumference, of the force that it bears there. Behind the edge, the middle of its section is between the edge and the

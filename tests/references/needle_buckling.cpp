@@ -15,7 +15,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/engine/models/dimple.h"
+#include "server/engine/models/unresolved/dimple.h"
 #include "tests/references/figure.h"
 #include "tests/references/rigid_ground.h"
 #include "tests/support/dense.h"

@@ -5,8 +5,8 @@
 
 #include <Eigen/IterativeLinearSolvers>
 
-#include "server/engine/models/material_point.h"
-#include "server/engine/models/rest_stiffness.h"
+#include "server/engine/models/geometry/material_point.h"
+#include "server/engine/models/tissue/rest_stiffness.h"
 
 namespace acus {
 namespace {

@@ -2,9 +2,9 @@
 // Homogeneous strains of an irregular mesh, as large as they come: every element is strained alike, so forces inside
 // vanish and the force on a face is the first Piola-Kirchhoff stress P times its area at rest.
 //
-// Source: the corotational energy mu |S - I|² + lambda/2 tr(S - I)² of server/engine/models/corotational_tetrahedron.h, F = R
-// S, also called linear corotational (E. Sifakis, J. Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH Courses
-// 2012, sec. 3.4), worked out by hand:
+// Source: the corotational energy mu |S - I|² + lambda/2 tr(S - I)² of
+// server/engine/models/element/corotational_tetrahedron.h, F = R S, also called linear corotational (E. Sifakis, J.
+// Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH Courses 2012, sec. 3.4), worked out by hand:
 //   hydrostatic, F = s I:                 P = (2 mu + 3 lambda)(s - 1) I = 3 K (s - 1) I
 //   confined stretch, F = diag(s, 1, 1):  P_11 = (2 mu + lambda)(s - 1),  P_22 = lambda (s - 1)
 //   uniaxial, sides free:                 P_11 = E (s - 1), narrowing by 1 - nu (s - 1)

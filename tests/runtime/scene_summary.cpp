@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "server/engine/scene/text_table.h"
+#include "server/engine/scene/text/text_table.h"
 #include "server/runtime/scene_summary.h"
 
 namespace acus {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <doctest/doctest.h>
 
-#include "server/engine/scene/installed_scenes.h"
+#include "server/engine/scene/files/installed_scenes.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace acus;

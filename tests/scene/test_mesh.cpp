@@ -7,7 +7,7 @@
 #include <limits>
 #include <set>
 
-#include "server/engine/scene/mesh_file.h"
+#include "server/engine/scene/files/mesh_file.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/temporary_folder.h"
 

@@ -18,7 +18,7 @@
 #include <sstream>
 
 #include "server/engine/mesh_files/mesh_confinement.h"
-#include "server/engine/scene/mesh_process.h"
+#include "server/engine/scene/files/mesh_process.h"
 #include "tests/support/file_content.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"

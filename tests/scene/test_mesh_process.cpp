@@ -15,8 +15,8 @@
 #include <random>
 
 #include "server/engine/mesh_files/mesh_answer.h"
-#include "server/engine/scene/mesh_file.h"
-#include "server/engine/scene/mesh_process.h"
+#include "server/engine/scene/files/mesh_file.h"
+#include "server/engine/scene/files/mesh_process.h"
 #include "tests/support/mesh_files.h"
 #include "tests/support/temporary_folder.h"
 

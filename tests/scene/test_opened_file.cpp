@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/scene/opened_file.h"
+#include "server/engine/scene/files/opened_file.h"
 
 #include <doctest/doctest.h>
 #include <fcntl.h>
@@ -9,9 +9,9 @@
 #include <filesystem>
 #include <thread>
 
-#include "server/engine/scene/mesh_file.h"
+#include "server/engine/scene/files/mesh_file.h"
+#include "server/engine/scene/files/scene_folders.h"
 #include "server/engine/scene/scene.h"
-#include "server/engine/scene/scene_folders.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace acus;

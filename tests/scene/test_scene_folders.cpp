@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
+#include "server/engine/scene/files/scene_folders.h"
 #include "server/engine/scene/scene.h"
-#include "server/engine/scene/scene_folders.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace acus;

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "server/engine/models/surface.h"
+#include "server/engine/models/geometry/surface.h"
 #include "server/engine/tick/drawn_tissue.h"
 #include "server/engine/tick/simulation.h"
 

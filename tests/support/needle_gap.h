@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "server/engine/models/needle.h"
+#include "server/engine/models/needle/needle.h"
 
 namespace acus::test {
 

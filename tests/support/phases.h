@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether the events of a tick explain how a needle's phase has changed (state/phase.h).
+// Whether the events of a tick explain how a needle's phase has changed (state/needle/phase.h).
 #pragma once
 
 #include <array>
 #include <vector>
 
-#include "server/engine/state/phase.h"
+#include "server/engine/state/needle/phase.h"
 #include "server/engine/state/report.h"
 
 namespace acus::test {

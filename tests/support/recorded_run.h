@@ -8,8 +8,8 @@
 #include <string>
 
 #include "server/engine/recording/recording_file.h"
-#include "server/engine/state/snapshot.h"
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/state/bytes/snapshot.h"
+#include "server/engine/state/bytes/state_bytes.h"
 #include "tests/support/small_block.h"
 
 namespace acus::test {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "server/engine/models/surface.h"
+#include "server/engine/models/geometry/surface.h"
 #include "server/engine/tick/simulation.h"
 #include "tests/support/drawn_gap.h"
 

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <vector>
 
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Needles that a bevel steers by its geometry (models/bevel.h).
+// Needles that a bevel steers by its geometry (models/unresolved/bevel.h).
 #include <doctest/doctest.h>
 
 #include <numbers>

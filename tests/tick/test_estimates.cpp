@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/engine/models/local_compliance.h"
+#include "server/engine/models/unresolved/local_compliance.h"
 #include "tests/tick/bench.h"
 
 namespace acus::test {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "server/engine/math/random.h"
-#include "server/engine/models/surface.h"
+#include "server/engine/models/geometry/surface.h"
 #include "tests/study/studies/ghosts.h"
 #include "tests/support/places.h"
 #include "tests/tick/bench.h"

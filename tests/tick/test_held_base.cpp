@@ -2,7 +2,7 @@
 // Whole insertions with a base on springs: what the holder feels, where the base is, and a state that goes on.
 #include <doctest/doctest.h>
 
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/state/bytes/state_bytes.h"
 #include "server/engine/tick/simulation.h"
 #include "tests/support/small_block.h"
 

@@ -2,10 +2,10 @@
 // Nothing that a simulation computes depends on the registers of the processor.
 #include <doctest/doctest.h>
 
-#include "server/engine/state/report_hash.h"
-#include "server/engine/state/state_bytes.h"
-#include "tests/study/bench/trajectory_driver.h"
+#include "server/engine/state/bytes/report_hash.h"
+#include "server/engine/state/bytes/state_bytes.h"
 #include "tests/golden/trace_hash.h"
+#include "tests/study/bench/trajectory_driver.h"
 #include "tests/support/kernel_sets.h"
 #include "tests/support/scenes.h"
 

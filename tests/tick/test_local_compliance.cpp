@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "server/engine/models/local_compliance.h"
+#include "server/engine/models/unresolved/local_compliance.h"
 #include "tests/tick/bench.h"
 
 namespace acus::test {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "server/engine/math/random.h"
-#include "server/engine/state/phase.h"
+#include "server/engine/state/needle/phase.h"
 #include "tests/support/file_content.h"
 #include "tests/support/places.h"
 #include "tests/tick/bench.h"
@@ -26,9 +26,9 @@ std::string table() {
   return rows;
 }
 
-// The diagram at the head of state/phase.h, without the comment's slashes.
+// The diagram at the head of state/needle/phase.h, without the comment's slashes.
 std::string diagram() {
-  const std::string header = content_of(source_path("server/engine/state/phase.h"));
+  const std::string header = content_of(source_path("server/engine/state/needle/phase.h"));
   const std::size_t first = header.find("\n//  "), last = header.find("\n// kPhaseChanges");
   REQUIRE(first != std::string::npos);
   REQUIRE(last != std::string::npos);

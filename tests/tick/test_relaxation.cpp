@@ -8,7 +8,7 @@
 #include <functional>
 #include <vector>
 
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/state/bytes/state_bytes.h"
 #include "tests/tick/bench.h"
 
 namespace acus::test {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/engine/state/bytes/state_check.h"
 #include "server/engine/state/limits.h"
-#include "server/engine/state/state_check.h"
 #include "tests/tick/bench.h"
 
 namespace acus::test {

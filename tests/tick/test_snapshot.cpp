@@ -8,8 +8,8 @@
 #include <limits>
 
 #include "server/engine/math/random.h"
-#include "server/engine/state/snapshot.h"
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/state/bytes/snapshot.h"
+#include "server/engine/state/bytes/state_bytes.h"
 #include "tests/tick/bench.h"
 
 namespace acus::test {

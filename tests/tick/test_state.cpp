@@ -7,8 +7,8 @@
 #include <span>
 
 #include "server/engine/math/random.h"
-#include "server/engine/state/snapshot.h"
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/state/bytes/snapshot.h"
+#include "server/engine/state/bytes/state_bytes.h"
 #include "server/engine/tick/step.h"
 #include "tests/study/bench/trajectory_driver.h"
 #include "tests/support/scenes.h"

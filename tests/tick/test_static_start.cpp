@@ -5,11 +5,11 @@
 #include <numbers>
 
 #include "server/engine/math/largest_move.h"
-#include "server/engine/scene/scene_error.h"
+#include "server/engine/scene/field_error.h"
 #include "server/engine/scene/scene_fields.h"
+#include "server/engine/state/bytes/snapshot.h"
+#include "server/engine/state/bytes/state_bytes.h"
 #include "server/engine/state/placement.h"
-#include "server/engine/state/snapshot.h"
-#include "server/engine/state/state_bytes.h"
 #include "server/engine/tick/static_start.h"
 #include "tests/tick/bench.h"
 

@@ -12,11 +12,11 @@
 #include <stdexcept>
 
 #include "server/engine/math/random.h"
-#include "server/engine/models/field_tick.h"
-#include "server/engine/scene/scene_error.h"
-#include "server/engine/state/adoption.h"
-#include "server/engine/state/snapshot.h"
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/models/field/field_tick.h"
+#include "server/engine/scene/field_error.h"
+#include "server/engine/state/bytes/adoption.h"
+#include "server/engine/state/bytes/snapshot.h"
+#include "server/engine/state/bytes/state_bytes.h"
 #include "tests/tick/bench.h"
 
 namespace acus::test {

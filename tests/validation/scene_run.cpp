@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/engine/models/surface.h"
+#include "server/engine/models/geometry/surface.h"
 #include "server/runtime/convert.h"
 #include "tests/study/studies/ghosts.h"
 #include "tests/study/studies/parabola.h"

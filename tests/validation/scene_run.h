@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "client/replay/trajectory.h"
-#include "server/engine/models/surface.h"
+#include "server/engine/models/geometry/surface.h"
 #include "server/engine/tick/simulation.h"
 #include "tests/study/bench/trajectory_driver.h"
 #include "tests/support/drawn_gap.h"

@@ -2,7 +2,7 @@
 // Outcomes of the scenes with something in the way: an inclusion that a needle may slide off, and bone.
 #include <doctest/doctest.h>
 
-#include "server/engine/models/dimple.h"
+#include "server/engine/models/unresolved/dimple.h"
 #include "server/engine/scene/scene_fields.h"
 #include "tests/support/places.h"
 #include "tests/validation/scene_run.h"

@@ -23,6 +23,7 @@
 #include "client/haptics/program/share_input.h"
 #include "client/haptics/program/verification.h"
 #include "client/link/command_line.h"
+#include "client/link/program.h"
 #include "client/replay/log_file.h"
 #include "protocol/own_file.h"
 
@@ -31,7 +32,7 @@ namespace {
 using namespace acus::haptics;
 namespace client = acus::client;
 
-enum ExitCode { kDone = 0, kBadInput = 1, kRefused = 2, kVanished = 3, kDevice = 4, kMismatch = 5, kInterrupted = 6 };
+constexpr int kDevice = 4;  // and those of client/link/program.h
 
 constexpr const char* kFooter =
     "Examples:\n"
@@ -248,8 +249,8 @@ int verify(const Arguments& arguments) {
         std::cout, arguments.session.interrupt);
     if (obedient) verification.on_request = [obedient](const Vector3& way) { obedient->request(way); };
     const std::optional<bool> good = verification.run();
-    if (!good) return kInterrupted;
-    return *good ? kDone : kDevice;
+    if (!good) return client::kInterrupted;
+    return *good ? client::kDone : kDevice;
   } catch (const DeviceError& error) {
     std::fprintf(stderr, "acus-haptic: %s\n", error.what());
     return kDevice;
@@ -259,19 +260,19 @@ int verify(const Arguments& arguments) {
 // Runs and translates how it ended into an exit code; what went wrong goes to stderr.
 template <class Session>
 int run(Session& session) {
-  const auto ended = [](ExitCode code, const std::exception& error) {
+  const auto ended = [](int code, const std::exception& error) {
     std::fprintf(stderr, "acus-haptic: %s\n", error.what());
     return code;
   };
   try {
     session.run();
-    return kDone;
+    return client::kDone;
   } catch (const client::Refused& error) {
-    return ended(kRefused, error);
+    return ended(client::kRefused, error);
   } catch (const client::Vanished& error) {
-    return ended(kVanished, error);
+    return ended(client::kVanished, error);
   } catch (const client::ProtocolMismatch& error) {
-    return ended(kMismatch, error);
+    return ended(client::kMismatch, error);
   } catch (const DeviceError& error) {
     return ended(kDevice, error);
   }
@@ -371,15 +372,5 @@ int main(int argc, char** argv) {
   CLI::App app("Puts a haptic device, or a simulated one, on a needle of an acus-server.", "acus-haptic");
   Arguments arguments;
   declare(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kBadInput;
-  }
-  try {
-    return drive(arguments);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "acus-haptic: %s\n", error.what());
-    return kBadInput;
-  }
+  return client::run_program(app, argc, argv, [&] { return drive(arguments); });
 }

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "server/engine/math/partial_cholesky.h"
+#include "server/engine/math/factor/partial_cholesky.h"
 #include "server/engine/math/rotation.h"
-#include "server/engine/models/needle_rows.h"
-#include "server/engine/models/tissue_row_forces.h"
+#include "server/engine/models/needle/needle_rows.h"
+#include "server/engine/models/tissue/tissue_row_forces.h"
 
 namespace acus {
 

@@ -25,9 +25,9 @@
 
 #include "server/engine/laws/friction_cone.h"
 #include "server/engine/laws/solver/constraint_solver.h"
-#include "server/engine/models/material_point.h"
-#include "server/engine/models/needle_scratch.h"
-#include "server/engine/models/tissue_scratch.h"
+#include "server/engine/models/geometry/material_point.h"
+#include "server/engine/models/needle/needle_scratch.h"
+#include "server/engine/models/tissue/tissue_scratch.h"
 
 namespace acus {
 

@@ -6,7 +6,7 @@
 
 #include "server/engine/mesh_files/formats/readers.h"
 #include "server/engine/mesh_files/tetrahedra.h"
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus {
 namespace {

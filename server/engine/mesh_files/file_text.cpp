@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus {
 namespace {

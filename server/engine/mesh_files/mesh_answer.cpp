@@ -13,7 +13,7 @@
 #include <functional>
 #include <string_view>
 
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/engine/models/mesh_group.h"
+#include "server/engine/models/geometry/mesh_group.h"
 
 namespace acus {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "server/engine/mesh_files/file_text.h"
-#include "server/engine/models/mesh_group.h"
+#include "server/engine/models/geometry/mesh_group.h"
 
 namespace acus {
 

@@ -19,7 +19,7 @@
 
 #include "server/engine/mesh_files/file_format.h"
 #include "server/engine/mesh_files/mesh_confinement.h"
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <tuple>
 
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus {
 namespace {

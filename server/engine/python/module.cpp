@@ -14,13 +14,14 @@
 #include "protocol/unit_quaternion.h"
 #include "server/engine/math/rotation.h"
 #include "server/engine/python/engine_state.h"
-#include "server/engine/scene/mesh_process.h"
-#include "server/engine/scene/scene_error.h"
-#include "server/engine/scene/text_table.h"
-#include "server/engine/state/adoption.h"
+#include "server/engine/scene/field_error.h"
+#include "server/engine/scene/files/mesh_process.h"
+#include "server/engine/scene/text/text_table.h"
+#include "server/engine/state/bytes/adoption.h"
+#include "server/engine/state/bytes/snapshot.h"
+#include "server/engine/state/bytes/state_bytes.h"
+#include "server/engine/state/clearance.h"
 #include "server/engine/state/placement.h"
-#include "server/engine/state/snapshot.h"
-#include "server/engine/state/state_bytes.h"
 #include "server/engine/tick/base_motion.h"
 #include "server/engine/tick/drawn_tissue.h"
 
@@ -284,7 +285,7 @@ EngineState start(const std::shared_ptr<EngineModel>& of, const py::dict& bodies
     places[body] = *command.pose;
   }
   State state = started(*of, places);
-  if (const auto overlap = find_overlap(of->model(), state.needles))
+  if (const auto overlap = find_overlap(of->scene(), of->model().needles, state.needles))
     throw py::value_error(sentence(of->scene(), *overlap) + "; put one of them elsewhere");
   return {of, std::move(state)};
 }

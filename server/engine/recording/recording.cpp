@@ -7,7 +7,7 @@
 #include <msgpack.hpp>
 
 #include "protocol/packer.h"
-#include "server/engine/state/report_hash.h"
+#include "server/engine/state/bytes/report_hash.h"
 
 namespace acus {
 

@@ -9,10 +9,10 @@
 //   "scene", file, text, rate, fingerprint, mesh   which the next "begin" is of; rate (Hz) replaces the text's; mesh:
 //   nil,
 //                                              or what the scene's mesh file held, [nodes, tetrahedra, groups, names]
-//   "begin", epoch, snapshot                   the state from which all that follows continues (state/snapshot.h)
+//   "begin", epoch, snapshot                   the state from which all that follows continues (state/bytes/snapshot.h)
 //   "command", body, seq, pose, spin           for the next tick; pose: [x, y, z, w, x, y, z] or nil; spin: or nil
 //   "tick", tick, digest, economizing          made; digest: XXH3 of its report
-//   "state", tick, hash                        of the whole state after that tick (state/state_bytes.h)
+//   "state", tick, hash                        of the whole state after that tick (state/bytes/state_bytes.h)
 //   "end", why                                 the last; "" if somebody asked for it
 //
 // Lengths are in metres, angles in radians. Nodes are float64, 3 each; tetrahedra int32, 4 each; groups int32,

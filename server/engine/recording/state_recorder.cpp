@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "server/engine/state/snapshot.h"
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/state/bytes/snapshot.h"
+#include "server/engine/state/bytes/state_bytes.h"
 
 namespace acus {
 

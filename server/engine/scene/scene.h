@@ -15,9 +15,10 @@
 
 #include "server/engine/laws/solver/law_method.h"
 #include "server/engine/math/types.h"
-#include "server/engine/models/material.h"
-#include "server/engine/models/tetrahedral_mesh.h"
-#include "server/engine/models/tissue_element.h"
+#include "server/engine/models/element/material.h"
+#include "server/engine/models/element/tissue_element.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
+#include "server/engine/scene/files/scene_error.h"
 
 namespace acus {
 
@@ -29,15 +30,10 @@ inline constexpr int kMaxNeedles = 64, kMaxGuides = 64;  // of a scene
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Something in a scene that cannot be used. what() reads "file:line:column: field: expected ..., found ...".
-struct SceneError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 // The laws between a needle and one region of the tissue. See laws/laws.h for their graphs.
 struct Interaction {
   double puncture_force = 1.0;     // f_p (N), >= 0, .inf for bone
-  double deep_indentation = 2.1;   // beta (-), >= 0: force of a deep dimple over E D², see models/dimple.h
+  double deep_indentation = 2.1;   // beta (-), >= 0: force of a deep dimple over E D², see models/unresolved/dimple.h
   double cutting_force = 0.5;      // f_c (N), >= 0
   double tear_strength = kInfinity;  // t (N/m), > 0, .inf: never: sideways force per length of path at which it tears
   std::optional<double> pressure;  // p (Pa), >= 0, of the tissue on the shaft; absent: 2 G, see shaft_pressure()
@@ -172,7 +168,7 @@ struct Needle : NeedleBody {
   NeedleRung rung = NeedleRung::flexible;
   Pose base;  // first node in the world at the start; the needle lies along its +x axis
   Vector3 cutting_direction = Vector3::UnitX();  // in the tip's frame, along which a pushed tip cuts; any length, x > 0
-  // Of a bevel: off the axis in the tip's frame, towards which its edge lies; it cuts as models/bevel.h says
+  // Of a bevel: off the axis in the tip's frame, towards which its edge lies; it cuts as models/unresolved/bevel.h says
   std::optional<Vector3> point_side;
   double point_offset = 1;  // -, >= 0, of that edge from the axis, over the needle's radius
   TipShape tip = TipShape::blunt;

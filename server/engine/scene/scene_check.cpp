@@ -11,9 +11,9 @@
 #include <string_view>
 #include <utility>
 
-#include "server/engine/scene/scene_error.h"
+#include "server/engine/scene/field_error.h"
 #include "server/engine/scene/scene_fields.h"
-#include "server/engine/scene/text_table.h"
+#include "server/engine/scene/text/text_table.h"
 
 namespace acus {
 namespace {
@@ -336,7 +336,7 @@ class Checker {
         check_shaft_is_held(scene.tissue, child_path(child_path(path, "needles"), i) + ".point_side");
   }
 
-  // The arc of a bevel follows from how the tissue's own elasticity holds the shaft (models/bevel.h).
+  // The arc of a bevel follows from how the tissue's own elasticity holds the shaft (models/unresolved/bevel.h).
   void check_shaft_is_held(const Tissue& tissue, const std::string& path) const {
     const auto refuse = [&](const std::string& with) {
       fail(path, "expected none with " + with +

@@ -4,8 +4,8 @@
 
 #include <array>
 
-#include "server/engine/scene/field.h"
 #include "server/engine/scene/scene.h"
+#include "server/engine/scene/text/field.h"
 
 namespace acus {
 

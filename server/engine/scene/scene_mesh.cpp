@@ -2,10 +2,10 @@
 // From a scene's description of its tissue to tetrahedra, their regions and their fixed nodes.
 #include <algorithm>
 
-#include "server/engine/scene/field.h"
-#include "server/engine/scene/mesh_file.h"
-#include "server/engine/scene/scene_error.h"
-#include "server/engine/scene/text_table.h"
+#include "server/engine/scene/field_error.h"
+#include "server/engine/scene/files/mesh_file.h"
+#include "server/engine/scene/text/field.h"
+#include "server/engine/scene/text/text_table.h"
 
 namespace acus {
 namespace {

@@ -15,10 +15,10 @@
 #include <regex>
 #include <sstream>
 
-#include "server/engine/scene/opened_file.h"
-#include "server/engine/scene/scene_error.h"
+#include "server/engine/scene/field_error.h"
+#include "server/engine/scene/files/opened_file.h"
+#include "server/engine/scene/files/scene_folders.h"
 #include "server/engine/scene/scene_fields.h"
-#include "server/engine/scene/scene_folders.h"
 #include "server/engine/scene/scene_json.h"
 
 namespace acus {

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "server/engine/models/surface.h"
+#include "server/engine/models/geometry/surface.h"
 #include "server/engine/scene/scene.h"
 
 namespace acus {

@@ -34,7 +34,7 @@ int max_material_points(const Needle& parameters, double spacing);
 int max_touched_nodes(const Scene& scene, double shortest_edge = 0);
 // Those that a deferred field holds: some are held before rows need them, and for a window after.
 int max_held_nodes(const Scene& scene);
-// Lengths into which a needle is divided where it may touch another one (models/needle_distance.h).
+// Lengths into which a needle is divided where it may touch another one (models/needle/needle_distance.h).
 int needle_cells(const Needle& parameters);
 // Contacts between needles in one tick, at most, and rows of each.
 int max_needle_contacts(const Scene& scene);

@@ -21,7 +21,7 @@ inline constexpr int kOtherEvents = 8;          // events of one needle in one t
 inline constexpr double kMaxImbalance = 0.03;         // -
 inline constexpr double kLeastForceToBalance = 1e-3;  // N
 
-// Share of its defects that a deferred field takes in, below which a flag is raised (models/deferred_field.h).
+// Share of its defects that a deferred field takes in, below which a flag is raised (models/field/deferred_field.h).
 inline constexpr double kLeastShareUnnoticed = 0.4;  // -
 
 // Energy gain of a needle in a tick that raises a flag, as a share of its stored energy, which counts as at least

@@ -7,12 +7,12 @@
 #include <optional>
 #include <span>
 
-#include "server/engine/models/unfit_tissue.h"
+#include "server/engine/models/tissue/unfit_tissue.h"
+#include "server/engine/scene/field_error.h"
 #include "server/engine/scene/fingerprint.h"
-#include "server/engine/scene/scene_error.h"
-#include "server/engine/scene/text_table.h"
+#include "server/engine/scene/text/text_table.h"
 #include "server/engine/state/capacities.h"
-#include "server/engine/state/placement.h"
+#include "server/engine/state/clearance.h"
 
 namespace acus {
 
@@ -147,7 +147,7 @@ constexpr double kLargestOrgan = 2;  // m
 
 // A tip in the middle of the tissue has no path that it came by.
 void refuse_tip_inside(const Model& model, int needle) {
-  if (!tip_is_inside(model, model.mesh.nodes, needle, model.scene.needles[needle].base)) return;
+  if (!tip_is_inside(model.mesh, model.mesh.nodes, model.needles[needle], model.scene.needles[needle].base)) return;
   const double width = (model.mesh.nodes.rowwise().maxCoeff() - model.mesh.nodes.rowwise().minCoeff()).maxCoeff();
   throw scene_error(
       model.scene, child_path("needles", static_cast<std::size_t>(needle)) + ".base",
@@ -161,7 +161,7 @@ void refuse_overlap(const Model& model) {
   std::vector<NeedleState> states;
   for (int i = 0; i < model.needle_count(); ++i)
     states.push_back(make_needle_state(model.needles[i], model.scene.needles[i].base));
-  const std::optional<Overlap> found = find_overlap(model, states);
+  const std::optional<Overlap> found = find_overlap(model.scene, model.needles, states);
   if (!found) return;
   throw scene_error(model.scene, child_path("needles", static_cast<std::size_t>(found->second)) + ".base",
                     sentence(model.scene, *found) +

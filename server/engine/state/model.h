@@ -6,14 +6,14 @@
 #include <memory>
 #include <vector>
 
-#include "server/engine/models/bevel.h"
-#include "server/engine/models/needle.h"
-#include "server/engine/models/surface.h"
-#include "server/engine/models/tissue_system.h"
+#include "server/engine/models/geometry/surface.h"
+#include "server/engine/models/needle/needle.h"
+#include "server/engine/models/tissue/tissue_system.h"
+#include "server/engine/models/unresolved/bevel.h"
 #include "server/engine/scene/scene.h"
-#include "server/engine/state/base_state.h"
 #include "server/engine/state/borders.h"
 #include "server/engine/state/limits.h"
+#include "server/engine/state/needle/base_state.h"
 
 namespace acus {
 

@@ -2,59 +2,14 @@
 #include "server/engine/state/placement.h"
 
 #include <cassert>
-#include <cmath>
 
-#include "server/engine/models/needle_distance.h"
-#include "server/engine/models/surface.h"
-#include "server/engine/scene/field.h"
-#include "server/engine/state/capacities.h"
+#include "server/engine/state/clearance.h"
 
 namespace acus {
-
-namespace {
-
-double rounded_mm(double metres) { return std::round(1e6 * metres) / 1e3; }
-
-}  // namespace
-
-bool tip_is_inside(const Model& model, const Matrix3X& x, int needle, const Pose& base) {
-  const Vector3 tip = make_needle_state(model.needles[needle], base).x.rightCols<1>();
-  return model.mesh.tetrahedron_count() > 0 && find_tetrahedron(model.mesh, x, tip) >= 0;
-}
 
 const std::string& body_name(const Scene& scene, int body) {
   const int guide = body - static_cast<int>(scene.needles.size());
   return guide < 0 ? scene.needles[body].name : scene.guides[guide].name;
-}
-
-std::optional<Overlap> find_overlap(const Model& model, std::span<const NeedleState> needles) {
-  if (!model.scene.needle_contact.enabled) return std::nullopt;
-  std::vector<NeedleShape> shapes(needles.size());
-  std::vector<NeedleCells> cells;
-  for (std::size_t i = 0; i < needles.size(); ++i) {
-    put_shape(needles[i], shapes[i]);
-    put_cells(model.needles[i], shapes[i], cells.emplace_back(needle_cells(model.scene.needles[i])));
-  }
-  const auto shaped = [&](std::size_t i) { return ShapedNeedle{model.needles[i], shapes[i], cells[i]}; };
-  for (std::size_t j = 1; j < needles.size(); ++j)
-    for (std::size_t i = 0; i < j; ++i) {
-      Overlap deepest{static_cast<int>(i), static_cast<int>(j)};
-      for (int cell = 0; cell < cells[i].count(); ++cell) {
-        const auto points = nearest_points(shaped(i), cell, cell, shaped(j), 0);
-        if (!points) continue;
-        const double depth = cells[i].radius + cells[j].radius - points->apart.norm();
-        if (depth > deepest.depth) deepest.depth = depth, deepest.at = points->t;
-      }
-      if (deepest.depth > 0) return deepest;
-    }
-  return std::nullopt;
-}
-
-std::string sentence(const Scene& scene, const Overlap& overlap) {
-  const auto name = [&](int needle) { return '"' + scene.needles[static_cast<std::size_t>(needle)].name + '"'; };
-  return "expected needle " + name(overlap.second) + " beside needle " + name(overlap.first) + ", found it " +
-         format_number(rounded_mm(overlap.depth)) + " mm inside it at " + format_number(rounded_mm(overlap.at)) +
-         " mm from its base";
 }
 
 void place_body(const Model& model, State& state, int body, const Pose& pose) {
@@ -63,7 +18,7 @@ void place_body(const Model& model, State& state, int body, const Pose& pose) {
     state.guides[guide].motion = base_at(pose);
     return;
   }
-  if (tip_is_inside(model, state.tissue.x, body, pose))
+  if (tip_is_inside(model.mesh, state.tissue.x, model.needles[body], pose))
     throw PlacementError("expected the needle's tip outside the tissue, found it inside; move the base back");
   state.needles[body] = make_needle_state(model.needles[body], pose);
   state.bases[body] = base_at(pose);

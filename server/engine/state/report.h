@@ -9,7 +9,7 @@
 
 #include "server/engine/math/types.h"
 #include "server/engine/scene/scene.h"
-#include "server/engine/state/enums.h"
+#include "server/engine/state/needle/enums.h"
 
 namespace acus {
 

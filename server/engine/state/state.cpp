@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/engine/state/state.h"
 
-#include "server/engine/models/field_task.h"
+#include "server/engine/models/field/field_task.h"
 #include "server/engine/state/capacities.h"
 #include "server/engine/state/limits.h"
 #include "server/engine/state/model.h"

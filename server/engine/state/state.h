@@ -10,12 +10,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/engine/models/needle.h"
-#include "server/engine/models/tissue.h"
-#include "server/engine/state/base_state.h"
-#include "server/engine/state/guide_state.h"
-#include "server/engine/state/insertion_state.h"
-#include "server/engine/state/path.h"
+#include "server/engine/models/needle/needle.h"
+#include "server/engine/models/tissue/tissue.h"
+#include "server/engine/state/needle/base_state.h"
+#include "server/engine/state/needle/guide_state.h"
+#include "server/engine/state/needle/insertion_state.h"
+#include "server/engine/state/needle/path.h"
 
 namespace acus {
 

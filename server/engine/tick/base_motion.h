@@ -23,7 +23,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "server/engine/state/base_state.h"
+#include "server/engine/state/needle/base_state.h"
 
 namespace acus {
 

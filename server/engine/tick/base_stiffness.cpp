@@ -5,9 +5,9 @@
 #include <cassert>
 #include <cmath>
 
-#include "server/engine/math/partial_cholesky.h"
+#include "server/engine/math/factor/partial_cholesky.h"
 #include "server/engine/math/rotation.h"
-#include "server/engine/models/needle_base.h"
+#include "server/engine/models/needle/needle_base.h"
 #include "server/engine/state/capacities.h"
 
 namespace acus {

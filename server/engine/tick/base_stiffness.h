@@ -39,7 +39,7 @@
 #include <vector>
 
 #include "protocol/enums.h"
-#include "server/engine/math/block_tridiagonal.h"
+#include "server/engine/math/factor/block_tridiagonal.h"
 #include "server/engine/tick/scratch.h"
 
 namespace acus {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The tissue as it is to be drawn: the mesh with dents (models/dent.h) around tips and the mouths of paths, so that a
-// tip presses on the skin and does not stand in it, and paths where their walls are (insertion/path_wall.h). A dent is
+// The tissue as it is to be drawn: the mesh with dents (models/unresolved/dent.h) around tips and the mouths of paths,
+// so that a tip presses on the skin and does not stand in it, and paths where their walls are (insertion/path_wall.h).
+// A dent is
 //
 //   on a surface that a tip presses on       from the contact point on the mesh to the tip; radii of dimple.h
 //   at a mouth or exit that a needle is in   from the vertex to the wall; radii of a shaft
@@ -13,7 +14,7 @@
 
 #include <vector>
 
-#include "server/engine/models/dent.h"
+#include "server/engine/models/unresolved/dent.h"
 #include "server/engine/state/model.h"
 #include "server/engine/state/state.h"
 

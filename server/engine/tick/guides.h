@@ -12,7 +12,7 @@
 #pragma once
 
 #include "server/engine/laws/rows.h"
-#include "server/engine/state/guide_state.h"
+#include "server/engine/state/needle/guide_state.h"
 #include "server/engine/tick/base_motion.h"
 #include "server/engine/tick/views.h"
 

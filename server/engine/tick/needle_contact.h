@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Needles that touch each other. Each cell of a needle has one contact at most with every needle behind it in the
-// scene: at the points A and B of the two curves that are nearest at the start of the tick (models/needle_distance.h),
-// with the unit vector n from B to A; where the needles cross in the cell, n is across both,
+// scene: at the points A and B of the two curves that are nearest at the start of the tick
+// (models/needle/needle_distance.h), with the unit vector n from B to A; where the needles cross in the cell, n is
+// across both,
 //
 //   unilateral   n · (A - B) - (r_A + r_B) + e lambda >= 0,   lambda >= 0 (N): +n lambda on A, -n lambda on B
 //   friction     across n, |lambda_t| <= mu lambda, against the slip of A and B in the tick
@@ -22,7 +23,7 @@
 
 #include "server/engine/laws/rows.h"
 #include "server/engine/math/bounded.h"
-#include "server/engine/models/needle_distance.h"
+#include "server/engine/models/needle/needle_distance.h"
 #include "server/engine/state/model.h"
 #include "server/engine/state/state.h"
 #include "server/engine/tick/views.h"

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "server/engine/laws/rows.h"
-#include "server/engine/models/needle_scratch.h"
-#include "server/engine/models/tissue_scratch.h"
+#include "server/engine/models/needle/needle_scratch.h"
+#include "server/engine/models/tissue/tissue_scratch.h"
 #include "server/engine/state/model.h"
 #include "server/engine/state/report.h"
 #include "server/engine/state/state.h"

@@ -4,9 +4,9 @@
 #include <algorithm>
 
 #include "server/engine/math/largest_move.h"
-#include "server/engine/models/field_task.h"
-#include "server/engine/models/surface.h"
-#include "server/engine/scene/scene_error.h"
+#include "server/engine/models/field/field_task.h"
+#include "server/engine/models/geometry/surface.h"
+#include "server/engine/scene/field_error.h"
 #include "server/engine/scene/scene_fields.h"
 #include "server/engine/state/capacities.h"
 #include "server/engine/state/placement.h"

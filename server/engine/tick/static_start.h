@@ -11,8 +11,8 @@
 // current one) until no node moves by more than kSettled in a tick: some 10 ticks where the tissue is hardly strained,
 // 100 where it hangs by its side. Loading takes that, and one more factorisation, with a window two or three.
 //
-// Of tissue with a window (models/deferred_field.h), what a needle in contact does comes in the first tick: its force
-// is off by up to 8 % in the first windows (`tests/tick/test_static_start.cpp`).
+// Of tissue with a window (models/field/deferred_field.h), what a needle in contact does comes in the first tick: its
+// force is off by up to 8 % in the first windows (`tests/tick/test_static_start.cpp`).
 #pragma once
 
 #include <map>

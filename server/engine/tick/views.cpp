@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "server/engine/math/rotation.h"
-#include "server/engine/models/local_compliance.h"
+#include "server/engine/models/unresolved/local_compliance.h"
 
 namespace acus {
 

@@ -5,11 +5,11 @@
 #include <optional>
 #include <span>
 
-#include "server/engine/models/dimple.h"
-#include "server/engine/models/groove.h"
-#include "server/engine/models/needle.h"
-#include "server/engine/models/relaxation.h"
-#include "server/engine/models/surface.h"
+#include "server/engine/models/element/relaxation.h"
+#include "server/engine/models/geometry/surface.h"
+#include "server/engine/models/needle/needle.h"
+#include "server/engine/models/unresolved/dimple.h"
+#include "server/engine/models/unresolved/groove.h"
 #include "server/engine/scene/scene.h"
 #include "server/engine/state/borders.h"
 

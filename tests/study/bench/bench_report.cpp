@@ -14,8 +14,8 @@
 #include "protocol/own_file.h"
 #include "server/engine/math/kernel_set.h"
 #include "server/engine/scene/scene_fields.h"
-#include "server/engine/scene/text_table.h"
-#include "server/engine/state/state_bytes.h"
+#include "server/engine/scene/text/text_table.h"
+#include "server/engine/state/bytes/state_bytes.h"
 
 namespace acus {
 

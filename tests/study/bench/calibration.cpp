@@ -4,7 +4,7 @@
 #include <Eigen/CholmodSupport>
 #include <stdexcept>
 
-#include "server/engine/models/tissue_assembler.h"
+#include "server/engine/models/tissue/tissue_assembler.h"
 
 // Present when the BLAS behind CHOLMOD is OpenBLAS.
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));

@@ -15,7 +15,7 @@
 
 #include <vector>
 
-#include "server/engine/math/sparse_cholesky.h"
+#include "server/engine/math/factor/sparse_cholesky.h"
 #include "server/engine/math/types.h"
 #include "server/engine/tick/simulation.h"
 

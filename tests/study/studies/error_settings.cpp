@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "server/engine/scene/field.h"
+#include "server/engine/scene/text/field.h"
 
 namespace acus {
 

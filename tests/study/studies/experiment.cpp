@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "server/engine/math/processor_time.h"
-#include "server/engine/models/material_point.h"
-#include "server/engine/models/surface.h"
+#include "server/engine/models/geometry/material_point.h"
+#include "server/engine/models/geometry/surface.h"
 #include "tests/study/bench/calibration.h"
 #include "tests/study/bench/trajectory_driver.h"
 

@@ -2,7 +2,7 @@
 // The invariant that every lay person takes for granted: a tip inside the deformed tissue is in a path or in contact.
 #pragma once
 
-#include "server/engine/models/surface.h"
+#include "server/engine/models/geometry/surface.h"
 #include "server/engine/tick/insertion/transition.h"
 #include "server/engine/tick/simulation.h"
 

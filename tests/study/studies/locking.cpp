@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/study/studies/locking.h"
-#include "server/engine/models/local_compliance.h"
+#include "server/engine/models/unresolved/local_compliance.h"
 
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <random>
 
-#include "server/engine/math/sparse_cholesky.h"
-#include "server/engine/models/material_point.h"
-#include "server/engine/models/tissue_assembler.h"
+#include "server/engine/math/factor/sparse_cholesky.h"
+#include "server/engine/models/geometry/material_point.h"
+#include "server/engine/models/tissue/tissue_assembler.h"
 #include "server/engine/scene/scene.h"
 #include "server/engine/scene/scene_fields.h"
 #include "tests/study/studies/csv.h"

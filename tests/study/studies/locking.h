@@ -22,7 +22,7 @@
 #include <string>
 #include <vector>
 
-#include "server/engine/models/tissue_element.h"
+#include "server/engine/models/element/tissue_element.h"
 #include "tests/study/studies/study.h"
 
 namespace acus {

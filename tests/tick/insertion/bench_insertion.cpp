@@ -2,7 +2,7 @@
 #include "tests/tick/insertion/bench_insertion.h"
 
 #include "server/engine/math/rotation.h"
-#include "server/engine/state/phase.h"
+#include "server/engine/state/needle/phase.h"
 #include "server/engine/tick/insertion/tip_place.h"
 
 namespace acus::test {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "server/engine/math/partial_cholesky.h"
+#include "server/engine/math/factor/partial_cholesky.h"
 
 namespace acus {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "server/engine/laws/contact_block.h"
-#include "server/engine/math/partial_cholesky.h"
+#include "server/engine/math/factor/partial_cholesky.h"
 
 namespace acus {
 

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "server/engine/math/partial_cholesky.h"
+#include "server/engine/math/factor/partial_cholesky.h"
 
 namespace acus {
 

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "server/engine/mesh_files/formats/readers.h"
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus {
 namespace {

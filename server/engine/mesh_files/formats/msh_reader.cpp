@@ -3,7 +3,7 @@
 #include <cstdlib>
 
 #include "server/engine/mesh_files/formats/readers.h"
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // https://wias-berlin.de/software/tetgen/fformats.html. Numbers begin at 0 or 1, as the first node's says.
 #include "server/engine/mesh_files/formats/readers.h"
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus {
 namespace {

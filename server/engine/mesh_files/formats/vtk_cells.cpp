@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "server/engine/mesh_files/formats/readers.h"
 #include "server/engine/mesh_files/formats/vtk_cells.h"
-#include "server/engine/models/tetrahedral_mesh.h"
+#include "server/engine/models/geometry/tetrahedral_mesh.h"
 
 namespace acus {
 namespace {

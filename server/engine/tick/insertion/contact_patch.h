@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The disc of a surface, or of a border inside, that bears the contact of a tip. On a single point of a mesh a force
 // above E a² inverts elements of size a, and the tip would lose its contact. So the force is spread over a disc twice
-// as wide as the dimple that it presses (models/dimple.h). kPatchPoints points, each in the middle of an equal share of
-// the disc, are laid out around the contact point in the tissue at rest and projected onto the surface where that faces
-// within 45 degrees of the contact, 90 on a border: past an edge two faces are equally near. A point projected over the
-// distance w, beyond an edge, has the share 1/(1 + (4 w/radius)²)².
+// as wide as the dimple that it presses (models/unresolved/dimple.h). kPatchPoints points, each in the middle of an
+// equal share of the disc, are laid out around the contact point in the tissue at rest and projected onto the surface
+// where that faces within 45 degrees of the contact, 90 on a border: past an edge two faces are equally near. A point
+// projected over the distance w, beyond an edge, has the share 1/(1 + (4 w/radius)²)².
 //
 // The patch moves by the mean u of its points, dual to its force. Its rise, N·(C - X), is the height at rest of the
 // surface at the contact point C over the mean X of the points, N the patch's normal at rest; 0 on a flat surface. The

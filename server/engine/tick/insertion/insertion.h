@@ -7,7 +7,7 @@
 //             forces.h                          reads the forces of the laws
 //   stage 9   path_transitions.h, path_growth.h change phase and path
 //
-// The state between ticks is Insertion (state/insertion_state.h), its phases are in state/phase.h.
+// The state between ticks is Insertion (state/needle/insertion_state.h), its phases are in state/needle/phase.h.
 //
 // Rows. Outside, the tip has a contact row along the surface normal, capped by f_p, and two rows of contact friction.
 // At the cap the surface is punctured: a path begins at the contact point, or continues there if the needle is through.
@@ -24,8 +24,8 @@
 #include "server/engine/math/bounded.h"
 #include "server/engine/scene/scene.h"
 #include "server/engine/state/capacities.h"
-#include "server/engine/state/insertion_state.h"
-#include "server/engine/state/path.h"
+#include "server/engine/state/needle/insertion_state.h"
+#include "server/engine/state/needle/path.h"
 #include "server/engine/tick/insertion/contact_patch.h"
 #include "server/engine/tick/views.h"
 

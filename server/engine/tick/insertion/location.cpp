@@ -5,7 +5,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "server/engine/state/phase.h"
+#include "server/engine/state/needle/phase.h"
 #include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/owned_lengths.h"
 #include "server/engine/tick/insertion/path_direction.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What stops a tip: the tissue's own surface, or the border of a region inside that holds tips (state/borders.h). Both
-// bear it over a patch (contact_patch.h) with a dimple in series (models/dimple.h), however large f_p is.
+// bear it over a patch (contact_patch.h) with a dimple in series (models/unresolved/dimple.h), however large f_p is.
 //
 // A tip that cuts comes to a border with the force of the cut. From where the border bears the same force (tip_laws.h)
 // it does so in place of the cut: the whole force of the tip is that of its contact and of friction along the border
@@ -31,8 +31,8 @@ void press_on_border(const InsertionView& at, const Obstacle& border, TipState& 
 void cut_beside_border(const InsertionView& at, const Path& path, const Obstacle& border, TipState& tip);
 
 // Displacement (m, world) of a path's vertex on the border that a tip presses into, by what the mesh lacks of the
-// dimple (models/dent.h); 0 of one elsewhere. A tip that slides lays vertices at its path's end: there the tissue is
-// where the tip is.
+// dimple (models/unresolved/dent.h); 0 of one elsewhere. A tip that slides lays vertices at its path's end: there the
+// tissue is where the tip is.
 Vector3 beside_dimple(const InsertionView& at, const Path& path, const InsertionScratch& scratch,
                       const MaterialPoint& vertex);
 

@@ -10,7 +10,7 @@
 // Supported length, for the lateral rows: the owned length without that scale, but the stretch between the last
 // vertex and the tip is split in halves between the two. A vertex that the cut adds at the tip takes over the tip's
 // half there, and the tip takes it back as it is pulled past the vertex. So the lateral force has no jumps and
-// converges as the spacing shrinks. The tip's end adds the support of a sphere (models/local_compliance.h).
+// converges as the spacing shrinks. The tip's end adds the support of a sphere (models/unresolved/local_compliance.h).
 #pragma once
 
 #include <span>

@@ -9,7 +9,7 @@
 // amounts, which cancels.
 #pragma once
 
-#include "server/engine/state/path.h"
+#include "server/engine/state/needle/path.h"
 #include "server/engine/tick/views.h"
 
 namespace acus {

@@ -5,7 +5,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "server/engine/state/enums.h"
+#include "server/engine/state/needle/enums.h"
 #include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/tip_laws.h"
 

@@ -10,10 +10,11 @@
 // load passes from one cell to the next.
 //
 // Rows, as of a tip (tip_rows.h): a unilateral one along the normal n, in series with the spring of the groove
-// (models/groove.h), and two of friction in the cone of interaction.friction_contact. The surface bears them at three
-// points along that length. n is the mean of the surface's normals at the samples, made orthogonal to the needle: over
-// an edge it turns from one face to the next, no faster than 1 rad/s and 1 rad per mm of the cell's way. The distance
-// is measured along n. A contact whose length changes keeps its force per length, as a path vertex does (shaft_rows.h).
+// (models/unresolved/groove.h), and two of friction in the cone of interaction.friction_contact. The surface bears them
+// at three points along that length. n is the mean of the surface's normals at the samples, made orthogonal to the
+// needle: over an edge it turns from one face to the next, no faster than 1 rad/s and 1 rad per mm of the cell's way.
+// The distance is measured along n. A contact whose length changes keeps its force per length, as a path vertex does
+// (shaft_rows.h).
 //
 // Where the distance changes by more than the cell can have moved, as where it comes to another face of a fold, an
 // offset takes up the difference, which is closed at 5 mm/s. A cell that begins over 1 mm deep, or 4 mm next to shaft

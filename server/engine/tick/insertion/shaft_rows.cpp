@@ -8,8 +8,8 @@
 
 #include "server/engine/laws/friction_cone.h"
 #include "server/engine/math/rotation.h"
+#include "server/engine/tick/insertion/held_place.h"
 #include "server/engine/tick/insertion/obstacle.h"
-#include "server/engine/tick/insertion/tearing.h"
 #include "server/engine/tick/insertion/tip_rows.h"
 
 namespace acus {
@@ -70,10 +70,6 @@ bool add_friction(const InsertionView& at, const Path& path, const VertexState& 
 }
 
 }  // namespace
-
-double beside_compliance(const TissueView& tissue, const MaterialPoint& p, double d, double supported) {
-  return tissue.lateral_compliance(p, d) / std::max(supported, kLeastSupported);
-}
 
 bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, const ShaftPoint& point,
                     Rows& rows) {

@@ -30,11 +30,6 @@
 
 namespace acus {
 
-// Shortest length (m) that supports a vertex.
-inline constexpr double kLeastSupported = 1e-6;
-// Across a shaft of diameter d (m), of the tissue beside a vertex with that length, beyond the mesh (m/N).
-double beside_compliance(const TissueView& tissue, const MaterialPoint& p, double d, double supported);
-
 // False if a row did not fit.
 bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, const ShaftPoint& point,
                     Rows& rows);

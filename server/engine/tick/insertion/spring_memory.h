@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Springs of the tissue that the mesh does not resolve (models/local_compliance.h, models/dimple.h), where the tissue
-// relaxes: they do so, too (models/relaxation.h). A spring of the compliance e at rest has the stretch
+// Springs of the tissue that the mesh does not resolve (models/unresolved/local_compliance.h,
+// models/unresolved/dimple.h), where the tissue relaxes: they do so, too (models/element/relaxation.h). A spring of the
+// compliance e at rest has the stretch
 //
 //   u' = (e f' + S)/G,   S = sum of g_i (1 - alpha_i) z_i,
 //

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "server/engine/state/phase.h"
+#include "server/engine/state/needle/phase.h"
 #include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/path_growth.h"
 #include "server/engine/tick/insertion/tip_laws.h"

@@ -5,10 +5,11 @@
 //
 //   T = t l,                      l the length that it supports,
 //   T = t K/k at the tip,         k the stiffness per length beside the shaft and K that of the tip
-//                                 (models/local_compliance.h): the length that it supports and 1.5 diameters.
+//                                 (models/unresolved/local_compliance.h): the length that it supports and 1.5
+//                                 diameters.
 //
 // From half of that on, what holds the needle sideways in the direction in which it is off its path is a row of
-// friction with the threshold T in place of a bilateral one (shaft_rows.h, tip_rows.h), in series with the same
+// friction with the threshold T in place of a bilateral one (held_place.h), in series with the same
 // springs: it holds as that does up to T, and no more, in the same tick. The direction is that before the laws, in
 // which the needle has moved on: that of the last tick's force would turn to and fro where a needle goes further in a
 // tick than its springs. What the needle is then off its path beyond its springs is torn: the path goes there through
@@ -25,38 +26,9 @@
 // What was torn is no slit: on the way back the tissue holds the needle again.
 #pragma once
 
-#include <optional>
-
 #include "server/engine/tick/insertion/transition.h"
 
 namespace acus {
-
-// What holds a needle sideways at a place of its path.
-struct HeldPlace {
-  MaterialPoint material;
-  Vector3 tangent;    // of the path, unit, world
-  Vector3 apart;      // m, world, of the needle from there, with what springs have crept
-  double compliance;  // m/N, of the springs
-  double strength;    // T (N), .inf allowed
-};
-
-// `needle`: its place (m, world) at the vertex; `dimpled`: beside_dimple() there. `memory` of the point, null where the
-// tissue does not relax.
-HeldPlace held_vertex(const InsertionView& at, const MaterialPoint& vertex, const ShaftPoint& point,
-                      const Vector3& needle, const Vector3& dimpled, const PointMemory* memory);
-HeldPlace held_tip(const InsertionView& at, const TipPlace& tip, const PointMemory* memory);
-
-// Rows across a path that may tear in this tick.
-struct TearLimit {
-  Vector3 along;  // unit, world, across the path: the direction of the force
-  double force;   // N, the threshold
-};
-
-// `last`: the force of the last tick, on the needle (N, world). None if the path is far from tearing.
-std::optional<TearLimit> tear_limit(const InsertionView& at, const HeldPlace& place, const Vector3& last);
-
-// A force on the needle, or its way, at a place of its path, without its part along what a border there bears.
-Vector3 borne_by_path(const TissueView& tissue, const MaterialPoint& place, const Vector3& vector);
 
 // Moves the path of the needle, which it is in, at the end of a tick. Reports a tear as it begins: as a place of the
 // path moves at more than 0.1 mm/s, after all have stood still. False if the tip was torn out of the tissue.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Laws of the tip: its local compliance (m/N, models/local_compliance.h) and the friction of a sharp tip.
+// Laws of the tip: its local compliance (m/N, models/unresolved/local_compliance.h) and the friction of a sharp tip.
 //
 // Compliance ahead of a cutting tip, e. At the cutting force f_c the tip is e f_c ahead of its path's end in the mesh;
 // the real end of the cut is between the two. On a border that holds tips it is ahead by its dimple's depth under the
-// same force, D (models/dimple.h). With y what the tip has still to go to where it is then, along the cutting
-// direction,
+// same force, D (models/unresolved/dimple.h). With y what the tip has still to go to where it is then, along the
+// cutting direction,
 //
 //   e f_c = min(e f_c, D + y) where that is above D,   max(e f_c, D - y/2) where it is below.
 //

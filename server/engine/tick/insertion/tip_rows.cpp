@@ -8,7 +8,6 @@
 #include "server/engine/math/rotation.h"
 #include "server/engine/tick/insertion/obstacle.h"
 #include "server/engine/tick/insertion/path_direction.h"
-#include "server/engine/tick/insertion/tearing.h"
 #include "server/engine/tick/insertion/tip_laws.h"
 
 namespace acus {

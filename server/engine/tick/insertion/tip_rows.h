@@ -16,18 +16,18 @@
 // The lateral support of the tip is that of its end and its supported length (owned_lengths.h, tip_laws.h), at the end
 // of the path as behind it, so that there is no jump between the two.
 //
-// Springs in series (rows.h) are in the contact row of a surface or border (models/dimple.h) and in the cutting row
-// (models/local_compliance.h), there with the compliance e. The tip is beyond the mesh's surface, or beyond the path's
-// end, by as much as they yield: tissue that is really at the tip is behind it in the mesh. A cutting tip has its
-// path's end e f_c behind it, so that the force stays at f_c as the end moves. Towards a border that holds tips that
-// becomes the dimple's depth (tip_laws.h).
+// Springs in series (rows.h) are in the contact row of a surface or border (models/unresolved/dimple.h) and in the
+// cutting row (models/unresolved/local_compliance.h), there with the compliance e. The tip is beyond the mesh's
+// surface, or beyond the path's end, by as much as they yield: tissue that is really at the tip is behind it in the
+// mesh. A cutting tip has its path's end e f_c behind it, so that the force stays at f_c as the end moves. Towards a
+// border that holds tips that becomes the dimple's depth (tip_laws.h).
 //
 // A law that cannot bear any force has no row. All functions return false if a row did not fit.
 #pragma once
 
 #include "server/engine/laws/rows.h"
+#include "server/engine/tick/insertion/held_place.h"
 #include "server/engine/tick/insertion/insertion.h"
-#include "server/engine/tick/insertion/tearing.h"
 
 namespace acus {
 

@@ -3,8 +3,8 @@
 #include <cassert>
 #include <cmath>
 
-#include "server/engine/models/needle_step.h"
-#include "server/engine/models/tissue_step.h"
+#include "server/engine/models/needle/needle_step.h"
+#include "server/engine/models/tissue/tissue_step.h"
 #include "server/engine/state/limits.h"
 #include "server/engine/tick/stages/stages.h"
 

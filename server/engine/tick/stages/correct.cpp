@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
-#include "server/engine/models/needle_step.h"
-#include "server/engine/models/tissue_step.h"
+#include "server/engine/models/needle/needle_step.h"
+#include "server/engine/models/tissue/tissue_step.h"
 #include "server/engine/tick/stages/stages.h"
 
 namespace acus {

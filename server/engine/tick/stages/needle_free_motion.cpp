@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/models/needle_linearization.h"
+#include "server/engine/models/needle/needle_linearization.h"
 #include "server/engine/tick/stages/stages.h"
 
 namespace acus {

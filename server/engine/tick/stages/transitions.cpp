@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/models/field_tick.h"
-#include "server/engine/models/tissue_row_forces.h"
+#include "server/engine/models/field/field_tick.h"
+#include "server/engine/models/tissue/tissue_row_forces.h"
 #include "server/engine/tick/insertion/path_transitions.h"
 
 #include <algorithm>

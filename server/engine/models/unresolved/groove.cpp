@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/models/unresolved/groove.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+namespace acus {
+
+namespace {
+
+constexpr double kAcrossSurface = 0.31;  // c
+// Added to the logarithm: two points of one element can be held.
+constexpr double kLeastGive = 1e-4;
+
+}  // namespace
+
+GrooveSpring::GrooveSpring(const Material& material, double edge, double d, double length)
+    : line_(2 * (1 - material.poisson_ratio * material.poisson_ratio) / (std::numbers::pi * material.young_modulus)),
+      spread_(2 * material.young_modulus),
+      radius_(d / 2),
+      more_(std::max(0.0, kAcrossSurface * edge - d / 2)),
+      length_(length) {
+  assert(edge >= 0 && d > 0 && length > 0);
+}
+
+double GrooveSpring::width(double f) const { return std::hypot(radius_, f / (length_ * spread_)); }
+
+double GrooveSpring::depth(double f) const { return line_ * f / length_ * (std::log1p(more_ / width(f)) + kLeastGive); }
+
+double GrooveSpring::compliance(double f) const {
+  const double rho = width(f), wide = rho * rho - radius_ * radius_;
+  return line_ / length_ * (std::log1p(more_ / rho) - more_ * wide / (rho * rho * (rho + more_)) + kLeastGive);
+}
+
+double GrooveSpring::integral(double rho) const {
+  return (rho * rho * std::log1p(more_ / rho) + more_ * (rho - more_ * std::log(rho + more_))) / 2;
+}
+
+// f D - the integral of D over f, with q dq = (2 E)² rho d(rho).
+double GrooveSpring::energy(double f) const {
+  const double rest = line_ * (spread_ * spread_ * length_ * (integral(width(f)) - integral(radius_)) +
+                               kLeastGive * f * f / (2 * length_));
+  return f * depth(f) - rest;
+}
+
+}  // namespace acus

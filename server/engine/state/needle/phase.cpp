@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/state/needle/phase.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace acus {
+
+void change_phase(Insertion& insertion, Phase to) {
+  assert(to == insertion.phase || std::ranges::any_of(kPhaseChanges, [&](const PhaseChange& change) {
+    return change.from == insertion.phase && change.to == to;
+  }));
+  insertion.phase = to;
+}
+
+void enter(Insertion& insertion, int path, double needle_length) {
+  assert(path >= 0 && insertion.path < 0);
+  change_phase(insertion, Phase::inside);
+  insertion.path = path;
+  insertion.tip = TipState{};
+  insertion.touched = MaterialPoint{};
+  std::fill(insertion.vertices.begin(), insertion.vertices.end(), VertexState{.s = needle_length});
+  insertion.end_s = needle_length;
+  if (insertion.memory) insertion.memory->clear();
+}
+
+void forget(Insertion& insertion) {
+  change_phase(insertion, Phase::free);
+  std::vector<VertexState> vertices = std::move(insertion.vertices);
+  vertices.assign(vertices.size(), VertexState{});
+  std::vector<ShaftCell> cells = std::move(insertion.cells);
+  std::optional<SpringMemory> memory = std::move(insertion.memory);
+  if (memory) memory->clear();
+  insertion = Insertion{};
+  insertion.memory = std::move(memory);
+  insertion.vertices = std::move(vertices);
+  insertion.cells = std::move(cells);
+}
+
+}  // namespace acus
