@@ -64,13 +64,6 @@ class Script(unittest.TestCase):
         self.assertEqual(self.get("README.md"), "It takes <!-- figure: force -->1.4 N<!-- /figure --> to go in.\n")
         self.assertEqual(self.run_script("--check").returncode, 0)
 
-    def test_the_table_names_commit_and_date(self):
-        self.put("docs/results.md", "<!-- figures -->\nold\n<!-- /figures -->\nend\n")
-        self.assertEqual(self.run_script().returncode, 0)
-        text = self.get("docs/results.md")
-        self.assertIn("| force | 1.4 N | `scripts/report` | 0123abc | 2020-01-02 |\n<!-- /figures -->\nend\n", text)
-        self.assertNotIn("old", text)
-
     def test_a_figure_that_the_file_lacks_is_named_with_its_line(self):
         self.put("docs/results.md", "one\n<!-- figure: depth -->1<!-- /figure -->\n")
         run = self.run_script()
@@ -84,7 +77,7 @@ class Script(unittest.TestCase):
 
     def test_comments_without_partner_are_refused(self):
         for text in ("<!-- figure: force -->1", "<!-- figure: Force -->1<!-- /figure -->", "1<!-- /figure -->",
-                     "<!-- figures -->\n1\n"):
+                     "<!-- figures -->\n1\n<!-- /figures -->\n"):
             self.put("docs/results.md", text)
             run = self.run_script("--check")
             self.assertEqual(run.returncode, 1, text)
