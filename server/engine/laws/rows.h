@@ -13,8 +13,8 @@
 //
 //   delta = W lambda + delta_free + e lambda,
 //
-// and a row on displacements takes what the spring already bore off its gap, e lambda_n with lambda_n the force at the
-// start of the tick. The spring stores e lambda²/2, which comes back in full while the law sticks. A nonlinear spring,
+// and the gap of a row on displacements is less by e lambda_n, the spring's stretch under the force lambda_n at the
+// start of the tick. The spring stores e lambda²/2, which it returns in full while the law sticks. A nonlinear spring,
 // of depth D(lambda), is taken at lambda_n: e = D'(lambda_n), D(lambda_n) - e lambda_n is part of the gap, and `stored`
 // is its energy at lambda_n less e lambda_n²/2. In contrast to a law's compliance, which is a foundation under a
 // bilateral row, this one is part of W for the solver and goes with any law.

@@ -1,23 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a needle's base, or a guide, follows its commands. Commands arrive in steps, at the client's rate and with the
-// network's jitter. Two ways to continue between them:
+// How a needle's base, or a guide, follows commands, which arrive at the client's rate with the network's jitter.
 //
-// By the commands' own rhythm (the default). From the tick that takes a command in, the base goes to it evenly in n
-// ticks, n what commands were apart of late: a mean m of the ticks between them and a mean deviation d from it, both
-// over the last 16 or so, n = round(m + d). A steady motion that is sampled evenly is so followed evenly, with a lag of
-// n ticks: the time between two commands, which is the least that a follower needs who does not guess. Commands at
-// every tick are followed at once. After more than kPause without one the rhythm begins anew, with kFirstApproach.
+// By the commands' own rhythm (default): the base goes to a command evenly in n ticks, n = round(m + d), m the mean and
+// d the mean deviation of the ticks between the last 16 commands or so. An evenly sampled motion is followed evenly,
+// with a lag of n ticks; commands at every tick at once. After kPause without one the rhythm begins anew, with
+// kFirstApproach.
 //
-// With a time constant tau. The base follows the newest command as a critically damped second-order system,
+// With a time constant tau: the base follows the newest command as a critically damped second-order system,
 //
 //   tau² x'' + 2 tau x' + (x - target) = 0,
 //
-// solved exactly over a tick for a target that stands still in it, so the motion does not depend on h but through the
-// sampling of the targets. It comes to rest at the target without overshoot, has no corners, and lags behind a steady
-// motion by 2 tau. tau = 0, or so small that a tick lasts for ever beside it: straight to the target.
+// solved exactly over a tick for a target at rest. It lags behind a steady motion by 2 tau and does not overshoot.
+// tau = 0, or tiny beside a tick: straight to the target.
 //
-// Either way a speed limit caps the step of every tick. Orientation and spin follow alike; orientation takes the
-// shortest way.
+// A speed limit caps the step of every tick. Orientation and spin follow alike; orientation takes the shortest way.
 #pragma once
 
 #include <cstdint>

@@ -19,20 +19,15 @@
 // of a base with the torque m on its holder changes by -[m]x/2 times a turn beyond it, so K is symmetric but for that,
 // and where a contact slides.
 //
-// What the tick does has more terms, in proportion to forces, that K leaves out. It linearises about a needle that is
-// carried along rigidly, so that a base which is turned turns the lines of the laws' forces with it. And a needle that
-// is moved along its path has another length beside the last vertex, and with it other thresholds and springs: force by
-// length, 13 N/m beside 140 N/m of inertia in tests/tick/test_base_stiffness.cpp. Else differences of whole ticks
-// agree within 2 %, those of free needles and of tips in contact within 1e-3 but for turns.
+// K leaves out terms in proportion to forces: the laws' lines turn with the base, and a needle moved along its path has
+// another length beside the last vertex (13 N/m beside 140 N/m of inertia, tests/tick/test_base_stiffness.cpp). Except
+// for these, differences of whole ticks agree within 2 %, of free needles and tips in contact within 1e-3.
 //
-// A wrench beside it leaves out what the needle's own inertia and damping put in: that of the laws' forces and the
-// weight about the base, sum of Hᵀ lambda and m g. It is what remains once the needle is at rest, but for the tissue,
-// which still creeps.
+// `lasting` is the wrench without the needle's inertia and damping: sum of Hᵀ lambda and m g about the base.
 //
-// The model holds until a law leaves its piece. For a motion along the base's +x axis that is where a line meets the
-// end of its piece; `forward` and `backward` are the nearest of them. Other points hold on beyond. The most
-// that all of them bear together against a way ahead, and against a way back, are the sums of the laws' limits along
-// the needle: friction either way, contact and cutting of a tip that presses against the way ahead.
+// The model holds until a law leaves its piece: `forward` and `backward` are the nearest such ways along the base's +x
+// axis. Beyond, other laws still bear. `forward_yield` and `backward_yield` are the sums of all limits along the
+// needle: friction either way, contact and cutting of a tip ahead.
 #pragma once
 
 #include <cstdint>

@@ -6,10 +6,9 @@
 // f being the elastic forces of tissue that has relaxed, applied weight and pressures, Hᵀ lambda what needles and
 // guides do where they touch something. The same holds of the needles.
 //
-// Ticks of 1 s find it, backward Euler steps so long that inertia holds next to nothing back, without damping, and with
-// relaxations that are over within one. Each solves with the factor of the rest shape (`exact`: with that of the
-// current one) until no node moves by more than kSettled in a tick: some 10 ticks where the tissue is hardly strained,
-// 100 where it hangs by its side. Loading takes that, and one more factorisation, with a window two or three.
+// Ticks of 1 s find it, without damping and with relaxations that are over within one, until no node moves by more than
+// kSettled: 10 ticks where the tissue is hardly strained, 100 where it hangs by its side. They use the factor of the
+// rest shape (`exact`: of the current one). Loading takes one more factorisation, with a window two or three.
 //
 // Of tissue with a window (models/field/deferred_field.h), what a needle in contact does comes in the first tick: its
 // force is off by up to 8 % in the first windows (`tests/tick/test_static_start.cpp`).

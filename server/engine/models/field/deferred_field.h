@@ -27,13 +27,13 @@
 // a tissue at rest is at rest under its own corotational forces, whatever is lumped here; what k sets is how much later
 // turning, stretching and differences of beta are felt.
 //
-// A defect calls forth a larger one where the tissue resists a motion with (1 + r) K and r is large. One motion of beta
-// 10 ms at 1 kHz, whatever its frequency, dies away up to r = 0.9, 0.45, 0.23 with windows of 8, 16, 32 ticks, and down
-// to r = -0.58 with 32; without the increase, whatever the softness. So defects are not increased where tissue begins
-// in an equilibrium that is too soft to be K.
+// Defects grow where the tissue resists a motion with (1 + r) K and r is large. With beta 10 ms at 1 kHz a motion of
+// any frequency decays up to r = 0.9, 0.45, 0.23 with windows of 8, 16, 32 ticks, and down to r = -0.58 with 32;
+// without the increase, at any softness. Defects are therefore not increased where tissue begins in an equilibrium that
+// is too soft to be K.
 //
-// Defects that grow and are as large as all forces on the tissue stop the field: it begins anew from where it is, and
-// only a share of each defect is fed in, half as much each time; it comes back slowly.
+// Growing defects as large as all forces on the tissue stop the field: it begins anew from where it is, and a share of
+// each defect is fed in, half as much each time. The share rises again slowly.
 //
 // [after "deferred correction", Stetter 1978; condensed modes, Craig and Bampton 1968]
 #pragma once

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A state of one scene goes on in another that differs in numbers alone: materials, interactions, the direction of a
-// bevel, the rate. So worlds of what may be true branch from one that runs.
+// bevel, the rate. Variants of a running world, with other values of what is not known, branch in this way.
 //
 // Places, velocities, paths and forces of the laws stay; the first ticks carry what the other numbers make of them.
 // Where the rate differs, ticks are counted so that simulation time goes on, to half a tick, and the rhythm of commands

@@ -2,9 +2,8 @@
 // What stops a tip: the tissue's own surface, or the border of a region inside that holds tips (state/borders.h). Both
 // bear it over a patch (contact_patch.h) with a dimple in series (models/unresolved/dimple.h), however large f_p is.
 //
-// A tip that cuts comes to a border with the force of the cut. From where the border bears the same force (tip_laws.h)
-// it does so in place of the cut: the whole force of the tip is that of its contact and of friction along the border
-// then.
+// A tip that cuts comes to a border with the force of the cut. Once the border's dimple bears that force (tip_laws.h),
+// the cutting row ends, and contact and friction along the border bear the tip.
 #pragma once
 
 #include "server/engine/tick/insertion/insertion.h"

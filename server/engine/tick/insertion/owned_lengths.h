@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The lengths of shaft that path vertices stand for.
 //
-// Owned length, for friction: from halfway to one neighbour to halfway to the other; the first vertex's begins at the
-// surface, the last one's ends at the tip. Those of a part of the path are scaled so that they sum to its length from
-// wall to wall, or to the tip (path_wall.h, with the forces of the last tick), at every moment: the friction of the
-// shaft depends neither on the mesh nor on the spacing of vertices, nor on when one is added or passed. In layers all
-// are scaled alike, although those behind the first keep their tissue.
+// Owned length, for friction: from halfway to one neighbour to halfway to the other, the first from the surface, the
+// last to the tip. Those of a part of the path are scaled to sum to its length from wall to wall, or to the tip
+// (path_wall.h): friction depends neither on the mesh nor on the spacing of vertices. In layers all are scaled alike.
 //
-// Supported length, for the lateral rows: the owned length without that scale, but the stretch between the last
-// vertex and the tip is split in halves between the two. A vertex that the cut adds at the tip takes over the tip's
-// half there, and the tip takes it back as it is pulled past the vertex. So the lateral force has no jumps and
-// converges as the spacing shrinks. The tip's end adds the support of a sphere (models/unresolved/local_compliance.h).
+// Supported length, for the rows across: the owned length without the scale, but the tip has half of the stretch behind
+// it. A vertex that the cut adds at the tip takes over the tip's half, and gives it back as the tip is pulled past it:
+// the lateral force is continuous, and converges as the spacing shrinks.
 #pragma once
 
 #include <span>

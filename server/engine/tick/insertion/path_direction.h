@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Directions of a path: tangents at its vertices and its end, and the way of a cut through the material.
 //
-// The way of a cut. A tip cuts through material, and its force shears the elements around it, small elements more. A
-// path that followed the deformation of one element would turn with the mesh. So the rotation of the tissue is measured
-// at a distance, where the needle's own forces move it little and evenly: on four material lines beside the tip,
-// parallel to the cutting direction. D is the sum of the lines at rest, d their sum now; the cutting direction is
-// turned back by the smallest rotation that takes D to d. What a needle drags along moves opposite lines by opposite
-// amounts, which cancels.
+// The way of a cut. A tip's force shears the elements around it, small elements more: a path that followed one element
+// would depend on the mesh. The rotation of the tissue is therefore measured on four material lines beside the tip,
+// parallel to the cutting direction. D is their sum at rest, d their sum now; the cutting direction is turned back by
+// the smallest rotation that takes D to d. What a needle drags along moves opposite lines by opposite amounts.
 #pragma once
 
 #include "server/engine/state/needle/path.h"

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The wall of a path beside the needle in it: the tissue that the mesh has at the path's vertices, displaced by what
-// the mesh does not resolve (models/unresolved/local_compliance.h). Across the needle the wall touches it. Along the
-// needle the friction of the shaft and the cut carry it towards the path's end, by
+// The wall of a path beside the needle in it: the tissue at the path's vertices, displaced by what the mesh does not
+// resolve (models/unresolved/local_compliance.h). Across the needle the wall touches it. Along the needle, friction and
+// cut carry it towards the path's end by
 //
-//   a = u(-t_n, X - b) + b     at the distance X from a tip that the part of the path ends at,
-//   a = u(-t_n, L)             in a part that the needle leaves by an exit, L its length,
+//   a = u(-t_n, X - b) + b     X: distance from a tip at which the part of the path ends,
+//   a = u(-t_n, L)             in a part that the needle leaves by an exit, L its length.
 //
-// u mouth_displacement() or surface_displacement(), t_n the traction on the needle (state/needle/insertion_state.h). b
-// is what the cut carries along, min(e f, g) s(rho): e f is what the mesh lacks ahead of a tip that bears the force f
-// of a cut or on a border, g the tip's distance ahead of the path's end at the start of the tick (they differ near a
-// border), s that of a dent (models/unresolved/dent.h) at the distance rho = X - e f from the path's end.
+//   u     mouth_displacement(), surface_displacement()
+//   t_n   traction on the needle (state/needle/insertion_state.h)
+//   b     advance by the cut: min(e f, g) s(rho), s that of a dent (models/unresolved/dent.h), rho = X - e f
+//   e f   compliance ahead of the tip times the force of the cut, or on a border
+//   g     distance of the tip ahead of the path's end at the start of the tick; differs from e f near a border
 //
-// So the place where a needle goes into the tissue does not depend on the mesh: a fine mesh has its mouth where a
-// coarse one with its wall has it. Depth and lengths of friction count from there (path_transitions.h,
-// owned_lengths.h).
+// The place where a needle enters the tissue then does not depend on the mesh. Depth and lengths of friction count from
+// there (path_transitions.h, owned_lengths.h).
 #pragma once
 
 #include "server/engine/models/unresolved/dent.h"

@@ -1,28 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The rows of a path vertex alongside the shaft: two across the path, friction along it, torsion about it.
 //
-// The friction threshold is l pi d mu p, l the owned length of the vertex (owned_lengths.h). The lateral rows have the
-// compliance of the tissue beside the shaft that the mesh does not resolve (foundation_compliance()) over the supported
-// length.
+// Friction has the threshold l pi d mu p, l the owned length (owned_lengths.h). Without threshold and viscosity it has
+// no row. The rows across have the compliance of foundation_compliance() over the supported length.
 //
-// With tissue.local_compliance `all` the friction row has a spring e = axial/l, axial (m²/N) that of
-// axial_compliance(). Its delta is the slip,
+// With tissue.local_compliance `all` the friction row has a spring e = axial/l, axial that of axial_compliance():
 //
 //   delta = W lambda + delta_free + e (lambda - lambda_n),       lambda_n = l t_n,
 //
-// t_n the traction, the friction per length at the end of the last tick. The traction, and so the strain of the tissue
-// beside the vertex, is kept when l changes. A vertex that comes alongside takes over the traction of the one before
-// it. The last one alongside takes over friction and length of the vertices that the tip is pulled past. So the force
-// is continuous as vertices come and go, and no energy is made: a shaft that slips in stores axial t²/2 per metre; a
-// shaft that sticks moves in and out within the stretch of the spring, which gives back what it stored. Where the
-// stretch is a large part of l, lambda_n is at most the last friction: l t_n would grow with the motion that the spring
-// has to resist.
+// t_n (N/m) the traction, friction per length, at the end of the last tick. A vertex keeps its traction as l changes. A
+// vertex that comes alongside takes over that of the one before it; the last one alongside takes over friction and
+// length of vertices that the tip is pulled past. The force is then continuous and no energy is made. Where the stretch
+// is a large part of l, |lambda_n| is at most the last friction. Springs relax with the tissue (spring_memory.h).
 //
-// In tissue that relaxes the springs do, too (spring_memory.h).
-//
-// Torsional friction, if the needle has it, is one more row (rows.h), in one cone with the friction row
-// (laws/friction_cone.h). Its slip is taken at the needle's radius times torsional_friction, so that this is the share
-// of the friction force that resists spin. Friction with neither threshold nor viscosity has no row.
+// Torsional friction is one more row, in one cone with friction (laws/friction_cone.h), with the slip at the needle's
+// radius times torsional_friction.
 #pragma once
 
 #include "server/engine/laws/rows.h"

@@ -1,21 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Springs of the tissue that the mesh does not resolve (models/unresolved/local_compliance.h,
-// models/unresolved/dimple.h), where the tissue relaxes: they do so, too (models/element/relaxation.h). A spring of the
-// compliance e at rest has the stretch
+// Springs that the mesh does not resolve (models/unresolved/local_compliance.h, dimple.h) in tissue that relaxes
+// (models/element/relaxation.h). A spring of the compliance e at rest has the stretch
 //
 //   u' = (e f' + S)/G,   S = sum of g_i (1 - alpha_i) z_i,
 //
-// z_i (m) being the stretch to which branch i has crept: rows have the compliance e/G and S/G in their gaps. Across a
-// shaft the stretch is how far the needle is off its path; along it, what friction has strained (shaft_rows.h). The
-// dimple, whose spring is nonlinear, remembers the force that it would bear at rest.
+// z_i (m) the stretch to which branch i has crept: rows have the compliance e/G and S/G in their gaps. The stretch is
+// the needle's distance from its path across the shaft, and what friction has strained along it (shaft_rows.h). A
+// dimple's spring is nonlinear and remembers the force that it would bear at rest.
 //
-// A vertex that comes alongside takes over what the one before it and the tip remember. Memories are in the world's
-// axes: where the tissue turns with a needle in it they do not, until they have decayed. A dimple follows a tip that
-// slides; on a border it relaxes as the tissue before that.
+// A vertex that comes alongside takes over the memory of the one before it and of the tip. Memories keep the world's
+// axes. A dimple follows a tip that slides; on a border it relaxes as the tissue before that.
 //
-// What is ahead of a tip inside, what supports a shaft beyond a border, the groove under one that lies on a surface and
-// the advance of a path's wall (path_wall.h) are those of tissue at rest. The energy that springs store
-// (State::spring_energy) is that of springs of e/G, without their branches.
+// Springs ahead of a cutting tip, beyond borders, under a shaft on a surface, and the advance of a path's wall do not
+// relax. State::spring_energy is that of springs of e/G, without branches.
 #pragma once
 
 #include "server/engine/tick/insertion/insertion.h"

@@ -1,28 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Laws of the tip: its local compliance (m/N, models/unresolved/local_compliance.h) and the friction of a sharp tip.
 //
-// Compliance ahead of a cutting tip, e. At the cutting force f_c the tip is e f_c ahead of its path's end in the mesh;
-// the real end of the cut is between the two. On a border that holds tips it is ahead by its dimple's depth under the
-// same force, D (models/unresolved/dimple.h). With y what the tip has still to go to where it is then, along the
-// cutting direction,
+// Compliance ahead of a cutting tip, e. At the cutting force f_c the tip is e f_c ahead of its path's end in the mesh.
+// On a border that holds tips it is ahead by its dimple's depth D under the same force (models/unresolved/dimple.h).
+// With y the way that the tip then has left along the cutting direction,
 //
 //   e f_c = min(e f_c, D + y) where that is above D,   max(e f_c, D - y/2) where it is below.
 //
-// So the tip has the same force and the same place before and after its path's end has come to the border, and the end
-// never moves back.
+// Force and place of the tip are then continuous as its path's end comes to the border, and the end never moves back.
 //
-// Friction of a sharp tip on a surface. The needle is at the angle theta to the surface normal, its face at beta to its
-// axis. The force of a slender needle acts along it: f cos theta along the normal, f sin theta across. A blunt tip
-// slides where tan theta > mu, and so never punctures in a shallow insertion. A sharp tip slides only where its face
-// lies flat on the surface, theta > pi/2 - beta; else its edge or point meets the surface first and sticks. The law is
+// Friction of a sharp tip on a surface. The needle is at the angle theta to the normal, its face at beta (face_angle())
+// to its axis. A blunt tip slides where tan theta > mu. A sharp tip slides only where its face lies flat on the
+// surface, theta > pi/2 - beta, because otherwise its edge sticks:
 //
 //   mu' = max(mu, cot beta)      where theta < pi/2 - beta, else mu,
 //
-// and the tip punctures when the force along the needle is f_p, that is f_p cos theta along the normal. One goes over
-// into the other, evenly by cos theta, from 2 degrees before that angle to 2 degrees beyond it. So a tip that comes to
-// lie flat, as its needle bends, begins to slide smoothly; from tick to tick it would stick and slip.
-//
-// beta: face_angle().
+// and it punctures when the force along the needle is f_p, f_p cos theta along the normal. Within 2 degrees of
+// pi/2 - beta the law changes evenly with cos theta.
 #pragma once
 
 #include <optional>

@@ -1,26 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The rows of the tip: contact with a surface or a border, cutting, and lateral support by its path.
 //
-// A tip that cuts has its cutting row along -c, c the cutting direction, and two lateral rows across c. c is fixed in
-// the tip's frame, so the spin of the base turns it through the needle's torsional compliance, and torsional friction
-// makes it lag. A tip that is pulled, or pushed through an old path, has lateral rows across the path instead, whatever
-// its bevel.
+// A tip that cuts has its cutting row along -c, c the cutting direction, fixed in the tip's frame, and two rows across
+// c. A tip that is pulled, or pushed through an old path, has rows across the path instead.
 //
-// A border that holds tips (state/borders.h) is a surface inside the tissue. Ahead of a cutting tip it adds a contact
-// row, for what the border bears beyond the cut, so that both together are capped by f_p. A tip on the border, or one
-// that the base moves there in this tick, has two rows of friction along the border with the cohesion f_c (laws.h)
-// instead of cutting and lateral rows: it slides, and cuts as it slides, once the force along the border is above f_c +
-// mu times the contact force. Back along its path nothing is left to cut. With its cutting row instead, a tip that
-// grazes the border would be wedged in.
+// Ahead of a cutting tip, a border that holds tips (state/borders.h) adds a contact row for what it bears beyond the
+// cut: both together are capped by f_p. A tip on the border, or one that the base moves there in this tick, has two
+// rows of friction along the border with the cohesion f_c (laws.h) instead of cutting and lateral rows: it cuts as it
+// slides. Back along its path the cohesion is 0.
 //
-// The lateral support of the tip is that of its end and its supported length (owned_lengths.h, tip_laws.h), at the end
-// of the path as behind it, so that there is no jump between the two.
+// The tip's support is that of its end and its supported length (owned_lengths.h, tip_laws.h), at the end of the path
+// as behind it.
 //
-// Springs in series (rows.h) are in the contact row of a surface or border (models/unresolved/dimple.h) and in the
-// cutting row (models/unresolved/local_compliance.h), there with the compliance e. The tip is beyond the mesh's
-// surface, or beyond the path's end, by as much as they yield: tissue that is really at the tip is behind it in the
-// mesh. A cutting tip has its path's end e f_c behind it, so that the force stays at f_c as the end moves. Towards a
-// border that holds tips that becomes the dimple's depth (tip_laws.h).
+// Springs in series (rows.h) are in the contact row (models/unresolved/dimple.h) and in the cutting row, there with the
+// compliance e (tip_laws.h): the tip is beyond the mesh's surface, or its path's end, by the springs' stretch.
 //
 // A law that cannot bear any force has no row. All functions return false if a row did not fit.
 #pragma once
