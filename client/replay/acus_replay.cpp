@@ -181,26 +181,18 @@ void print_summary(const Replay& replay, const ReplayOptions& options, bool punc
   if (!options.lockstep) print_timing(replay, punctual);
 }
 
-// Runs and translates how it ended into an exit code; what went wrong goes to stderr.
+// Runs; how it ended, as an exit code.
 int run(Replay& replay) {
-  const auto ended = [](int code, const std::exception& error) {
-    std::fprintf(stderr, "acus-replay: %s\n", shown(error.what()).c_str());
-    return code;
-  };
-  try {
-    replay.run();
-    return kDone;
-  } catch (const Refused& error) {
-    return ended(kRefused, error);
-  } catch (const Vanished& error) {
-    return ended(kVanished, error);
-  } catch (const ProtocolMismatch& error) {
-    return ended(kMismatch, error);
-  } catch (const Interrupted& error) {
-    return ended(kInterrupted, error);
-  } catch (const std::exception& error) {
-    return ended(kBadInput, error);
-  }
+  return told_status(
+      "acus-replay",
+      [&] {
+        replay.run();
+        return kDone;
+      },
+      [](const std::exception& error) {
+        const bool interrupted = dynamic_cast<const Interrupted*>(&error) != nullptr;
+        return status_of_link(error).value_or(interrupted ? kInterrupted : kBadInput);
+      });
 }
 
 // Throws if two results were to go to the same file, or one into the trajectory.

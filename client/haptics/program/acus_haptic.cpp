@@ -223,6 +223,13 @@ void take_server(Arguments& arguments) {
       throw std::runtime_error(problem);
 }
 
+// Of a device and of a link; throws others on.
+int status_of(const std::exception& error) {
+  if (dynamic_cast<const DeviceError*>(&error) != nullptr) return kDevice;
+  if (const std::optional<int> status = client::status_of_link(error)) return *status;
+  throw;
+}
+
 // Checks the device in real time, without a server.
 int verify(const Arguments& arguments) {
   using Clock = std::chrono::steady_clock;
@@ -239,7 +246,7 @@ int verify(const Arguments& arguments) {
   } else {
     device = make_device(choice);
   }
-  try {
+  const auto work = [&] {
     const Opened opened(*device);
     const DeviceProperties properties = device->open();
     Verification verification(
@@ -251,31 +258,18 @@ int verify(const Arguments& arguments) {
     const std::optional<bool> good = verification.run();
     if (!good) return client::kInterrupted;
     return *good ? client::kDone : kDevice;
-  } catch (const DeviceError& error) {
-    std::fprintf(stderr, "acus-haptic: %s\n", error.what());
-    return kDevice;
-  }
+  };
+  return client::told_status("acus-haptic", work, status_of);
 }
 
-// Runs and translates how it ended into an exit code; what went wrong goes to stderr.
+// Runs; how it ended, as an exit code.
 template <class Session>
 int run(Session& session) {
-  const auto ended = [](int code, const std::exception& error) {
-    std::fprintf(stderr, "acus-haptic: %s\n", error.what());
-    return code;
-  };
-  try {
+  const auto work = [&] {
     session.run();
     return client::kDone;
-  } catch (const client::Refused& error) {
-    return ended(client::kRefused, error);
-  } catch (const client::Vanished& error) {
-    return ended(client::kVanished, error);
-  } catch (const client::ProtocolMismatch& error) {
-    return ended(client::kMismatch, error);
-  } catch (const DeviceError& error) {
-    return ended(kDevice, error);
-  }
+  };
+  return client::told_status("acus-haptic", work, status_of);
 }
 
 // Joins the needle that another acus-haptic shares.

@@ -34,7 +34,7 @@ class Curves:
         self.needle = track.needle
         if len(track) < 2:
             raise RunError(f"{run.path}: expected two or more rows of needle '{self.needle}', found {len(track)}; "
-                                f"its needles are {', '.join(sorted(run.needles))}")
+                           f"its needles are {', '.join(sorted(run.needles))}")
         self.start = track.time[0]  # s, simulation time
         self.time = track.time - self.start
         self.phase = track.phase
