@@ -28,11 +28,11 @@ class DrawnGap {
       const Insertion& insertion = state.insertions[i];
       const Vector3 tip = simulation_.report().needles[i].tip_position;
       if (touches(insertion)) gap = std::max(gap, from_skin(surface, tip));
-      const bool on_border = insertion.border >= 0 && insertion.tip.contact > 0;
-      if (insertion.phase == Phase::inside && (insertion.tip.cutting > 0 || on_border))
+      const bool on_border = insertion.border >= 0 && insertion.tip.contact.along > 0;
+      if (insertion.phase == Phase::inside && (insertion.tip.cut.along > 0 || on_border))
         gap = std::max(gap, from_end(insertion.path, tip));
       for (const ShaftCell& cell : insertion.cells)
-        if (cell.contact > 0) gap = std::max(gap, from_skin(surface, place_on(state.needles[i], i, cell.s)));
+        if (cell.contact.along > 0) gap = std::max(gap, from_skin(surface, place_on(state.needles[i], i, cell.s)));
     }
     return finite() ? gap : kInfinity;
   }

@@ -201,7 +201,7 @@ TEST_CASE("friction that holds lets go where the model says, pushed in and drawn
     step_to(branch, {pose.position - by * ahead, pose.orientation}, 0);
     int sliding = 0;
     for (const VertexState& vertex : branch.state().insertions[0].vertices)
-      sliding += vertex.friction > 0 && vertex.sliding;
+      sliding += vertex.contact.along > 0 && vertex.contact.sliding;
     return sliding;
   };
   MESSAGE("lets go ", 1e6 * model.backward, " um back");

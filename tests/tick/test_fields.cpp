@@ -18,6 +18,9 @@ TEST_CASE("states and reports name all their members") {
   CHECK(gap_in_fields<NeedleState>() == "");
   CHECK(gap_in_fields<BaseState>() == "");
   CHECK(gap_in_fields<Insertion>() == "");
+  CHECK(gap_in_fields<ContactState>() == "");
+  CHECK(gap_in_fields<Creep>() == "");
+  CHECK(gap_in_fields<GuideState>() == "");
   CHECK(gap_in_fields<VertexState>() == "");
   CHECK(gap_in_fields<TipState>() == "");
   CHECK(gap_in_fields<ShaftCell>() == "");

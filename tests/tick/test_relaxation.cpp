@@ -190,10 +190,10 @@ TEST_CASE("the bytes of a state hold what tissue and springs remember" * doctest
   };
   pose = go(simulation, 500, 4e-5, pose);
   const std::vector<std::byte> bytes = to_bytes(simulation.state());
-  const SpringMemory& memory = *simulation.state().insertions[0].memory;
-  REQUIRE(memory.vertices[1].along.norm() > 0);
-  REQUIRE(memory.vertices[1].across.norm() > 0);
-  REQUIRE(memory.tip.across.norm() > 0);
+  const Insertion& insertion = simulation.state().insertions[0];
+  REQUIRE(insertion.vertices[1].contact.creep.along.norm() > 0);
+  REQUIRE(insertion.vertices[1].contact.creep.across.norm() > 0);
+  REQUIRE(insertion.tip.contact.creep.across.norm() > 0);
   State middle = other.state();
   from_bytes(bytes, middle);
   go(simulation, 300, -1e-5, pose);

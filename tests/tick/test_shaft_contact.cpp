@@ -38,7 +38,7 @@ const std::vector<ShaftCell>& cells(const Bench& bench) { return bench.simulatio
 
 double borne(const Bench& bench) {
   double sum = 0;
-  for (const ShaftCell& cell : cells(bench)) sum += cell.contact;
+  for (const ShaftCell& cell : cells(bench)) sum += cell.contact.along;
   return sum;
 }
 
@@ -98,12 +98,12 @@ TEST_CASE("a needle that is dragged over the skin has the friction of its cone, 
     double excess = 0;
     bench.each_tick = [&] {
       for (const ShaftCell& cell : cells(bench))
-        excess = std::max(excess, cell.friction.norm() - mu * cell.contact - 1e-9);
+        excess = std::max(excess, cell.contact.across.norm() - mu * cell.contact.along - 1e-9);
     };
     bench.move(0, way, kSpeed);
     CHECK(excess < 1e-6);
     Vector3 friction = Vector3::Zero();
-    for (const ShaftCell& cell : cells(bench)) friction += cell.friction;
+    for (const ShaftCell& cell : cells(bench)) friction += cell.contact.across;
     CHECK(friction.dot(way.normalized()) == doctest::Approx(-mu * borne(bench)).epsilon(0.03));
   }
 }
@@ -146,10 +146,10 @@ TEST_CASE("a state of a needle that lies on the skin is good, a forged one is re
     forge(forged.insertions[0].cells[2]);
     CHECK_THROWS_AS(check_state(model, forged), std::runtime_error);
   };
-  REQUIRE(state.insertions[0].cells[2].contact > 0);
+  REQUIRE(state.insertions[0].cells[2].contact.along > 0);
   refused([](ShaftCell& cell) { cell.length = 0; });
   refused([](ShaftCell& cell) { cell.length = 1e-310; });
-  refused([](ShaftCell& cell) { cell.contact = -1; });
+  refused([](ShaftCell& cell) { cell.contact.along = -1; });
   refused([](ShaftCell& cell) { cell.normal.setZero(); });
   refused([](ShaftCell& cell) { cell.moved = 1e3; });
   refused([](ShaftCell& cell) { cell.s = 1; });

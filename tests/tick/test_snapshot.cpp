@@ -158,13 +158,13 @@ TEST_CASE("a snapshot whose forces and places no tissue can have is refused") {
   CHECK(!refused([](State&) {}));
   CHECK(refused([](State& s) { s.tissue.x(1, 5) = kMuch; }));
   CHECK(refused([](State& s) { s.tissue.v(1, 5) = kMuch; }));
-  CHECK(refused([](State& s) { s.insertions[0].tip.contact = kMuch; }));
-  CHECK(refused([](State& s) { s.insertions[0].tip.cutting = kMuch; }));
-  CHECK(refused([](State& s) { s.insertions[0].tip.lateral[0] = -kMuch; }));
-  CHECK(refused([](State& s) { s.insertions[0].vertices[1].friction = kMuch; }));
-  CHECK(refused([](State& s) { s.insertions[0].vertices[1].torsion = kMuch; }));
-  CHECK(refused([](State& s) { s.insertions[0].vertices[1].lateral[2] = kMuch; }));
-  CHECK(refused([](State& s) { s.insertions[0].cells[1].friction[2] = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].tip.contact.along = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].tip.cut.along = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].tip.contact.across[0] = -kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].vertices[1].contact.along = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].vertices[1].contact.torsion = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].vertices[1].contact.across[2] = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].cells[1].contact.across[2] = kMuch; }));
 }
 
 TEST_CASE("a forged image is refused, or does no harm" * doctest::test_suite("gate")) {

@@ -27,8 +27,7 @@ std::size_t room_of(int capacity) {
 }
 
 Vector12 needle_force(const NeedleShape& shape, const Row& row) {
-  return row.role == RowRole::torsion ? curve_torque(row.on_needle, row.radius * row.n)
-                                      : curve_force(shape, row.on_needle, row.n);
+  return row.turns() ? curve_torque(row.on_needle, row.radius * row.n) : curve_force(shape, row.on_needle, row.n);
 }
 
 // Returns H dq_free (m).
@@ -37,10 +36,9 @@ double add_to_needle(const NeedleModel& model, int beam, const Vector12& force, 
 }
 
 int add_to_tissue(const TissueSystem& system, const Row& row, TissueScratch& tissue) {
-  if (row.role == RowRole::torsion)
-    return add_tissue_couple(system, row.in_tissue.a.tetrahedron, -row.radius * row.n, tissue);
+  if (row.turns()) return add_tissue_couple(system, row.in_tissue.a.tetrahedron, -row.radius * row.n, tissue);
   if (!row.patch.empty()) return add_tissue_row(system, row.patch, -row.n, tissue);
-  if (!acts_on_tissue(row.role)) return add_empty_tissue_row(tissue);
+  if (!row.acts_on_tissue()) return add_empty_tissue_row(tissue);
   return add_tissue_row(system, row.in_tissue, -row.n, tissue);
 }
 
@@ -141,7 +139,7 @@ bool Rows::add_cone(const Row& along, const FrictionCone& friction, double warm_
 
 bool Rows::add_cone(const Row& along, const Row& about, const FrictionCone& friction,
                     const Eigen::Vector2d& warm_start) {
-  assert(about.role == RowRole::torsion && along.needle == about.needle);
+  assert(about.turns() && along.needle == about.needle);
   if (!fits(2, 2)) return false;
   cones_.push_back({.row = count(), .turns = true, .friction = friction});
   const auto [first, second] = laws_of_disk(cones_.back().friction);

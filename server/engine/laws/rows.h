@@ -31,38 +31,13 @@
 
 namespace acus {
 
-// What a row's force is counted as.
-enum class RowRole : std::uint8_t {
-  contact,           // of the tip with a surface, along its normal
-  contact_friction,  // along the surface
-  cutting,
-  tip_lateral,
-  lateral,  // of the shaft
-  friction,
-  shaft_contact,  // of the shaft with a surface beside its path, across the needle
-  shaft_contact_friction,
-  torsion,
-  guide,           // across the guide
-  guide_friction,  // along it
-  needle_contact,  // with another needle, across both
-  needle_friction  // along its surface
-};
-
-constexpr bool is_of_guide(RowRole role) { return role == RowRole::guide || role == RowRole::guide_friction; }
-constexpr bool is_of_needles(RowRole role) {
-  return role == RowRole::needle_contact || role == RowRole::needle_friction;
-}
-constexpr bool acts_on_tissue(RowRole role) { return !is_of_guide(role) && !is_of_needles(role); }
-
 struct Row {
   int needle = 0;
-  RowRole role = RowRole::lateral;
-  int index = -1;  // vertex of the path for shaft rows, cell of the shaft for its contacts, number of the guide
   CurvePoint on_needle{};
-  TissuePoint in_tissue;
+  TissuePoint in_tissue;                   // without a tetrahedron: nothing of the tissue
   Vector3 n = Vector3::Zero();             // unit, world
   double gap = 0;                          // m, delta at q_k, before this iteration's correction
-  double radius = 0;                       // r (m), torsion only, see tick/insertion/shaft_rows.h
+  double radius = 0;                       // r (m), > 0 of torsion rows
   double compliance = 0;                   // e (m/N), >= 0, of the spring in series
   double stored = 0;                       // J, of a nonlinear one
   bool left_out = false;                   // the tissue had no room for it: bears no force
@@ -70,6 +45,8 @@ struct Row {
   int other = -1;                          // the other needle of rows between two,
   const CurvePoint* on_other = nullptr;    // and the point on it, which lives as long as the row
 
+  bool turns() const { return radius > 0; }
+  bool acts_on_tissue() const { return !patch.empty() || in_tissue.a.tetrahedron >= 0; }
   bool acts_on(int of_needles) const { return needle == of_needles || other == of_needles; }
 };
 

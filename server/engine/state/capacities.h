@@ -24,7 +24,7 @@ int max_insertion_rows(const Needle& parameters, double spacing, bool borders);
 // half more vertices of the one that needs most than it has at rest. Points beyond have no rows, and a flag says so.
 int max_insertion_rows(const Scene& scene);
 inline constexpr int kPatchPoints =
-    21;  // of a tip's contact (tick/insertion/contact_patch.h): one, eight and twelve around it
+    21;  // of a tip's contact (tick/contact/contact_patch.h): one, eight and twelve around it
 // Material points in the rows of a needle, at most: the shaft's vertices, the path's end, the two vertices around the
 // tip, and those of a contact patch.
 int max_material_points(const Needle& parameters, double spacing);

@@ -17,8 +17,7 @@ State make_state(const Model& model) {
     const Pose& base = model.scene.needles[i].base;
     state.needles.push_back(make_needle_state(model.needles[i], base));
     state.bases.push_back(base_at(base));
-    state.insertions.push_back(
-        make_insertion(model.path_vertices, shaft_cells(model.scene.needles[i]), !model.relaxation.empty()));
+    state.insertions.push_back(make_insertion(model.path_vertices, shaft_cells(model.scene.needles[i])));
   }
   state.monitors.resize(state.needles.size());
   for (const Guide& guide : model.scene.guides) state.guides.push_back({.motion = base_at(guide.pose)});

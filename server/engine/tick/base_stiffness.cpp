@@ -14,24 +14,21 @@ namespace acus {
 
 namespace {
 
-// What a piece's end is to those who feel it.
-ModelLimit end_of(RowRole role, bool most) {
-  switch (role) {
-    case RowRole::contact:
-      return most ? ModelLimit::puncture : ModelLimit::contact;
-    case RowRole::cutting:
-      return most ? ModelLimit::cutting : ModelLimit::contact;
-    case RowRole::contact_friction:
-    case RowRole::friction:
-    case RowRole::shaft_contact_friction:
-    case RowRole::torsion:
-    case RowRole::guide_friction:
-    case RowRole::needle_friction:
-      return ModelLimit::slip;
+// What the end of a Normal's force is to those who feel it.
+ModelLimit end_of(ContactKind kind, bool most) {
+  if (!most) return ModelLimit::contact;
+  switch (kind) {
+    case ContactKind::surface:
+    case ContactKind::border:
+      return ModelLimit::puncture;
+    case ContactKind::cut:
+      return ModelLimit::cutting;
     default:
       return ModelLimit::contact;
   }
 }
+
+bool is_capped(ContactKind kind) { return end_of(kind, true) != ModelLimit::contact; }
 
 constexpr double kRim = 1e-9;  // of a limit: what is nearer to it has reached it
 
@@ -244,35 +241,36 @@ BaseStiffness BaseStiffnessSolver::compute(const Model& scene, const Scratch& sc
   result.stiffness = -base_tangent(model, motion, follow_.topRows(motion.dq.size()));
   for (Eigen::Index i = 0; i < n; ++i) result.stiffness += shifts_.row(i).transpose() * forces_.row(i);
   result.stiffness.bottomRightCorner<3, 3>() += skew(motion.reaction.tail<3>()) / 2;
-  look_for_limits(rows, motion.shape().frames[0].col(0), result);
+  look_for_limits(rows, scratch.contacts, motion.shape().frames[0].col(0), result);
   result.lasting = lasting_wrench(model, motion);
-  sum_up_yields(rows, needle, result);
+  sum_up_yields(rows, scratch.contacts, needle, result);
   return result;
 }
 
-void BaseStiffnessSolver::sum_up_yields(const Rows& rows, int needle, BaseStiffness& result) {
-  for (int i = 0; i < rows.count(); ++i) {
-    if (!rows.row(i).acts_on(needle)) continue;
-    const RowRole role = rows.row(i).role;
+void BaseStiffnessSolver::sum_up_yields(const Rows& rows, const Contacts& contacts, int needle, BaseStiffness& result) {
+  for (const Contact& contact : contacts.found) {
+    if (!contact.acts_on(needle) || contact.rows == 0) continue;
+    const int i = contact.first_row;
     const double limit = rows.law(i).limit;
-    const bool slides_on_surface = (role == RowRole::shaft_contact_friction || role == RowRole::needle_friction) &&
-                                   rows.law(i).kind == LawKind::disk_first;
-    if (role == RowRole::friction || role == RowRole::guide_friction || slides_on_surface) {
+    if (std::holds_alternative<Along>(contact.hold)) {
       const Rows::Cone* cone = rows.find_cone(i);
-      const double most = slides_on_surface ? limit * rows.lambda()[rows.law(i).normal_row]
-                          : cone            ? cone->friction.law.threshold
-                                            : limit;
+      const double most = cone ? cone->friction.law.threshold : limit;
       result.forward_yield += most;
       result.backward_yield += cone ? cone->friction.back * most : most;
-    } else if ((role == RowRole::contact || role == RowRole::cutting) && rows.lambda()[i] > 0) {
+    } else if (is_capped(contact.kind) && rows.lambda()[i] > 0) {
       result.forward_yield += limit;
+    } else if (contact.rows == 3 && !is_capped(contact.kind)) {  // slides on a surface or needle
+      const double most = rows.law(i + 1).limit * rows.lambda()[i];
+      result.forward_yield += most;
+      result.backward_yield += most;
     }
   }
   result.forward_yield = std::min(result.forward_yield, kMostYield);
   result.backward_yield = std::min(result.backward_yield, kMostYield);
 }
 
-void BaseStiffnessSolver::look_for_limits(const Rows& rows, const Vector3& axis, BaseStiffness& result) {
+void BaseStiffnessSolver::look_for_limits(const Rows& rows, const Contacts& contacts, const Vector3& axis,
+                                          BaseStiffness& result) {
   const Eigen::Index n = rows.count();
   auto force = row_force_.head(n), moved = moved_.head(n), shift = row_shift_.head(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -283,24 +281,25 @@ void BaseStiffnessSolver::look_for_limits(const Rows& rows, const Vector3& axis,
   moved = shift;
   for (Eigen::Index j = 0; j < n; ++j)
     if (force[j] != 0) moved += force[j] * W.col(j);
-  for (int i = 0; i < rows.count(); ++i) {
-    const Law& law = rows.law(i);
-    const double lambda = rows.lambda()[i], delta = rows.delta()[i];
-    const RowRole role = rows.row(i).role;
-    if (const Rows::Cone* cone = rows.find_cone(i)) {
-      const auto pair = [&](auto&& of) { return Eigen::Vector2d(of[i], cone->turns ? of[i + 1] : 0); };
+  for (const Contact& contact : contacts.found) {
+    if (const Rows::Cone* cone = rows.find_cone(contact.first_row); cone != nullptr && contact.rows > 0) {
+      const auto pair = [&](auto&& of) { return Eigen::Vector2d(of[cone->row], cone->turns ? of[cone->row + 1] : 0); };
       meet_cone(*cone, rows.answer(*cone).slip, pair(rows.lambda()), pair(force), pair(moved), result);
-      i += cone->rows() - 1;
       continue;
     }
-    if (rows.row(i).left_out || (law.kind != LawKind::unilateral && law.kind != LawKind::friction)) continue;
-    const auto end = [&](bool most) { return law.kind == LawKind::friction ? ModelLimit::slip : end_of(role, most); };
-    if (!is_between(law, lambda)) {
-      meet(delta, moved[i], 0, end(lambda > 0), result);
-      continue;
+    for (int i = contact.first_row; i < contact.first_row + contact.rows; ++i) {
+      const Law& law = rows.law(i);
+      const bool slips = law.kind == LawKind::friction;
+      if (rows.row(i).left_out || (law.kind != LawKind::unilateral && !slips)) continue;
+      const double lambda = rows.lambda()[i];
+      const auto end = [&](bool most) { return slips ? ModelLimit::slip : end_of(contact.kind, most); };
+      if (!is_between(law, lambda)) {
+        meet(rows.delta()[i], moved[i], 0, end(lambda > 0), result);
+        continue;
+      }
+      meet(lambda, force[i], law.limit, end(true), result);
+      meet(lambda, force[i], slips ? -law.limit : 0, end(false), result);
     }
-    meet(lambda, force[i], law.limit, end(true), result);
-    meet(lambda, force[i], law.kind == LawKind::friction ? -law.limit : 0, end(false), result);
   }
 }
 

@@ -94,8 +94,8 @@ class BaseStiffnessSolver {
   void solve(Eigen::Ref<VectorX> x, Eigen::Index slides) const;
   void answer(const Eigen::Ref<const VectorX>& shift, Eigen::Ref<VectorX> forces);
   void put_shifts(const Model& scene, const Scratch& scratch, int needle);
-  static void sum_up_yields(const Rows& rows, int needle, BaseStiffness& result);
-  void look_for_limits(const Rows& rows, const Vector3& axis, BaseStiffness& result);
+  static void sum_up_yields(const Rows& rows, const Contacts& contacts, int needle, BaseStiffness& result);
+  void look_for_limits(const Rows& rows, const Contacts& contacts, const Vector3& axis, BaseStiffness& result);
 
   std::vector<Unknown> unknowns_;
   std::vector<Slide> slides_;

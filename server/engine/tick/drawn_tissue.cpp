@@ -32,13 +32,13 @@ void add_dent(const Vector3& centre, const Vector3& move, const LoadRadii& radii
   drawn.wanted.push_back(move);
 }
 
-void add_contact(const InsertionView& at, const Insertion& insertion, DrawnTissue& drawn) {
+void add_dimple(const InsertionView& at, const Insertion& insertion, DrawnTissue& drawn) {
   const MaterialPoint& touched = insertion.touched;
   const Vector3 centre = at.tissue.position(touched);
   const Vector3 move = at.needle.tip().position - centre;
-  const double d = at.parameters.outer_diameter, f = insertion.tip.contact;
+  const double d = at.parameters.outer_diameter, f = insertion.tip.contact.along;
   DimpleSpring dimple = at.tissue.dimple_spring(touched, d, at.tissue.disc_load(touched, d, f, move.norm()));
-  if (at.tissue.relaxes()) remember(at.tissue.relaxation_of(touched), *insertion.memory, dimple);
+  remember(at.tissue.relaxation_of(touched), insertion.tip.contact.creep, dimple);
   add_dent(centre, move, dimple.radii(f), drawn);
 }
 
@@ -46,13 +46,13 @@ void add_grooves(const InsertionView& at, const Insertion& insertion, DrawnTissu
   const TissueView& tissue = at.tissue;
   const double d = at.needle.model.diameter;
   for (const ShaftCell& cell : insertion.cells) {
-    if (cell.contact == 0) continue;
+    if (cell.contact.along == 0) continue;
     for (int i = 0; i < kContactPoints; ++i) {
       const Vector3 p = at.needle.start_position(contact_place(cell.s, cell.length, i, at.needle.model.length));
       const SurfacePoint under = surface_under(tissue, p, cell.normal, kContactMargin);
       const double deep = std::max(0.0, cell.normal.dot(under.position - p));
       const GrooveSpring groove = tissue.groove_spring(tissue.surface.material(under), d, cell.length);
-      add_dent(under.position, -deep * cell.normal, groove.radii(cell.contact), drawn);
+      add_dent(under.position, -deep * cell.normal, groove.radii(cell.contact.along), drawn);
     }
   }
 }
@@ -76,7 +76,7 @@ void add_path_dents(const InsertionView& at, const Path& path, const Insertion& 
 
 void add_dents(const InsertionView& at, const State& state, DrawnTissue& drawn) {
   const Insertion& insertion = state.insertions[static_cast<std::size_t>(at.needle_index)];
-  if (touches(insertion)) add_contact(at, insertion, drawn);
+  if (touches(insertion)) add_dimple(at, insertion, drawn);
   add_grooves(at, insertion, drawn);
   if (insertion.path >= 0) add_path_dents(at, state.paths[static_cast<std::size_t>(insertion.path)], insertion, drawn);
 }

@@ -13,9 +13,8 @@ Scratch::Scratch(const Model& model, const Progress& progress)
       paths_taken(kMaxPaths),
       needle_contacts(model.scene),
       rows(model.max_rows),
+      contacts(model.max_rows),
       forces(model.scene.needles.size()),
-      guide_forces(model.scene.needles.size(), Vector3::Zero()),
-      needle_forces(model.scene.needles.size(), Vector3::Zero()),
       next_look(model.scene.needles.size()) {
   if (progress) progress("rows");
   const double spacing = least_spacing(model.scene.needles);
@@ -23,8 +22,7 @@ Scratch::Scratch(const Model& model, const Progress& progress)
     const Needle& needle = model.scene.needles[i];
     needles.emplace_back(model.needles[i], model.h,
                          max_tissue_rows(model.scene, needle) + max_rows_of_needles_alone(model.scene));
-    insertions.emplace_back(max_shaft_points(needle, spacing), model.path_vertices, shaft_cells(needle),
-                            !model.relaxation.empty());
+    insertions.emplace_back(max_shaft_points(needle, spacing), model.path_vertices, shaft_cells(needle));
     start_shapes.push_back(needles[i].shape());
     bases.push_back(base_at(needle.base));
   }

@@ -14,10 +14,10 @@
 #include "server/engine/state/model.h"
 #include "server/engine/state/report.h"
 #include "server/engine/state/state.h"
-#include "server/engine/tick/guides.h"
-#include "server/engine/tick/insertion/forces.h"
+#include "server/engine/tick/contact/contact.h"
+#include "server/engine/tick/contact/guides.h"
+#include "server/engine/tick/contact/needle_contact.h"
 #include "server/engine/tick/insertion/insertion.h"
-#include "server/engine/tick/needle_contact.h"
 
 namespace acus {
 
@@ -84,9 +84,8 @@ struct Scratch {
   std::vector<char> paths_taken;              // per path, whether a needle has entered it in this tick
   NeedleContacts needle_contacts;
   Rows rows;
-  std::vector<InsertionForces> forces;        // per needle
-  std::vector<Vector3> guide_forces;          // per needle (N)
-  std::vector<Vector3> needle_forces;         // per needle (N), of other needles on it
+  Contacts contacts;
+  std::vector<NeedleForces> forces;           // per needle
   NeedleBalance balance;                      // of the tick before
   Outcome outcome;
   std::vector<Event> events;                  // of this tick, never beyond the capacity reserved at load

@@ -37,7 +37,10 @@ struct TissueView {
   int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
   const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
   bool relaxes() const { return !relaxation.empty(); }
-  const RelaxationStep& relaxation_of(const MaterialPoint& p) const { return relaxation[region(p)]; }
+  const RelaxationStep& relaxation_of(const MaterialPoint& p) const {
+    static const RelaxationStep kElastic;
+    return relaxes() ? relaxation[region(p)] : kElastic;
+  }
   // What a tip at a point meets at the border into another region.
   const Border& border(const MaterialPoint& from, int into) const { return borders.at(region(from), into); }
   // A face that the point lies on and behind which a region begins that holds tips.

@@ -46,7 +46,7 @@ class ShaftRun {
     outcome_.unheld_at_end = needle.unheld;
     outcome_.largest_force = std::max(outcome_.largest_force, needle.base_force.norm());
     const auto& cells = simulation_.state().insertions[0].cells;
-    outcome_.borne_ticks += std::ranges::any_of(cells, [](const ShaftCell& cell) { return cell.contact > 0; });
+    outcome_.borne_ticks += std::ranges::any_of(cells, [](const ShaftCell& cell) { return cell.contact.along > 0; });
   }
 
   const Shaft& shaft_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One needle in a cube of tissue, both where a test puts them, for the units of server/simulation/insertion. The cube has
-// 60 mm around the origin in cells of 10 mm; the needle is straight and rigid, 100 mm long, 1 mm thick. Nothing moves by
-// itself: numbers are those that a person computes.
+// One needle in a cube of tissue, both where a test puts them, for the units of tick/insertion. The cube has
+// 60 mm around the origin in cells of 10 mm; the needle is straight and rigid, 100 mm long, 1 mm thick. Nothing moves
+// by itself: numbers are those that a person computes.
 #pragma once
 
 #include <vector>
@@ -55,6 +55,16 @@ class InsertionBench {
   // From now on the needle remembers that it is in a path.
   void be_in_path(int path);
 
+  // Makes rows of what `find` puts into contacts; false if one did not fit.
+  template <class Find>
+  bool add_rows(Find&& find) {
+    contacts.clear();
+    find();
+    bool all = true;
+    for (Contact& contact : contacts.found) all = add_contact(contact, rows) && all;
+    return all;
+  }
+
   std::vector<EventKind> event_kinds() const;
 
   Scene scene;
@@ -73,6 +83,7 @@ class InsertionBench {
   Insertion state;
   InsertionScratch scratch;
   std::vector<Event> events;
+  Contacts contacts{400};
   Rows rows{400};
 };
 

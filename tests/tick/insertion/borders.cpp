@@ -13,7 +13,7 @@ std::optional<Obstacle> border_found(double puncture_force, double end, double t
   bench.add_straight_path(end);
   bench.be_in_path(0);
   bench.state.border = held;
-  bench.state.tip.cutting = cutting;
+  bench.state.tip.cut.along = cutting;
   bench.put_needle(on_line(end));
   bench.move_needle(on_line(tip));
   return bench.locate().obstacle;

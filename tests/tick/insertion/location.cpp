@@ -110,16 +110,16 @@ TEST_CASE("what vertices bore that the tip is pulled past goes to the last one a
   bench.state.first_alongside = 0;
   bench.state.last_alongside = 4;
   for (int i = 0; i < 5; ++i) {
-    bench.state.vertices[i].friction = i + 1;
+    bench.state.vertices[i].contact.along = i + 1;
     bench.state.vertices[i].traction = 100 * i;
   }
   bench.put_needle(on_line(0.020));
   const Located& located = bench.locate();
   const auto& next = bench.scratch.next.vertices;
   REQUIRE(located.shaft.size() == 3);
-  CHECK(next[2].friction == 3 + 4 + 5);
+  CHECK(next[2].contact.along == 3 + 4 + 5);
   CHECK(next[2].traction == doctest::Approx(12 / 0.004).epsilon(1e-10));  // from 6 to 10 mm
-  CHECK(next[1].friction == 2);
+  CHECK(next[1].contact.along == 2);
   CHECK(next[1].traction == 100);
 }
 

@@ -116,13 +116,14 @@ TEST_CASE("a cut that leaves a border goes on with the force that it had along i
   InsertionBench bench(two_regions(0.7));
   rest_on_border(bench);
   bench.put_needle(on_line(0), Vector3(1, 0, -1).normalized());
-  bench.state.tip.lateral = {-0.2, 0, 0};
+  bench.state.tip.contact.across = {-0.2, 0, 0};
   in_transition(bench, [](const Transition& now) { leave_border(now); });
-  CHECK(bench.state.tip.cutting == doctest::Approx(0.2 / std::sqrt(2)).epsilon(1e-9));
+  CHECK(bench.state.tip.cut.along == doctest::Approx(0.2 / std::sqrt(2)).epsilon(1e-9));
   bench.state.border = kLower;
-  bench.state.tip = {.contact = 0, .cutting = 0, .lateral = {0.2, 0, 0}};  // pulled back
+  bench.state.tip = {};
+  bench.state.tip.contact.across = {0.2, 0, 0};  // pulled back
   in_transition(bench, [](const Transition& now) { leave_border(now); });
-  CHECK(bench.state.tip.cutting == 0);
+  CHECK(bench.state.tip.cut.along == 0);
 }
 
 TEST_CASE("a short slide moves the end, and its tail is the straight distance") {

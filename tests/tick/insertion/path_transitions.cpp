@@ -21,7 +21,7 @@ void press_through(InsertionBench& bench) {
   bench.move_needle(on_line(kTop - 5e-4 - bench.give()));
   bench.locate();
   bench.state = bench.scratch.next;
-  bench.state.tip.contact = 0.4;
+  bench.state.tip.contact.along = 0.4;
   bench.scratch.puncturing = true;
 }
 
@@ -47,10 +47,10 @@ TEST_CASE("contact and release are told") {
   InsertionBench bench;
   bench.put_needle(on_line(kTop));
   bench.locate();
-  bench.state.tip.contact = 0.1;
+  bench.state.tip.contact.along = 0.1;
   transitions_of(bench);
   CHECK(bench.state.phase == Phase::contact);
-  bench.state.tip.contact = 0;
+  bench.state.tip.contact.along = 0;
   transitions_of(bench);
   CHECK(bench.state.phase == Phase::free);
   CHECK(bench.event_kinds() == std::vector{EventKind::contact, EventKind::release});
@@ -79,7 +79,7 @@ TEST_CASE("a tip that presses an element flat punctures, whatever force it takes
   InsertionBench bench;
   bench.put_needle(on_line(kTop));
   bench.locate();
-  bench.state.tip.contact = 0.1;
+  bench.state.tip.contact.along = 0.1;
   for (const int node : bench.mesh.tetrahedra[static_cast<std::size_t>(bench.point(on_line(kTop)).tetrahedron)])
     if (bench.mesh.nodes(2, node) > kTop - 1e-6) bench.x(2, node) -= 0.015;  // through the node below
   transitions_of(bench);

@@ -47,7 +47,7 @@ TEST_CASE("what a surface bears is held") {
   InsertionBench bench;
   bench.put_needle(Vector3(0.02, 0.0021, kTop - 2e-3), Vector3::UnitX());  // 50 mm of it under the top
   CHECK(unheld(bench) > 0.04);
-  for (ShaftCell& cell : bench.state.cells) cell.contact = 0.01;
+  for (ShaftCell& cell : bench.state.cells) cell.contact.along = 0.01;
   CHECK(unheld(bench) == 0);
 }
 
@@ -57,7 +57,7 @@ TEST_CASE("a tip in contact may stand beyond the surface of the mesh by what giv
   bench.state.phase = Phase::contact;
   bench.state.touched = bench.point(on_line(kTop));
   bench.locate();
-  bench.state.tip.contact = 0.3;
+  bench.state.tip.contact.along = 0.3;
   bench.put_needle(on_line(kTop - 2e-3));
   CHECK(unheld(bench) == 0);
 }

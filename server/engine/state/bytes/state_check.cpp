@@ -43,37 +43,27 @@ void check_cell(const ShaftCell& cell, double needle_length, double surface_move
   constexpr double kLeastLength = 1e-6;  // m
   require_in_range(cell.distance >= 0 && cell.moved <= surface_moved, "the look of a shaft for a surface");
   const bool touches = cell.length > 0;
-  require_in_range(0 <= cell.s && cell.s <= needle_length && cell.contact >= 0 &&
+  require_in_range(0 <= cell.s && cell.s <= needle_length && cell.contact.along >= 0 &&
                        (touches ? kLeastLength <= cell.length && cell.length <= needle_length &&
                                       std::abs(cell.normal.norm() - 1) < kUnitTolerance
-                                : cell.length == 0 && cell.contact == 0),
+                                : cell.length == 0 && cell.contact.along == 0),
                    "a contact of a shaft");
 }
 
-void check_forces(const Insertion& insertion, const StateBounds& bounds) {
-  const auto force = [&](const auto& number) { require_in_range(within(number, bounds.force), "a force on a needle"); };
-  force(Vector3(insertion.tip.contact, insertion.tip.cutting, 0));
-  force(insertion.tip.lateral);
-  for (const VertexState& vertex : insertion.vertices) {
-    force(Vector3(vertex.friction, vertex.torsion, 0));
-    force(vertex.lateral);
-  }
-  for (const ShaftCell& cell : insertion.cells) {
-    force(cell.friction);
-    require_in_range(cell.contact <= bounds.force, "a force on a needle");
-  }
-}
-
-void check_memory(const PointMemory& point, const StateBounds& bounds) {
+// `crept`: what Creep::along can be at most, in its unit.
+void check_contact(const ContactState& contact, double crept, const StateBounds& bounds) {
   require_in_range(
-      within(point.across, bounds.way) && within(point.along, bounds.way) && std::abs(point.stretch) <= bounds.way,
-      "what the tissue beside a needle remembers");
+      within(Eigen::Vector2d(contact.along, contact.torsion), bounds.force) && within(contact.across, bounds.force),
+      "a force on a needle");
+  require_in_range(within(contact.creep.across, bounds.way) && within(contact.creep.along, crept),
+                   "what the tissue beside a needle remembers");
 }
 
-void check_memory(const SpringMemory& memory, const StateBounds& bounds) {
-  for (const PointMemory& point : memory.vertices) check_memory(point, bounds);
-  check_memory(memory.tip, bounds);
-  require_in_range(within(memory.dimple, bounds.force), "what the tissue beside a needle remembers");
+void check_contacts(const Insertion& insertion, const StateBounds& bounds) {
+  check_contact(insertion.tip.contact, bounds.force, bounds);
+  check_contact(insertion.tip.cut, bounds.force, bounds);
+  for (const VertexState& vertex : insertion.vertices) check_contact(vertex.contact, bounds.way, bounds);
+  for (const ShaftCell& cell : insertion.cells) check_contact(cell.contact, bounds.force, bounds);
 }
 
 void check_insertion(const Model& model, const State& state, int needle, const StateBounds& bounds) {
@@ -101,8 +91,7 @@ void check_insertion(const Model& model, const State& state, int needle, const S
   require_in_range(-1 <= insertion.last_alongside && insertion.last_alongside < vertices,
                    "the vertices along a needle");
   for (const ShaftCell& cell : insertion.cells) check_cell(cell, model.needles[needle].length, state.surface_moved);
-  check_forces(insertion, bounds);
-  if (insertion.memory) check_memory(*insertion.memory, bounds);
+  check_contacts(insertion, bounds);
 }
 
 void check_rotations(const Model& model, const ElementRotations& rotations) {
@@ -147,7 +136,10 @@ void check_state(const Model& model, const State& state) {
   for (const NeedleState& needle : state.needles)
     require_in_range(std::ranges::all_of(needle.q, is_unit), "an orientation");
   for (const BaseState& base : state.bases) check_motion(base, state.tick);
-  for (const GuideState& guide : state.guides) check_motion(guide.motion, state.tick);
+  for (const GuideState& guide : state.guides) {
+    check_motion(guide.motion, state.tick);
+    check_contact(guide.contact, 0, bounds);
+  }
   for (int i = 0; i < static_cast<int>(state.paths.size()); ++i) {
     const Path& path = state.paths[i];
     check_path(model, path);

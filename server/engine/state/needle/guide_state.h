@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a guide remembers from tick to tick; tick/guides.h says what it does.
+// What a guide remembers from tick to tick; tick/contact/guides.h says what it does.
 #pragma once
 
-#include "server/engine/math/types.h"
 #include "server/engine/state/needle/base_state.h"
+#include "server/engine/state/needle/contact_state.h"
 
 namespace acus {
 
 struct GuideState {
-  BaseState motion;                  // of the hole
-  double s = 0;                      // m, of Q along the needle
-  Vector3 across = Vector3::Zero();  // N, force of the last tick across the axis
-  double along = 0;                  // N, friction of the last tick
+  BaseState motion;  // of the hole
+  double s = 0;      // m, of Q along the needle
+  ContactState contact{};
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("motion", self.motion);
     visit("s", self.s);
-    visit("across", self.across);
-    visit("along", self.along);
+    visit("contact", self.contact);
   }
 };
 

@@ -5,79 +5,42 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "server/engine/math/types.h"
-#include "server/engine/models/element/relaxation.h"
 #include "server/engine/models/geometry/material_point.h"
+#include "server/engine/state/needle/contact_state.h"
 #include "server/engine/state/needle/enums.h"
 
 namespace acus {
 
 // Of a path vertex, after the last tick in which it was alongside the shaft.
 struct VertexState {
-  double s = 0;  // m, its place along the needle
-  bool sliding = true;                // along the needle, or about it if it has torsional friction
-  double friction = 0;                // N
-  double traction = 0;                // t_n, N/m: friction per length owned
-  double torsion = 0;                 // N, at the share of the radius that torsional friction has
-  Vector3 lateral = Vector3::Zero();  // N, world
+  double s = 0;         // m, its place along the needle
+  double traction = 0;  // t_n, N/m: friction per length owned
+  ContactState contact{};
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("s", self.s);
-    visit("sliding", self.sliding);
-    visit("friction", self.friction);
     visit("traction", self.traction);
-    visit("torsion", self.torsion);
-    visit("lateral", self.lateral);
+    visit("contact", self.contact);
   }
 };
 
 struct TipState {
-  double contact = 0;                 // N
-  double cutting = 0;                 // N
-  Vector3 lateral = Vector3::Zero();  // N, contact friction or tip path
+  ContactState contact{};  // with a surface or border, or across the path
+  ContactState cut{};
+
+  void forget_forces() {
+    contact.forget_forces();
+    cut.forget_forces();
+  }
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("contact", self.contact);
-    visit("cutting", self.cutting);
-    visit("lateral", self.lateral);
-  }
-};
-
-// What the tissue finer than the mesh remembers beside a vertex or the tip (tick/insertion/spring_memory.h).
-struct PointMemory {
-  Eigen::Matrix<double, 3, Branches::RowsAtCompileTime> across =
-      Eigen::Matrix<double, 3, Branches::RowsAtCompileTime>::Zero();  // m, world, per branch
-  Branches along = Branches::Zero();                                  // m
-  double stretch = 0;                                                 // m, along, at the start of the tick
-
-  template <class Self, class Visit>
-  static void fields(Self& self, Visit&& visit) {
-    visit("across", self.across);
-    visit("along", self.along);
-    visit("stretch", self.stretch);
-  }
-};
-struct SpringMemory {
-  std::vector<PointMemory> vertices;   // as many as a path can have
-  PointMemory tip;                     // inside; across alone
-  Branches dimple = Branches::Zero();  // N, of a tip on a surface or border
-
-  void clear() {
-    std::ranges::fill(vertices, PointMemory{});
-    tip = {};
-    dimple.setZero();
-  }
-
-  template <class Self, class Visit>
-  static void fields(Self& self, Visit&& visit) {
-    visit("vertices", self.vertices);
-    visit("tip", self.tip);
-    visit("dimple", self.dimple);
+    visit("cut", self.cut);
   }
 };
 
@@ -90,8 +53,7 @@ struct ShaftCell {
   double length = 0;                      // m of it that were near the surface in the last tick; 0: it had no rows
   double offset = 0;                      // m, of the surface that it touches, see shaft_contact.h
   Vector3 normal = Vector3::Zero();       // unit, world, out of the tissue, across the needle
-  double contact = 0;                     // N, of the surface, along it
-  Vector3 friction = Vector3::Zero();     // N, world
+  ContactState contact{};
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -103,7 +65,6 @@ struct ShaftCell {
     visit("offset", self.offset);
     visit("normal", self.normal);
     visit("contact", self.contact);
-    visit("friction", self.friction);
   }
 };
 
@@ -120,7 +81,6 @@ struct Insertion {
   int last_alongside = -1;               // none where last < first
   std::vector<VertexState> vertices;     // as many as a path can have
   std::vector<ShaftCell> cells;          // of the whole needle, from its base
-  std::optional<SpringMemory> memory;    // in tissue that relaxes
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -136,7 +96,6 @@ struct Insertion {
     visit("last_alongside", self.last_alongside);
     visit("vertices", self.vertices);
     visit("cells", self.cells);
-    visit("memory", self.memory);
   }
 };
 
@@ -165,10 +124,9 @@ struct ShaftMonitor {
   }
 };
 
-// A needle outside, with room for the vertices of any path. `remembers`: the tissue relaxes.
-inline Insertion make_insertion(int path_capacity, int shaft_cells, bool remembers = false) {
+// A needle outside, with room for the vertices of any path.
+inline Insertion make_insertion(int path_capacity, int shaft_cells) {
   Insertion insertion;
-  if (remembers) insertion.memory.emplace().vertices.resize(static_cast<std::size_t>(path_capacity));
   insertion.cells.resize(static_cast<std::size_t>(shaft_cells));
   insertion.vertices.resize(static_cast<std::size_t>(path_capacity));
   return insertion;

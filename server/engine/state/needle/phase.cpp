@@ -21,7 +21,6 @@ void enter(Insertion& insertion, int path, double needle_length) {
   insertion.touched = MaterialPoint{};
   std::fill(insertion.vertices.begin(), insertion.vertices.end(), VertexState{.s = needle_length});
   insertion.end_s = needle_length;
-  if (insertion.memory) insertion.memory->clear();
 }
 
 void forget(Insertion& insertion) {
@@ -29,10 +28,7 @@ void forget(Insertion& insertion) {
   std::vector<VertexState> vertices = std::move(insertion.vertices);
   vertices.assign(vertices.size(), VertexState{});
   std::vector<ShaftCell> cells = std::move(insertion.cells);
-  std::optional<SpringMemory> memory = std::move(insertion.memory);
-  if (memory) memory->clear();
   insertion = Insertion{};
-  insertion.memory = std::move(memory);
   insertion.vertices = std::move(vertices);
   insertion.cells = std::move(cells);
 }

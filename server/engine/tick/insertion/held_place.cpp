@@ -23,18 +23,18 @@ double beside_compliance(const TissueView& tissue, const MaterialPoint& p, doubl
 }
 
 HeldPlace held_vertex(const InsertionView& at, const MaterialPoint& vertex, const ShaftPoint& point,
-                      const Vector3& needle, const Vector3& dimpled, const PointMemory* memory) {
+                      const Vector3& needle, const Vector3& dimpled, const Creep& creep) {
   const TissueView& tissue = at.tissue;
-  const CreptAcross spring = crept_across(tissue, vertex, memory);
+  const CreptAcross spring = crept_across(tissue, vertex, creep);
   return {vertex, point.tangent, needle - tissue.position(vertex) - dimpled + spring.crept,
           beside_compliance(tissue, vertex, at.needle.model.diameter, point.supported) / spring.stiffening,
           tissue.interaction(vertex).tear_strength * std::max(point.supported, kLeastSupported)};
 }
 
-HeldPlace held_tip(const InsertionView& at, const TipPlace& tip, const PointMemory* memory) {
+HeldPlace held_tip(const InsertionView& at, const TipPlace& tip, const Creep& creep) {
   const TissueView& tissue = at.tissue;
   const MaterialPoint& material = tip.point.a;
-  const CreptAcross spring = crept_across(tissue, material, memory);
+  const CreptAcross spring = crept_across(tissue, material, creep);
   const double compliance = tip_lateral_compliance(at, material, tip.supported);
   double strength = tissue.interaction(material).tear_strength;
   if (!std::isinf(strength)) strength *= tissue.lateral_compliance(material, at.needle.model.diameter) / compliance;

@@ -23,17 +23,10 @@ struct HeldPlace {
   double strength;    // T (N), .inf allowed
 };
 
-// `needle`: its place (m, world) at the vertex; `dimpled`: beside_dimple() there. `memory` of the point, null where the
-// tissue does not relax.
+// `needle`: its place (m, world) at the vertex; `dimpled`: beside_dimple() there.
 HeldPlace held_vertex(const InsertionView& at, const MaterialPoint& vertex, const ShaftPoint& point,
-                      const Vector3& needle, const Vector3& dimpled, const PointMemory* memory);
-HeldPlace held_tip(const InsertionView& at, const TipPlace& tip, const PointMemory* memory);
-
-// Rows across a path that may tear in this tick.
-struct TearLimit {
-  Vector3 along;  // unit, world, across the path: the direction of the force
-  double force;   // N, the threshold
-};
+                      const Vector3& needle, const Vector3& dimpled, const Creep& creep);
+HeldPlace held_tip(const InsertionView& at, const TipPlace& tip, const Creep& creep);
 
 // `last`: the force of the last tick, on the needle (N, world). None if the path is far from tearing.
 std::optional<TearLimit> tear_limit(const InsertionView& at, const HeldPlace& place, const Vector3& last);

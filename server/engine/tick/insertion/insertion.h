@@ -3,8 +3,7 @@
 //
 //   stage 4   location.h, obstacle.h            finds the obstacle ahead, vertices alongside the shaft, tip's place,
 //             shaft_contact.h                   and where the shaft touches surfaces beside its path
-//   stage 5   tip_rows.h, shaft_rows.h          turn them into rows, as shaft_contact.h does with its own
-//             forces.h                          reads the forces of the laws
+//   stage 5   tip_contacts.h, vertex_contacts.h make contacts of them (tick/contact/contact.h), as shaft_contact.h does
 //   stage 9   path_transitions.h, path_growth.h change phase and path
 //
 // The state between ticks is Insertion (state/needle/insertion_state.h), its phases are in state/needle/phase.h.
@@ -26,7 +25,8 @@
 #include "server/engine/state/capacities.h"
 #include "server/engine/state/needle/insertion_state.h"
 #include "server/engine/state/needle/path.h"
-#include "server/engine/tick/insertion/contact_patch.h"
+#include "server/engine/tick/contact/contact.h"
+#include "server/engine/tick/contact/contact_patch.h"
 #include "server/engine/tick/views.h"
 
 namespace acus {
@@ -55,6 +55,7 @@ struct ShaftPoint {
   double advance = 0;                  // m, from there to the wall of a mouth or exit (path_wall.h)
   double owned = 0;                    // m, owned length (owned_lengths.h)
   double supported = 0;                // m, supported length; the tip has the rest
+  double crept = 0;                    // m, of the spring along it, in the last tick
   Vector3 tangent = Vector3::UnitX();  // of the path, unit, towards the end
   bool mouth = false;                  // the path enters the tissue here,
   bool exit = false;                   // or leaves it
@@ -117,13 +118,18 @@ struct Located {
 
 // What a tick needs of a needle: the state that it leaves if it is good, and scratch.
 struct InsertionScratch {
-  Insertion next;  // has the last tick's forces until read_forces()
+  Insertion next;  // has the last tick's forces until forget_forces()
   Located located;
   Path turned;              // the needle's path, if it enters that by the far end
   bool puncturing = false;  // the contact force reached f_p
   bool cutting = false;     // the cutting force reached f_c
 
-  InsertionScratch(int shaft_capacity, int path_capacity, int shaft_cells, bool remembers = false);
+  InsertionScratch(int shaft_capacity, int path_capacity, int shaft_cells);
+
+  // Before forces are read: those of the last tick go.
+  void forget_forces();
+  // Once they are: what follows from them.
+  void note_forces(const Rows& rows, std::span<const Contact> contacts, int needle);
 
   // The path that the needle is in.
   const Path& path(std::span<const Path> paths) const {

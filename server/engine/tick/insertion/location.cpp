@@ -114,7 +114,7 @@ void take_over_traction(Insertion& next, std::span<const ShaftPoint> shaft) {
     if (point.mouth) before = 0;
     if (point.vertex < next.first_alongside || point.vertex > next.last_alongside) {
       state.traction = before;
-      state.friction = before * point.owned;
+      state.contact.along = before * point.owned;
     }
     before = state.traction;
   }
@@ -126,8 +126,8 @@ void take_over_friction(Insertion& next, std::span<const ShaftPoint> shaft) {
   const ShaftPoint& last = shaft.back();
   if (last.vertex < next.first_alongside || last.vertex >= next.last_alongside || last.owned == 0) return;
   VertexState& state = next.vertices[last.vertex];
-  for (int i = last.vertex + 1; i <= next.last_alongside; ++i) state.friction += next.vertices[i].friction;
-  state.traction = state.friction / last.owned;
+  for (int i = last.vertex + 1; i <= next.last_alongside; ++i) state.contact.along += next.vertices[i].contact.along;
+  state.traction = state.contact.along / last.owned;
 }
 
 // The places of the path's vertices along the needle, and the vertices alongside.
@@ -143,7 +143,11 @@ void find_shaft_points(const InsertionView& at, const Path& path, InsertionScrat
     if (scratch.located.shaft.full()) {
       scratch.located.left_out = true;
     } else {
-      scratch.located.shaft.push_back({i, s, 0, 0, 0, tangent, i == 0 || path.air_behind(i - 1), path.air_behind(i)});
+      scratch.located.shaft.push_back({.vertex = i,
+                                       .s = s,
+                                       .tangent = tangent,
+                                       .mouth = i == 0 || path.air_behind(i - 1),
+                                       .exit = path.air_behind(i)});
     }
   }
 }

@@ -22,7 +22,7 @@ void bear_on_patch(const InsertionView& at, const Surface& surface, int behind, 
   obstacle.at.normal = obstacle.patch.normal;
   obstacle.rise = obstacle.patch.rise;
   obstacle.dimple = at.tissue.dimple_spring(obstacle.material, d, load, behind);
-  if (at.tissue.relaxes()) remember(at.tissue.relaxation_of(obstacle.material), *state.memory, obstacle.dimple);
+  remember(at.tissue.relaxation_of(obstacle.material), state.tip.contact.creep, obstacle.dimple);
 }
 
 // Share of a force along the cutting direction that is against a border.
@@ -32,15 +32,15 @@ double towards(const InsertionView& at, const Obstacle& border) {
 
 // All that a tip inside bears, beside or on a border (N, world).
 Vector3 force_of_tip(const InsertionView& at, const Obstacle& border, const TipState& tip) {
-  return tip.contact * border.at.normal + tip.lateral - tip.cutting * at.cutting_direction();
+  return tip.contact.along * border.at.normal + tip.contact.across - tip.cut.along * at.cutting_direction();
 }
 
 // What a border bears along its normal of a tip that has contact with it, or cuts before it (N): not more than f_p.
 // `force`: force_of_tip().
 double contact_of(const InsertionView& at, const Obstacle& border, const TipState& tip, const Vector3& force) {
-  if (tip.cutting == 0) return tip.contact;
-  const double most = std::max(tip.contact, at.tissue.puncture_force(border.material, border.region));
-  return std::clamp(border.at.normal.dot(force), tip.contact, most);
+  if (tip.cut.along == 0) return tip.contact.along;
+  const double most = std::max(tip.contact.along, at.tissue.puncture_force(border.material, border.region));
+  return std::clamp(border.at.normal.dot(force), tip.contact.along, most);
 }
 
 // Of what bears the tip, now; at the start of the tick it is patch.middle.
@@ -55,7 +55,7 @@ Obstacle surface_ahead(const InsertionView& at, const SurfacePoint& point, const
   obstacle.at = point;
   obstacle.material = at.tissue.surface.material(point);
   obstacle.region = at.tissue.region(obstacle.material);
-  obstacle.bears = state.tip.contact;
+  obstacle.bears = state.tip.contact.along;
   bear_on_patch(at, at.tissue.surface, -1, state, obstacle);
   if (obstacle.bears == 0)
     obstacle.rise = obstacle.at.normal.dot(at.tissue.start_position(obstacle.material) - obstacle.patch.middle);
@@ -100,16 +100,20 @@ BorderAhead border_on_the_way(const InsertionView& at, const Path& path, const O
 }
 
 void press_on_border(const InsertionView& at, const Obstacle& border, TipState& tip) {
-  if (tip.cutting == 0) return;
+  if (tip.cut.along == 0) return;
   const Vector3 force = force_of_tip(at, border, tip), &n = border.at.normal;
-  tip = {.contact = contact_of(at, border, tip, force), .cutting = 0, .lateral = force - n.dot(force) * n};
+  tip.contact.along = contact_of(at, border, tip, force);
+  tip.contact.across = force - n.dot(force) * n;
+  tip.cut.along = 0;
 }
 
 void cut_beside_border(const InsertionView& at, const Path& path, const Obstacle& border, TipState& tip) {
   const Vector3 force = force_of_tip(at, border, tip), direction = at.cutting_direction();
   const double most = at.tissue.interaction(path.end).cutting_force;
   const double cutting = std::clamp(-direction.dot(force), 0.0, most);
-  tip = {.contact = 0, .cutting = cutting, .lateral = force - direction.dot(force) * direction};
+  tip.contact.along = 0;
+  tip.contact.across = force - direction.dot(force) * direction;
+  tip.cut.along = cutting;
 }
 
 Vector3 beside_dimple(const InsertionView& at, const Path& path, const InsertionScratch& scratch,

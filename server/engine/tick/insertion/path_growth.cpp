@@ -47,11 +47,11 @@ std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, 
     const int region = tissue.regions[trace.next];
     if (tissue.border(trace.end, region).holds) {
       if (state.border != region)
-        now.report(EventKind::contact, region, std::max(state.tip.contact, state.tip.cutting));
+        now.report(EventKind::contact, region, std::max(state.tip.contact.along, state.tip.cut.along));
       state.border = region;
       return flags;
     }
-    now.report(EventKind::crossing, region, state.tip.cutting);
+    now.report(EventKind::crossing, region, state.tip.cut.along);
     came_from = trace.end.tetrahedron;
     start = trace.next;
   }
@@ -113,7 +113,8 @@ void leave_border(const Transition& now) {
   now.report(EventKind::release, state.border, 0);
   state.border = -1;
   // The cut continues with the force along the border.
-  if (state.tip.cutting == 0) state.tip.cutting = std::max(0.0, -state.tip.lateral.dot(now.at.cutting_direction()));
+  if (state.tip.cut.along == 0)
+    state.tip.cut.along = std::max(0.0, -state.tip.contact.across.dot(now.at.cutting_direction()));
 }
 
 }  // namespace acus

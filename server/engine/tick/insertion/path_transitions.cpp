@@ -96,16 +96,13 @@ std::uint32_t go_through_border(const Transition& now, Path& path, const Obstacl
   const int behind = tissue.borders.surface(border.region).beyond(border.at);
   path.end = {behind, barycentric(tissue.mesh, tissue.x, behind, tissue.position(border.material))};
   cut_beside_border(now.at, path, border, now.state.tip);
-  path.end = end_behind(now, path, now.state.tip.cutting);
+  path.end = end_behind(now, path, now.state.tip.cut.along);
   path.tail = 0;
   const MaterialPoint& last = path.vertices.back();
   const std::uint32_t flags =
       lay_vertices(now, path, last.tetrahedron, tissue.position(last), tissue.position(path.end));
   now.state.border = -1;
-  if (now.state.memory) {
-    now.state.memory->dimple.setZero();
-    now.state.memory->tip = {};
-  }
+  now.state.tip.contact.creep = {};
   return flags | grow(now, path, path.end.tetrahedron, -1);
 }
 
@@ -117,25 +114,25 @@ std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obs
   const int start = path.end.tetrahedron;
   const Vector3 from = tissue.position(path.end);
   // A tip that was under way to the border in this tick bears its cut and the contact together.
-  if (state.tip.contact > 0) press_on_border(now.at, obstacle, state.tip);
-  const bool crushed = state.tip.contact > 0 && is_crushed(tissue.mesh, tissue.x, obstacle.patch.points);
+  if (state.tip.contact.along > 0) press_on_border(now.at, obstacle, state.tip);
+  const bool crushed = state.tip.contact.along > 0 && is_crushed(tissue.mesh, tissue.x, obstacle.patch.points);
   if (now.scratch.puncturing || crushed) {
-    if (state.border < 0) now.report(EventKind::contact, obstacle.region, state.tip.contact);
+    if (state.border < 0) now.report(EventKind::contact, obstacle.region, state.tip.contact.along);
     const double puncture_force = tissue.border(obstacle.material, obstacle.region).puncture_force;
     now.report(EventKind::crossing, obstacle.region,
-               force_along_needle(now.at, obstacle, puncture_force, state.tip.contact));
+               force_along_needle(now.at, obstacle, puncture_force, state.tip.contact.along));
     return go_through_border(now, path, obstacle);
   }
   // The closest point is that of the tip's projection on the contact plane: a tip behind a thin layer is nearer to the
   // layer's other side. What the spring along the border yields is no slip.
   const Vector3& n = obstacle.at.normal;
-  const Vector3 tip = now.at.needle.tip().position, slid = tip + obstacle.compliance_along * state.tip.lateral;
+  const Vector3 tip = now.at.needle.tip().position, slid = tip + obstacle.compliance_along * state.tip.contact.across;
   const Vector3 on_plane = slid - n.dot(slid - tissue.position(obstacle.material)) * n;
   const SurfacePoint under = surface.closest(tissue.x, on_plane);
   const Vector3 off_rim = on_plane - under.position - under.distance * under.normal;
   const bool beside = off_rim.norm() > kContactMargin;
-  if (state.tip.contact > 0 && !beside) {
-    if (state.border < 0) now.report(EventKind::contact, obstacle.region, state.tip.contact);
+  if (state.tip.contact.along > 0 && !beside) {
+    if (state.border < 0) now.report(EventKind::contact, obstacle.region, state.tip.contact.along);
     state.border = obstacle.region;
     return slide(now, path, surface.material(under));
   }
@@ -143,7 +140,7 @@ std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obs
     leave_border(now);
     return 0;
   }
-  if (state.tip.contact > 0) cut_beside_border(now.at, path, obstacle, state.tip);
+  if (state.tip.contact.along > 0) cut_beside_border(now.at, path, obstacle, state.tip);
   const std::uint32_t flags = grow(now, path, start, -1, ahead_of(now, path));
   if (state.border != obstacle.region || (tissue.position(path.end) - from).norm() > kBlocked) return flags;
   // The straight line cuts a corner of the region without pressing on it: the end follows the tip along the surface.
@@ -159,7 +156,7 @@ std::uint32_t advance_end(const Transition& now, Path& path) {
   const auto& obstacle = now.scratch.located.obstacle;
   const bool beyond = is_beyond(now.at, path);
   if (state.phase == Phase::through) return go_through(now, path, beyond);
-  if (obstacle && (obstacle->under || state.tip.contact > 0)) return meet_border(now, path, *obstacle);
+  if (obstacle && (obstacle->under || state.tip.contact.along > 0)) return meet_border(now, path, *obstacle);
   leave_border(now);
 
   const bool cuts = now.scratch.cutting || now.at.tissue.interaction(path.end).cutting_force == 0;
@@ -167,7 +164,7 @@ std::uint32_t advance_end(const Transition& now, Path& path) {
   if (!path.exited && beyond && cuts) {
     const int region = now.at.tissue.region(path.end);
     flags = grow(now, path, path.end.tetrahedron, -1, ahead_of(now, path));
-    if (path.exited) now.report(EventKind::exit, region, state.tip.cutting);
+    if (path.exited) now.report(EventKind::exit, region, state.tip.cut.along);
   } else if (path.exited && beyond) {
     now.report(EventKind::exit, now.at.tissue.region(path.end), 0);
   }

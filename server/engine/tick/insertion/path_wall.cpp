@@ -21,7 +21,7 @@ int last_alongside(const Path& path, const Insertion& state) {
 }
 
 // Whether a border bears the tip at the end of its path.
-bool on_border(const Insertion& state) { return state.border >= 0 && state.tip.contact > 0; }
+bool on_border(const Insertion& state) { return state.border >= 0 && state.tip.contact.along > 0; }
 
 // What the mesh lacks ahead of a tip at the end of its path: how far the tip is beyond it for that (m), and between
 // which radii.
@@ -33,13 +33,13 @@ struct Ahead {
 Ahead ahead_of_tip(const InsertionView& at, const MaterialPoint& end, const Insertion& state) {
   const double d = at.parameters.outer_diameter;
   if (on_border(state)) {
-    const double f = state.tip.contact, below = (at.needle.start_tip() - at.tissue.start_position(end)).norm();
+    const double f = state.tip.contact.along, below = (at.needle.start_tip() - at.tissue.start_position(end)).norm();
     const double f_w = at.tissue.disc_load(end, d, f, below, state.border);
     const DimpleSpring dimple = at.tissue.dimple_spring(end, d, f_w, state.border);
     return {dimple.depth(f), dimple.radii(f)};
   }
   const double f_c = at.tissue.interaction(end).cutting_force;
-  return {state.tip.cutting * at.tissue.tip_compliance(end, d, f_c), at.tissue.tip_radii(end, d, f_c)};
+  return {state.tip.cut.along * at.tissue.tip_compliance(end, d, f_c), at.tissue.tip_radii(end, d, f_c)};
 }
 
 // b, of the forces of the last tick.
@@ -120,7 +120,7 @@ TipWall tip_wall(const InsertionView& at, const Path& path, const Insertion& sta
   const bool tail = next == count;
   const double next_s = tail ? state.end_s : state.vertices[next].s;
   TissuePoint point{tail ? path.end : path.vertices[next], {}, 0};
-  if (state.tip.cutting > 0 || on_border(state)) {
+  if (state.tip.cut.along > 0 || on_border(state)) {
     point.a = path.end;
   } else if (next > mouth && length < next_s) {
     const double from_s = state.vertices[next - 1].s;

@@ -8,7 +8,7 @@
 #include "server/engine/math/rotation.h"
 #include "server/engine/state/capacities.h"
 #include "server/engine/tick/insertion/held_stretch.h"
-#include "server/engine/tick/insertion/tip_rows.h"
+#include "server/engine/tick/insertion/tip_contacts.h"
 #include "server/engine/tick/insertion/transition.h"
 
 namespace acus {
@@ -115,7 +115,7 @@ Vector3 turned_towards(const Vector3& from, const Vector3& to, double angle) {
 // Whether a cell beside it bears a force, or is held otherwise.
 bool is_next_to_held(const HeldStretch& held, const Cell& cell, int index, const std::vector<ShaftCell>& cells) {
   const auto bears = [&](int i) {
-    return i >= 0 && i < static_cast<int>(cells.size()) && cells[static_cast<std::size_t>(i)].contact > 0;
+    return i >= 0 && i < static_cast<int>(cells.size()) && cells[static_cast<std::size_t>(i)].contact.along > 0;
   };
   return bears(index - 1) || bears(index + 1) ||
          std::min(held.apart(cell.from), held.apart(cell.from + cell.length)) < kHeldBeside;
@@ -151,7 +151,8 @@ double partial_compliance(const InsertionView& at, const ShaftContact& contact) 
 double next_offset(const ShaftCell& state, double sunk, double over, double moves, double h) {
   const double unexplained = over + sunk - state.offset;
   const double most = moves + kSettlingSpeed * h;
-  const double explained = state.contact > 0 ? std::clamp(unexplained, -most, most) : std::max(unexplained, -most);
+  const double explained =
+      state.contact.along > 0 ? std::clamp(unexplained, -most, most) : std::max(unexplained, -most);
   return shrunk(state.offset + unexplained - explained, kSettlingSpeed * h);
 }
 
@@ -177,10 +178,10 @@ std::optional<ShaftContact> look_for_contact(const InsertionView& at, const Cell
     if (-over > (is_next_to_held(held, cell, index, cells) ? kDeepest : kUnnoticed)) return std::nullopt;
     state.offset = std::min(0.0, over) * contact.length / cell.length;
   } else {
-    state.contact *= contact.length / state.length;
-    state.friction *= contact.length / state.length;
+    state.contact.along *= contact.length / state.length;
+    state.contact.across *= contact.length / state.length;
     const double sunk =
-        groove_under(at, contact).depth(state.contact) + partial_compliance(at, contact) * state.contact;
+        groove_under(at, contact).depth(state.contact.along) + partial_compliance(at, contact) * state.contact.along;
     state.offset = next_offset(state, sunk, over, cell.moves, at.needle.h);
   }
   state.normal = contact.normal;
@@ -217,39 +218,30 @@ void find_shaft_contacts(const InsertionView& at, InsertionScratch& scratch) {
   }
 }
 
-bool add_contact_rows(const InsertionView& at, const InsertionScratch& scratch, const ShaftContact& contact,
-                      Rows& rows) {
+Contact make_contact(const InsertionView& at, InsertionScratch& scratch, const ShaftContact& found) {
   const TissueView& tissue = at.tissue;
   const NeedleView& needle = at.needle;
-  const ShaftCell& state = scratch.next.cells[static_cast<std::size_t>(contact.cell)];
-  const CurvePoint point = curve_point(needle.model, needle.shape, contact.s);
-  const Vector3 apart_now = point.position - mean_position(tissue.mesh, tissue.x, contact.points);
+  ShaftCell& state = scratch.next.cells[static_cast<std::size_t>(found.cell)];
+  Contact contact{.kind = ContactKind::shaft,
+                  .needle = at.needle_index,
+                  .on_needle = curve_point(needle.model, needle.shape, found.s),
+                  .state = &state.contact};
+  contact.foot.patch = found.points;
+  const Vector3 apart_now = contact.on_needle.position - mean_position(tissue.mesh, tissue.x, found.points);
   const Vector3 apart_before =
-      needle.start_position(contact.s) - mean_position(tissue.mesh, tissue.x_start, contact.points);
-  const MaterialPoint& middle = contact.points[kContactPoints / 2];
-  Row row;
-  row.needle = at.needle_index;
-  row.role = RowRole::shaft_contact;
-  row.index = contact.cell;
-  row.on_needle = point;
-  row.patch = contact.points;
-  row.n = contact.normal;
-
-  const GrooveSpring groove = groove_under(at, contact);
-  const double f = state.contact, e = groove.compliance(f) + partial_compliance(at, contact);
-  row.compliance = e;
-  row.gap = row.n.dot(apart_now) - state.offset + groove.depth(f) - groove.compliance(f) * f;
-  row.stored = groove.energy(f) - groove.compliance(f) * f * f / 2;
-  const int normal_row = rows.count();
-  const double most = is_crushed(tissue.mesh, tissue.x_start, contact.points) ? f : kInfinity;
-  const bool added = rows.add(row, {LawKind::unilateral, most}, f);
-
-  const double friction = tissue.interaction(middle).friction_contact;
-  if (friction == 0 || !added) return added;
-  row.role = RowRole::shaft_contact_friction;
-  row.compliance = row.stored = 0;
-  return rows.add_disk(row, contact.normal, apart_now - apart_before, {.limit = friction, .normal_row = normal_row},
-                       state.friction);
+      needle.start_position(found.s) - mean_position(tissue.mesh, tissue.x_start, found.points);
+  const GrooveSpring groove = groove_under(at, found);
+  const double f = state.contact.along, e = groove.compliance(f);
+  Normal hold{.n = found.normal,
+              .gap = found.normal.dot(apart_now) - state.offset,
+              .most = is_crushed(tissue.mesh, tissue.x_start, found.points) ? f : kInfinity,
+              .before = f,
+              .compliance = partial_compliance(at, found),
+              .spring = {groove.depth(f), e, groove.energy(f) - e * f * f / 2}};
+  const double friction = tissue.interaction(found.points[kContactPoints / 2]).friction_contact;
+  if (friction > 0) hold.friction = {.slip = apart_now - apart_before, .friction = friction};
+  contact.hold = hold;
+  return contact;
 }
 
 }  // namespace acus

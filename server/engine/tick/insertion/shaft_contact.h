@@ -19,7 +19,7 @@
 // A cell is looked at where its last distance, less its own way and that of the fastest surface node, may be over.
 #pragma once
 
-#include "server/engine/laws/rows.h"
+#include "server/engine/tick/contact/contact.h"
 #include "server/engine/tick/insertion/insertion.h"
 
 namespace acus {
@@ -34,8 +34,6 @@ SurfacePoint surface_under(const TissueView& tissue, const Vector3& p, const Vec
 // Part of stage 4, once a tick: sets scratch.located.contacts.
 void find_shaft_contacts(const InsertionView& at, InsertionScratch& scratch);
 
-// False if a row did not fit.
-bool add_contact_rows(const InsertionView& at, const InsertionScratch& scratch, const ShaftContact& contact,
-                      Rows& rows);
+Contact make_contact(const InsertionView& at, InsertionScratch& scratch, const ShaftContact& found);
 
 }  // namespace acus

@@ -14,7 +14,7 @@ namespace {
 // Whether the surface bears the shaft there, at `place` of 0 at the base and 1 at the tip.
 bool bears(const Insertion& state, double place) {
   const auto cell = static_cast<std::size_t>(place * static_cast<double>(state.cells.size()));
-  return state.cells[std::min(cell, state.cells.size() - 1)].contact > 0;
+  return state.cells[std::min(cell, state.cells.size() - 1)].contact.along > 0;
 }
 
 bool is_inside(const TissueView& tissue, const Vector3& p) {

@@ -11,28 +11,30 @@ Vector3 stretch_across(const Vector3& on_needle, const Vector3& on_path, const V
   return tangent.dot(apart) * tangent - apart;
 }
 
-void creep_across(const RelaxationStep& law, const Vector3& stretch, PointMemory& memory) {
-  memory.across += (stretch.replicate<1, Branches::RowsAtCompileTime>() - memory.across) * law.taken.asDiagonal();
+void creep_across(const RelaxationStep& law, const Vector3& stretch, Creep& creep) {
+  creep.across += (stretch.replicate<1, Branches::RowsAtCompileTime>() - creep.across) * law.taken.asDiagonal();
 }
 
 void relax_vertices(const InsertionView& at, const Insertion& before, const Path& path, InsertionScratch& scratch) {
   Branches along_before = Branches::Zero();
-  for (const ShaftPoint& point : scratch.located.shaft) {
+  for (ShaftPoint& point : scratch.located.shaft) {
     const MaterialPoint& material = path.vertices[point.vertex];
     const RelaxationStep& law = at.tissue.relaxation_of(material);
-    PointMemory& memory = scratch.next.memory->vertices[point.vertex];
+    Creep& creep = scratch.next.vertices[point.vertex].contact.creep;
     // As it takes over the traction of the one before it (location.cpp); across it is where the tip was.
     if (!is_alongside(before, point.vertex))
-      memory = {.across = scratch.next.memory->tip.across,
-                .along = point.mouth ? Branches(Branches::Zero()) : along_before};
-    along_before = memory.along;
+      creep = {.across = scratch.next.tip.contact.creep.across,
+               .along = point.mouth ? Branches(Branches::Zero()) : along_before};
+    along_before = creep.along;
     creep_across(law,
                  stretch_across(at.needle.start_position(point.s), at.tissue.start_position(material), point.tangent),
-                 memory);
+                 creep);
     const double axial = at.tissue.axial_compliance(material, at.needle.model.diameter);
     const double traction = scratch.next.vertices[point.vertex].traction;
-    memory.stretch = (axial * traction + law.given.dot(memory.along)) / law.stiffening;
-    memory.along += law.taken.cwiseProduct(Branches::Constant(memory.stretch) - memory.along);
+    const auto stretch = [&] { return (axial * traction + law.given.dot(creep.along)) / law.stiffening; };
+    const double before_creep = stretch();
+    creep.along += law.taken.cwiseProduct(Branches::Constant(before_creep) - creep.along);
+    point.crept = stretch() - before_creep;
   }
 }
 
@@ -40,27 +42,27 @@ void relax_tip(const InsertionView& at, InsertionScratch& scratch) {
   const TipPlace& place = scratch.located.tip;
   const Vector3 on_path = tissue_position(at.tissue.mesh, at.tissue.x_start, place.point);
   creep_across(at.tissue.relaxation_of(place.point.a), stretch_across(at.needle.start_tip(), on_path, place.tangent),
-               scratch.next.memory->tip);
+               scratch.next.tip.contact.creep);
 }
 
 // `dimple` is that of the last tick.
 void relax_dimple(const InsertionView& at, InsertionScratch& scratch) {
   if (!scratch.located.obstacle) return;
   Obstacle& obstacle = *scratch.located.obstacle;
-  SpringMemory& memory = *scratch.next.memory;
+  Creep& creep = scratch.next.tip.contact.creep;
   const RelaxationStep& law = at.tissue.relaxation_of(obstacle.material);
-  memory.dimple += law.taken.cwiseProduct(Branches::Constant(obstacle.dimple.at_rest(obstacle.bears)) - memory.dimple);
-  remember(law, memory, obstacle.dimple);
+  creep.along += law.taken.cwiseProduct(Branches::Constant(obstacle.dimple.at_rest(obstacle.bears)) - creep.along);
+  remember(law, creep, obstacle.dimple);
 }
 
 }  // namespace
 
-void remember(const RelaxationStep& law, const SpringMemory& memory, DimpleSpring& dimple) {
-  dimple.relax(law.stiffening, law.given.dot(memory.dimple));
+void remember(const RelaxationStep& law, const Creep& creep, DimpleSpring& dimple) {
+  dimple.relax(law.stiffening, law.given.dot(creep.along));
 }
 
 void forget_dimple(Insertion& state) {
-  if (!touches(state) && state.border < 0) state.memory->dimple.setZero();
+  if (!touches(state) && state.border < 0) state.tip.contact.creep.along.setZero();
 }
 
 void relax_springs(const InsertionView& at, const Insertion& before, const Path* path, InsertionScratch& scratch) {
@@ -68,15 +70,14 @@ void relax_springs(const InsertionView& at, const Insertion& before, const Path*
   if (path != nullptr && scratch.next.phase == Phase::inside) {
     relax_tip(at, scratch);
   } else {
-    scratch.next.memory->tip = {};
+    scratch.next.tip.contact.creep.across.setZero();
   }
   relax_dimple(at, scratch);
 }
 
-CreptAcross crept_across(const TissueView& tissue, const MaterialPoint& point, const PointMemory* memory) {
-  if (memory == nullptr) return {};
+CreptAcross crept_across(const TissueView& tissue, const MaterialPoint& point, const Creep& creep) {
   const RelaxationStep& law = tissue.relaxation_of(point);
-  return {memory->across * law.given / law.stiffening, law.stiffening};
+  return {creep.across * law.given / law.stiffening, law.stiffening};
 }
 
 }  // namespace acus

@@ -5,7 +5,7 @@
 //   u' = (e f' + S)/G,   S = sum of g_i (1 - alpha_i) z_i,
 //
 // z_i (m) the stretch to which branch i has crept: rows have the compliance e/G and S/G in their gaps. The stretch is
-// the needle's distance from its path across the shaft, and what friction has strained along it (shaft_rows.h). A
+// the needle's distance from its path across the shaft, and what friction has strained along it (vertex_contacts.h). A
 // dimple's spring is nonlinear and remembers the force that it would bear at rest.
 //
 // A vertex that comes alongside takes over the memory of the one before it and of the tip. Memories keep the world's
@@ -24,17 +24,17 @@ namespace acus {
 void relax_springs(const InsertionView& at, const Insertion& before, const Path* path, InsertionScratch& scratch);
 
 // The dimple under a tip as its memory has it.
-void remember(const RelaxationStep& law, const SpringMemory& memory, DimpleSpring& dimple);
+void remember(const RelaxationStep& law, const Creep& creep, DimpleSpring& dimple);
 
 // At the start of a tick: a tip that has let go finds the next surface or border at rest.
 void forget_dimple(Insertion& state);
 
-// For the rows of a spring across the shaft at a point: what it has crept (S/G, m), and what divides its compliance
-// (G). `memory`: of the point, null where the tissue does not relax: then nothing, and 1.
+// Of a spring across the shaft at a point: what it has crept (S/G, m), and what divides its compliance (G); nothing,
+// and 1, where the tissue does not relax.
 struct CreptAcross {
   Vector3 crept = Vector3::Zero();
   double stiffening = 1;
 };
-CreptAcross crept_across(const TissueView& tissue, const MaterialPoint& point, const PointMemory* memory);
+CreptAcross crept_across(const TissueView& tissue, const MaterialPoint& point, const Creep& creep);
 
 }  // namespace acus

@@ -59,7 +59,7 @@ MaterialPoint slid_point(const Transition& now, const Obstacle& obstacle) {
 bool press_on_surface(const Transition& now) {
   Insertion& state = now.state;
   const auto& obstacle = now.scratch.located.obstacle;
-  const double contact = state.tip.contact;
+  const double contact = state.tip.contact.along;
   const bool loaded = obstacle && contact > 0;
   // A fast tip may slide past its patch to where the surface is higher: no force on the patch, and yet no release.
   const bool pressed =
@@ -77,7 +77,7 @@ void begin_cut(const Transition& now, Path& path, double contact) {
   grow(now, path, path.end.tetrahedron, -1);
   if (path.exited) path.shorten_to_mouth();  // grazing an edge
   // The cutting force begins with the contact force.
-  now.state.tip.cutting = std::min(contact, now.at.tissue.interaction(path.end).cutting_force);
+  now.state.tip.cut.along = std::min(contact, now.at.tissue.interaction(path.end).cutting_force);
 }
 
 // Adds a part, behind air, to the path of a needle that is through.
@@ -136,7 +136,7 @@ std::uint32_t lay_along_shaft(const Transition& now, Path& path, const MaterialP
 
 void leave_contact_or_puncture(const Transition& now) {
   Insertion& state = now.state;
-  const double contact = state.tip.contact;
+  const double contact = state.tip.contact.along;
   const bool punctured = press_on_surface(now);
   change_phase(state, touches(state) ? Phase::contact : Phase::free);
   if (!punctured) return;
@@ -151,7 +151,7 @@ void leave_contact_or_puncture(const Transition& now) {
 
 std::uint32_t go_through(const Transition& now, Path& path, bool beyond) {
   const auto& obstacle = now.scratch.located.obstacle;
-  const double contact = now.state.tip.contact;
+  const double contact = now.state.tip.contact.along;
   const bool punctured = press_on_surface(now);
   if (!beyond) {
     change_phase(now.state, Phase::inside);

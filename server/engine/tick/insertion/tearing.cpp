@@ -74,8 +74,8 @@ void tear_shaft(const Transition& now, Path& path, Fastest& fastest) {
     const CurvePoint needle = curve_point(at.needle.model, at.needle.shape, point.s);
     const HeldPlace place =
         held_vertex(at, vertex, point, needle.position, beside_dimple(at, path, now.scratch, vertex),
-                    tissue.relaxes() ? &now.state.memory->vertices[point.vertex] : nullptr);
-    const Vector3 force = borne_by_path(tissue, vertex, now.state.vertices[point.vertex].lateral);
+                    now.state.vertices[point.vertex].contact.creep);
+    const Vector3 force = borne_by_path(tissue, vertex, now.state.vertices[point.vertex].contact.across);
     if (!is_at_strength(place, force)) continue;
     const Vector3 way = torn_way(place, force, needle.tangent);
     const bool inside = move_point(tissue, path, point.vertex, way);
@@ -109,9 +109,9 @@ bool tear_tip(const Transition& now, Path& path, Fastest& fastest) {
   const TipPlace& tip = now.scratch.located.tip;
   const int count = static_cast<int>(path.vertices.size());
   if (tip.point.a.tetrahedron < 0 || tip.next >= count || tip.behind >= count) return true;
-  HeldPlace place = held_tip(now.at, tip, tissue.relaxes() ? &now.state.memory->tip : nullptr);
+  HeldPlace place = held_tip(now.at, tip, now.state.tip.contact.creep);
   place.apart -= tip.tangent.dot(place.apart) * tip.tangent;
-  const Vector3 force = borne_by_path(tissue, tip.point.a, now.state.tip.lateral);
+  const Vector3 force = borne_by_path(tissue, tip.point.a, now.state.tip.contact.across);
   if (!is_at_strength(place, force)) return true;
   const Vector3 way = torn_way(place, force, now.at.needle.tip().tangent);
   const double u = tip.behind < 0 ? 1 : tip.point.u, shares = (1 - u) * (1 - u) + u * u;
@@ -133,7 +133,8 @@ bool tear_path(const Transition& now) {
   Fastest fastest;
   bool inside = true;
   // On a border, the tip's sideways force is friction along it.
-  if (state.phase == Phase::inside && state.border < 0 && state.tip.contact == 0) inside = tear_tip(now, path, fastest);
+  if (state.phase == Phase::inside && state.border < 0 && state.tip.contact.along == 0)
+    inside = tear_tip(now, path, fastest);
   tear_shaft(now, path, fastest);
   const double speed = fastest.way / now.at.needle.h;
   const bool tears_on = speed > kBegins;

@@ -52,7 +52,7 @@ void place_tip(const InsertionView& at, const Path& path, InsertionScratch& scra
   tip.in_tail = tail && !path.exited;
   const double past_end = tip.cutting.dot(at.needle.tip().position - at.tissue.position(path.end));
   // A loaded border moves along with a tip that is drawn back.
-  const bool near_end = (held && state.tip.contact > 0) || past_end >= -end_clearance(at, path, held);
+  const bool near_end = (held && state.tip.contact.along > 0) || past_end >= -end_clearance(at, path, held);
   tip.at_end = tip.in_tail && near_end && (held || points_along(at, path, tip.cutting));
   tip.next = tip.at_end || tail ? -1 : next;
   if (tip.at_end || next == 0 || path.air_behind(next - 1)) {
@@ -111,7 +111,7 @@ void find_border(const InsertionView& at, const Path& path, InsertionScratch& sc
   const double reach = kContactMargin + 2 * (position - at.needle.start_tip()).norm() + lead;
   const auto border = first_border(tissue, path, end + reach * direction);
   if (!border) return;
-  if (border->region != state.border) state.tip.contact = 0;
+  if (border->region != state.border) state.tip.contact.along = 0;
   obstacle = border_ahead(at, border->region, border->place, state);
   obstacle->under = tip.at_end && height(at, *obstacle) + obstacle->dimple_before < 0;
   tip.ahead = border_on_the_way(at, path, *obstacle, height_before(at, *obstacle));

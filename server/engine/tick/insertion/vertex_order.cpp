@@ -27,7 +27,6 @@ void shift_all(Path& path, Insertion& state, int from, int by) {
   if (by > 0) path.vertices.resize(path.vertices.size() + 1);
   shift(path.vertices, from, count, by);
   shift(state.vertices, from, count, by);
-  if (state.memory) shift(state.memory->vertices, from, count, by);
   if (by < 0) path.vertices.pop_back();
   for (int& exit : path.exits)
     if (exit >= from) exit += by;
@@ -41,8 +40,8 @@ void add_vertex(const TissueView& tissue, Path& path, Insertion& state, int i, c
   shift_all(path, state, i + 1, 1);
   path.vertices[i + 1] = added;
   state.vertices[i + 1] = like;
-  state.vertices[i + 1].friction = 0;
-  state.vertices[i + 1].lateral.setZero();
+  state.vertices[i + 1].contact.along = 0;
+  state.vertices[i + 1].contact.across.setZero();
 }
 
 }  // namespace

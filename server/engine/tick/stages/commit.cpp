@@ -12,15 +12,14 @@ namespace acus {
 
 namespace {
 
-void read_all_forces(const Model& model, Scratch& scratch) {
-  for (int i = 0; i < model.needle_count(); ++i) {
-    scratch.forces[i] = read_forces(scratch.rows, i, scratch.insertions[i]);
-    scratch.guide_forces[i].setZero();
-    scratch.needle_forces[i].setZero();
-  }
-  for (int g = 0; g < model.guide_count(); ++g)
-    scratch.guide_forces[model.guide_needles[g]] += read_guide_forces(scratch.rows, g, scratch.guides[g]);
-  if (!scratch.needle_contacts.found.empty()) add_needle_forces(scratch.rows, scratch.needle_forces);
+void read_all_forces(Scratch& scratch) {
+  std::ranges::fill(scratch.forces, NeedleForces{});
+  for (InsertionScratch& insertion : scratch.insertions) insertion.forget_forces();
+  for (GuideScratch& guide : scratch.guides) guide.next.contact.forget_forces();
+  const std::span<const Contact> contacts{scratch.contacts.found.begin(), scratch.contacts.found.end()};
+  for (const Contact& contact : contacts) read_contact(scratch.rows, contact, scratch.forces);
+  for (std::size_t i = 0; i < scratch.insertions.size(); ++i)
+    scratch.insertions[i].note_forces(scratch.rows, contacts, static_cast<int>(i));
 }
 
 // Before the needles are committed.
@@ -29,7 +28,7 @@ NeedleBalance balance_of(const Model& model, const Scratch& scratch, const State
   for (int i = 0; i < model.needle_count(); ++i) {
     const NeedleScratch& needle = scratch.needles[i];
     const Vector3 base = needle.reaction.head<3>();
-    balance.sum += base + scratch.guide_forces[i] - inertia_less_weight(model.needles[i], needle, state.needles[i]);
+    balance.sum += base + scratch.forces[i].guides - inertia_less_weight(model.needles[i], needle, state.needles[i]);
     balance.largest_force = std::max(balance.largest_force, base.norm());
     balance.contact_forces = std::max(balance.contact_forces, scratch.forces[i].amounts);
   }
@@ -68,7 +67,7 @@ bool is_finite(const Model& model, const Scratch& scratch) {
 void commit(const Model& model, Scratch& scratch, State& state) {
   assert(is_finite(model, scratch));
   const StageTimer timer(scratch.times, Stage::transitions);
-  read_all_forces(model, scratch);
+  read_all_forces(scratch);
   monitor_needles(model, state, scratch);
   scratch.balance = state.balance;
   state.balance = balance_of(model, scratch, state);

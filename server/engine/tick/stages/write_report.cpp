@@ -42,13 +42,13 @@ std::uint32_t flags_of(const Model& model, const State& state, const Scratch& sc
 }
 
 void write_forces(const Scratch& scratch, int i, NeedleReport& report) {
-  const InsertionForces& forces = scratch.forces[i];
+  const NeedleForces& forces = scratch.forces[i];
   report.tip_force = forces.tip;
   report.cutting_force = forces.cutting;
   report.friction_force = forces.friction;
   report.lateral_force = forces.lateral;
-  report.guide_force = scratch.guide_forces[i];
-  report.needle_force = scratch.needle_forces[i];
+  report.guide_force = forces.guides;
+  report.needle_force = forces.needles;
   report.base_force = -scratch.needles[i].reaction.head<3>();
   report.base_torque = -scratch.needles[i].reaction.tail<3>();
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The rows of a path vertex alongside the shaft: two across the path, friction along it, torsion about it.
+// The contacts of a path vertex alongside the shaft: across the path, and friction along it and about it.
 //
 // Friction has the threshold l pi d mu p, l the owned length (owned_lengths.h). Without threshold and viscosity it has
-// no row. The rows across have the compliance of foundation_compliance() over the supported length.
+// no contact. The rows across have the compliance of foundation_compliance() over the supported length.
 //
 // With tissue.local_compliance `all` the friction row has a spring e = axial/l, axial that of axial_compliance():
 //
@@ -17,13 +17,12 @@
 // radius times torsional_friction.
 #pragma once
 
-#include "server/engine/laws/rows.h"
+#include "server/engine/tick/contact/contact.h"
 #include "server/engine/tick/insertion/insertion.h"
 
 namespace acus {
 
-// False if a row did not fit.
-bool add_shaft_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, const ShaftPoint& point,
-                    Rows& rows);
+void find_vertex_contacts(const InsertionView& at, const Path& path, InsertionScratch& scratch, const ShaftPoint& point,
+                          Contacts& contacts);
 
 }  // namespace acus

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/contact_patch.h"
+#include "server/engine/tick/contact/contact_patch.h"
 
 #include <algorithm>
 #include <cassert>

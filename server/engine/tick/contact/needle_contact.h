@@ -21,11 +21,11 @@
 #include <span>
 #include <vector>
 
-#include "server/engine/laws/rows.h"
 #include "server/engine/math/bounded.h"
 #include "server/engine/models/needle/needle_distance.h"
 #include "server/engine/state/model.h"
 #include "server/engine/state/state.h"
+#include "server/engine/tick/contact/contact.h"
 #include "server/engine/tick/views.h"
 
 namespace acus {
@@ -35,7 +35,6 @@ struct NeedleContact {
   double s = 0, t = 0;                // m, along each
   Vector3 normal = Vector3::UnitZ();  // unit, world, from the second to the first
   double gap = 0;                     // m, between their surfaces at the start of the tick
-  CurvePoint on_second{};             // at q_k
 };
 
 // Contacts of a tick, and what finds them.
@@ -52,10 +51,7 @@ struct NeedleContacts {
 void find_needle_contacts(const Model& model, const State& state, std::span<const NeedleShape> start_shapes,
                           std::span<const NeedleScratch> needles, NeedleContacts& contacts);
 
-// Stage 5. False if a row did not fit.
-bool add_needle_contact_rows(const NeedleView& first, const NeedleView& second, double friction, NeedleContact& contact,
-                             Rows& rows);
-// After the solve: adds the forces of other needles on each (N).
-void add_needle_forces(const Rows& rows, std::span<Vector3> forces);
+// Stage 5; mu: `friction`.
+Contact make_contact(const NeedleView& first, const NeedleView& second, double friction, const NeedleContact& found);
 
 }  // namespace acus

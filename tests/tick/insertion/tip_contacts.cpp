@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The rows of the tip: on the surface, at the end of its path, back inside it, at a border.
+// The contacts of the tip, and their rows: on the surface, at the end of its path, back inside it, at a border.
 #include <doctest/doctest.h>
 
-#include "server/engine/tick/insertion/tip_rows.h"
+#include "server/engine/tick/insertion/tip_contacts.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {
@@ -16,17 +16,27 @@ void check_across(const Row& a, const Row& b, const Vector3& direction) {
   CHECK(std::abs(b.n.dot(direction)) < 1e-12);
 }
 
+bool add_surface(InsertionBench& bench) {
+  return bench.add_rows([&] { find_surface_contact(bench.view(), bench.scratch, bench.contacts); });
+}
+bool add_border(InsertionBench& bench) {
+  return bench.add_rows([&] { find_border_contact(bench.view(), bench.paths[0], bench.scratch, bench.contacts); });
+}
+bool add_path(InsertionBench& bench) {
+  return bench.add_rows([&] { find_path_contacts(bench.view(), bench.paths[0], bench.scratch, bench.contacts); });
+}
+
 }  // namespace
 
-TEST_CASE("on the surface the tip has a contact row along the normal and friction across it") {
+TEST_CASE("on the surface the tip has a row along the normal and friction across it") {
   InsertionBench bench;
   bench.put_needle(on_line(kTop + 5e-4) - Vector3(2e-4, 0, 0));
   bench.move_needle(on_line(kTop + 3e-4));
   bench.locate();
-  CHECK(add_surface_rows(bench.view(), bench.scratch, bench.rows));
+  CHECK(add_surface(bench));
   REQUIRE(bench.rows.count() == 3);
   const Row& contact = bench.rows.row(0);
-  CHECK(contact.role == RowRole::contact);
+  CHECK(bench.contacts.found[0].kind == ContactKind::surface);
   CHECK((contact.n - Vector3::UnitZ()).norm() < kRounding);
   CHECK(contact.gap == doctest::Approx(3e-4).epsilon(1e-9));
   CHECK(bench.rows.law(0).kind == LawKind::unilateral);
@@ -55,16 +65,16 @@ TEST_CASE("at the end of its path the tip has a cutting row against its cutting 
   bench.put_needle(on_line(0.020));
   bench.locate();
   bench.move_needle(on_line(0.020) + 3e-4 * direction);  // beyond the end
-  CHECK(add_path_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows));
+  CHECK(add_path(bench));
   REQUIRE(bench.rows.count() == 3);
   const Row& cutting = bench.rows.row(0);
-  CHECK(cutting.role == RowRole::cutting);
+  CHECK(bench.contacts.found[0].kind == ContactKind::cut);
   CHECK((cutting.n + direction).norm() < 1e-12);
   CHECK(cutting.gap == doctest::Approx(-3e-4).epsilon(1e-9));
   CHECK(bench.rows.law(0).kind == LawKind::unilateral);
   CHECK(bench.rows.law(0).limit == 0.2);  // f_c
   check_across(bench.rows.row(1), bench.rows.row(2), direction);
-  CHECK(bench.rows.row(1).role == RowRole::tip_lateral);
+  CHECK(bench.contacts.found[1].kind == ContactKind::tip);
   // k times half of the way to the last vertex, 1 mm, and 1.5 diameters of the end
   CHECK(bench.rows.law(1).compliance == doctest::Approx(1 / (50e3 * 2.5e-3)).epsilon(1e-9));
   CHECK(std::abs(bench.rows.row(1).gap) < kRounding);
@@ -78,14 +88,14 @@ TEST_CASE("a law that can bear no force has no row") {
   InsertionBench bench(scene);
   bench.put_needle(on_line(kTop));
   bench.locate();
-  add_surface_rows(bench.view(), bench.scratch, bench.rows);
+  add_surface(bench);
   CHECK(bench.rows.count() == 1);
   bench.rows.clear();
   bench.add_straight_path(0.020);
   bench.be_in_path(0);
   bench.put_needle(on_line(0.020));
   bench.locate();
-  add_path_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows);
+  add_path(bench);
   CHECK(bench.rows.count() == 2);  // lateral ones
 }
 
@@ -96,7 +106,7 @@ TEST_CASE("back inside its path the tip is held to the point between two vertice
   const Vector3 beside(2e-4, 1e-4, 0);
   bench.put_needle(on_line(0.023) + beside);  // u = 3/4
   bench.locate();
-  CHECK(add_path_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows));
+  CHECK(add_path(bench));
   REQUIRE(bench.rows.count() == 3);
   CHECK(bench.rows.row(0).gap == doctest::Approx(3e-3).epsilon(1e-9));  // to the end, where it would cut
   const Row &a = bench.rows.row(1), &b = bench.rows.row(2);
@@ -115,9 +125,9 @@ TEST_CASE("a tip under way to a border has its contact row beside those of its p
     bench.locate();
     REQUIRE(bench.scratch.located.obstacle);
     CHECK_FALSE(bench.scratch.located.obstacle->under);
-    add_path_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows);
+    add_path(bench);
     REQUIRE(bench.rows.count() == 4);
-    CHECK(bench.rows.row(1).role == RowRole::contact);
+    CHECK(bench.contacts.found[1].kind == ContactKind::border);
     CHECK(bench.rows.row(1).gap == doctest::Approx(2e-4).epsilon(1e-9));
     CHECK(bench.rows.law(1).limit == 0.7);
   }
@@ -126,9 +136,9 @@ TEST_CASE("a tip under way to a border has its contact row beside those of its p
     bench.locate();
     REQUIRE(bench.scratch.located.obstacle);
     CHECK(bench.scratch.located.obstacle->under);
-    add_border_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows);
+    add_border(bench);
     REQUIRE(bench.rows.count() == 3);
-    CHECK(bench.rows.row(0).role == RowRole::contact);
+    CHECK(bench.contacts.found[0].kind == ContactKind::border);
     CHECK((bench.rows.row(0).n - Vector3::UnitZ()).norm() < 1e-12);
     CHECK(bench.rows.row(0).gap == doctest::Approx(-1e-4).epsilon(1e-9));
     CHECK(bench.rows.law(0).limit == 0.7);
@@ -143,13 +153,13 @@ TEST_CASE("along a border a tip cuts ahead and aside, but not on its way back") 
   bench.paths[0].end = bench.border_point(kLower, on_line(0) + Vector3(4e-3, 0, 0));
   bench.be_in_path(0);
   bench.state.border = kLower;
-  bench.state.tip.contact = 0.1;
+  bench.state.tip.contact.along = 0.1;
   const auto cohesion = [&](const Vector3& last_force) {
-    bench.state.tip.lateral = last_force;
+    bench.state.tip.contact.across = last_force;
     bench.put_needle(on_line(0) + Vector3(4e-3, 0, 0), Vector3(1, 0, -1).normalized());
     bench.locate();
     bench.rows.clear();
-    CHECK(add_border_rows(bench.view(), bench.paths[0], bench.scratch, bench.rows));
+    CHECK(add_border(bench));
     REQUIRE(bench.rows.count() == 3);
     return bench.rows.law(1).cohesion;
   };
@@ -166,12 +176,14 @@ TEST_CASE("a border gives way to the shaft beside it as the tissue behind it doe
   InsertionBench bench(scene);
   const MaterialPoint on_border = bench.border_point(kLower, on_line(0));
   bench.put_needle(on_line(-1e-4));
-  const Row row{0, RowRole::lateral, 0, bench.view().needle.tip(), {on_border, {}, 0}, Vector3::Zero(), 0};
+  ContactState state;
+  Contact beside{.kind = ContactKind::shaft_support, .on_needle = bench.view().needle.tip(), .state = &state};
+  beside.foot.point.a = on_border;
   const auto behind = [&](const MaterialPoint& p) {
     CHECK(bench.view().tissue.region(p) == kLower);
     return bench.view().tissue.lateral_compliance(p, kDiameter) / 3e-3;
   };
-  CHECK(add_support(bench.view(), row, behind, bench.rows));
+  CHECK(bench.add_rows([&] { find_support(bench.view(), beside, behind, bench.contacts); }));
   REQUIRE(bench.rows.count() == 1);
   CHECK((bench.rows.row(0).n - Vector3::UnitZ()).norm() < 1e-12);
   CHECK(bench.rows.row(0).gap == doctest::Approx(-1e-4).epsilon(1e-9));

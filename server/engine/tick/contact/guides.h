@@ -11,9 +11,9 @@
 // the one row pushes against where the needle is at the start of the tick.
 #pragma once
 
-#include "server/engine/laws/rows.h"
 #include "server/engine/state/needle/guide_state.h"
 #include "server/engine/tick/base_motion.h"
+#include "server/engine/tick/contact/contact.h"
 #include "server/engine/tick/views.h"
 
 namespace acus {
@@ -31,10 +31,8 @@ void begin_guide(const BaseLimits& limits, double h, const GuideState& state, co
                  std::uint64_t tick, GuideScratch& scratch);
 // Stage 4.
 void locate_guide(const NeedleView& needle, GuideScratch& scratch);
-// Stage 5: rows of guide `index` on a needle; false if some did not fit.
-bool add_guide_rows(const Guide& parameters, int index, int needle_index, const NeedleView& needle,
-                    const GuideScratch& scratch, Rows& rows);
-// After the solve: the guide's next state; returns its force on the needle (N).
-Vector3 read_guide_forces(const Rows& rows, int index, GuideScratch& scratch);
+// Stage 5: what a guide does to needle `index`.
+void find_guide_contacts(const Guide& parameters, int index, const NeedleView& needle, GuideScratch& scratch,
+                         Contacts& contacts);
 
 }  // namespace acus

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/needle_contact.h"
+#include "server/engine/tick/contact/needle_contact.h"
 
 #include <algorithm>
 #include <cmath>
@@ -113,37 +113,19 @@ void find_needle_contacts(const Model& model, const State& state, std::span<cons
     }
 }
 
-bool add_needle_contact_rows(const NeedleView& first, const NeedleView& second, double friction, NeedleContact& contact,
-                             Rows& rows) {
-  contact.on_second = curve_point(second.model, second.shape, contact.t);
-  Row row;
-  row.needle = contact.first;
-  row.role = RowRole::needle_contact;
-  row.on_needle = curve_point(first.model, first.shape, contact.s);
-  row.other = contact.second;
-  row.on_other = &contact.on_second;
-  row.n = contact.normal;
-  const Vector3 apart = row.on_needle.position - contact.on_second.position;
-  row.gap = row.n.dot(apart) - (first.model.diameter + second.model.diameter) / 2;
-  row.compliance = kGive;
-  const int normal_row = rows.count();
-  const bool added = rows.add(row, {LawKind::unilateral, kInfinity}, 0);
-  if (friction == 0 || !added) return added;
-
-  const Vector3 before = first.start_position(contact.s) - second.start_position(contact.t);
-  row.role = RowRole::needle_friction;
-  row.compliance = 0;
-  return rows.add_disk(row, contact.normal, apart - before, {.limit = friction, .normal_row = normal_row},
-                       Vector3::Zero());
-}
-
-void add_needle_forces(const Rows& rows, std::span<Vector3> forces) {
-  for (int i = 0; i < rows.count(); ++i) {
-    const Row& row = rows.row(i);
-    if (row.other < 0) continue;
-    forces[static_cast<std::size_t>(row.needle)] += rows.force(i);
-    forces[static_cast<std::size_t>(row.other)] -= rows.force(i);
-  }
+Contact make_contact(const NeedleView& first, const NeedleView& second, double friction, const NeedleContact& found) {
+  Contact contact{
+      .kind = ContactKind::needles, .needle = found.first, .on_needle = curve_point(first.model, first.shape, found.s)};
+  contact.foot.needle = found.second;
+  contact.foot.on_needle = curve_point(second.model, second.shape, found.t);
+  const Vector3 apart = contact.on_needle.position - contact.foot.on_needle.position;
+  Normal hold{.n = found.normal,
+              .gap = found.normal.dot(apart) - (first.model.diameter + second.model.diameter) / 2,
+              .compliance = kGive};
+  const Vector3 before = first.start_position(found.s) - second.start_position(found.t);
+  if (friction > 0) hold.friction = {.slip = apart - before, .friction = friction};
+  contact.hold = hold;
+  return contact;
 }
 
 }  // namespace acus

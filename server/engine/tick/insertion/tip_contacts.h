@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The rows of the tip: contact with a surface or a border, cutting, and lateral support by its path.
+// The contacts of the tip: with a surface or a border, cutting, and lateral support by its path.
 //
 // A tip that cuts has its cutting row along -c, c the cutting direction, fixed in the tip's frame, and two rows across
 // c. A tip that is pulled, or pushed through an old path, has rows across the path instead.
@@ -15,43 +15,43 @@
 // Springs in series (rows.h) are in the contact row (models/unresolved/dimple.h) and in the cutting row, there with the
 // compliance e (tip_laws.h): the tip is beyond the mesh's surface, or its path's end, by the springs' stretch.
 //
-// A law that cannot bear any force has no row. All functions return false if a row did not fit.
+// A law that cannot bear any force has no contact.
 #pragma once
 
-#include "server/engine/laws/rows.h"
+#include "server/engine/tick/contact/contact.h"
 #include "server/engine/tick/insertion/held_place.h"
 #include "server/engine/tick/insertion/insertion.h"
 
 namespace acus {
 
-// Outside, or through, against the surface in located.obstacle.
-bool add_surface_rows(const InsertionView& at, const InsertionScratch& scratch, Rows& rows);
-// Inside, against the border in located.obstacle.
-bool add_border_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, Rows& rows);
+// Outside, or through, with the surface in located.obstacle.
+void find_surface_contact(const InsertionView& at, InsertionScratch& scratch, Contacts& contacts);
+// Inside, on the border in located.obstacle.
+void find_border_contact(const InsertionView& at, const Path& path, InsertionScratch& scratch, Contacts& contacts);
 // Inside its path.
-bool add_path_rows(const InsertionView& at, const Path& path, const InsertionScratch& scratch, Rows& rows);
+void find_path_contacts(const InsertionView& at, const Path& path, InsertionScratch& scratch, Contacts& contacts);
 
-// Two rows across a path that hold the needle to a place of it, where `row` stands. `last`: their force in the last
-// tick (N). Near the path's strength one of them is a row of friction (tearing.h).
-bool add_across(const InsertionView& at, Row row, const HeldPlace& place, const Vector3& last, Rows& rows);
+// What holds the needle across a path at `place`, of a tip or vertex whose state is that of `contact`.
+Across held_across(const InsertionView& at, const HeldPlace& place, const ContactState& state);
 
 // A border that the path lies on keeps the needle out of the region behind it, however soft the tissue on this side is,
-// by a unilateral row at the point of `row`. compliance_at: the compliance (m/N) at a point behind the border; `moved`
+// by a unilateral contact like `contact`. compliance_at: the compliance (m/N) at a point behind the border; `moved`
 // (m): beside_dimple().
 template <class ComplianceAt>
-bool add_support(const InsertionView& at, Row row, ComplianceAt compliance_at, Rows& rows,
-                 const Vector3& moved = Vector3::Zero()) {
+void find_support(const InsertionView& at, Contact contact, ComplianceAt compliance_at, Contacts& contacts,
+                  const Vector3& moved = Vector3::Zero()) {
   const TissueView& tissue = at.tissue;
-  const auto face = tissue.border_face(row.in_tissue.a);
-  if (!face) return true;
-  row.n = face->normal;
-  row.gap = row.n.dot(row.on_needle.position - tissue.position(row.in_tissue.a) - moved);
-  row.compliance = compliance_at(MaterialPoint{face->beyond, {}});
-  return rows.add(row, {LawKind::unilateral, kInfinity}, 0);
+  const auto face = tissue.border_face(contact.foot.point.a);
+  if (!face) return;
+  contact.hold =
+      Normal{.n = face->normal,
+             .gap = face->normal.dot(contact.on_needle.position - tissue.position(contact.foot.point.a) - moved),
+             .compliance = compliance_at(MaterialPoint{face->beyond, {}})};
+  contacts.put(contact);
 }
 
 // Whether a tip back inside is held out of a region by a border that its path lies on, ahead of it and behind: then it
-// has the support row of the nearer of the two vertices.
+// has the support of the nearer of the two vertices.
 bool lies_on_border(const TissueView& tissue, const TipPlace& place);
 
 // Speed at which the offset of a loaded contact is closed that a change of compliance from element to element leaves.
@@ -59,8 +59,5 @@ bool lies_on_border(const TissueView& tissue, const TipPlace& place);
 inline constexpr double kSettlingSpeed = 5e-3;  // m/s
 // An offset (m) made smaller by `step` (m).
 double shrunk(double offset, double step);
-
-// Distance of the tip from the path's end against the cutting direction n (m), less the spring's part.
-double cutting_gap(const InsertionView& at, const Path& path, const TipState& tip, const Vector3& n, double compliance);
 
 }  // namespace acus

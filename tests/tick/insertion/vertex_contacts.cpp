@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The rows of the vertex at 22 mm of a straight path, with the tip at 12 mm: it owns 4 mm of shaft.
+// The contacts, and their rows, of the vertex at 22 mm of a straight path, with the tip at 12 mm: it owns 4 mm of
+// shaft.
 #include <doctest/doctest.h>
 
 #include <numbers>
 
-#include "server/engine/tick/insertion/shaft_rows.h"
+#include "server/engine/tick/insertion/vertex_contacts.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {
@@ -15,6 +16,13 @@ constexpr double kOwned = 4e-3;                                          // m
 constexpr double kNormal = kOwned * std::numbers::pi * kDiameter * 6e3;  // N, l pi d p
 const Vector3 kBeside(5e-4, -3e-4, 0);                                   // m, of the needle off its path
 
+bool add_vertex(InsertionBench& bench) {
+  return bench.add_rows([&] {
+    find_vertex_contacts(bench.view(), bench.paths[0], bench.scratch, bench.scratch.located.shaft[kVertex],
+                         bench.contacts);
+  });
+}
+
 // The rows at the needle where it is; it came from `back` (m) behind.
 Rows& rows_of(InsertionBench& bench, double back = 0, double spin = 0) {
   bench.add_straight_path(0.012);
@@ -24,12 +32,12 @@ Rows& rows_of(InsertionBench& bench, double back = 0, double spin = 0) {
   const Located& located = bench.locate();
   REQUIRE(located.shaft.size() == 5);
   REQUIRE(located.shaft[kVertex].owned == doctest::Approx(kOwned).epsilon(1e-9));
-  CHECK(add_shaft_rows(bench.view(), bench.paths[0], bench.scratch, located.shaft[kVertex], bench.rows));
+  CHECK(add_vertex(bench));
   return bench.rows;
 }
 
 void remember(InsertionBench& bench, bool slips) {
-  for (VertexState& vertex : bench.scratch.next.vertices) vertex.sliding = slips;
+  for (VertexState& vertex : bench.scratch.next.vertices) vertex.contact.sliding = slips;
 }
 
 }  // namespace
@@ -39,9 +47,8 @@ TEST_CASE("two lateral rows stand across the path and hold the needle's offset")
   const Rows& rows = rows_of(bench);
   REQUIRE(rows.count() == 3);
   const Row &a = rows.row(0), &b = rows.row(1);
-  CHECK(a.role == RowRole::lateral);
-  CHECK(b.role == RowRole::lateral);
-  CHECK(a.index == kVertex);
+  CHECK(bench.contacts.found[0].kind == ContactKind::vertex);
+  CHECK(bench.contacts.found[0].state == &bench.scratch.next.vertices[kVertex].contact);
   CHECK(a.n.norm() == doctest::Approx(1).epsilon(1e-12));
   CHECK(b.n.norm() == doctest::Approx(1).epsilon(1e-12));
   CHECK(std::abs(a.n.dot(b.n)) < 1e-12);
@@ -56,7 +63,6 @@ TEST_CASE("friction runs along the path, on what the needle moved against the ti
   InsertionBench bench;
   const Rows& rows = rows_of(bench, 2e-4);
   const Row& friction = rows.row(2);
-  CHECK(friction.role == RowRole::friction);
   CHECK((friction.n + Vector3::UnitZ()).norm() < 1e-12);
   CHECK(friction.gap == doctest::Approx(2e-4).epsilon(1e-8));
   CHECK(rows.law(2).kind == LawKind::friction);
@@ -69,7 +75,7 @@ TEST_CASE("the friction threshold is l pi d mu p, static where it stuck, dynamic
   CHECK(bench.rows.law(2).limit == doctest::Approx(0.3 * kNormal).epsilon(1e-9));  // a new vertex slides
   bench.rows.clear();
   remember(bench, false);
-  add_shaft_rows(bench.view(), bench.paths[0], bench.scratch, bench.scratch.located.shaft[kVertex], bench.rows);
+  add_vertex(bench);
   CHECK(bench.rows.law(2).limit == doctest::Approx(0.35 * kNormal).epsilon(1e-9));
 }
 
@@ -80,11 +86,11 @@ TEST_CASE("strain stays as the owned length changes, but a spring that is drawn 
   const double axial = bench.view().tissue.axial_compliance(bench.paths[0].vertices[kVertex], kDiameter);
   REQUIRE(axial > 0);
   const auto strained = [&](bool slips, double drawn, double force_before) {
-    state.sliding = slips;
+    state.contact.sliding = slips;
     state.traction = drawn / axial;
-    state.friction = force_before * state.traction * kOwned;
+    state.contact.along = force_before * state.traction * kOwned;
     bench.rows.clear();
-    add_shaft_rows(bench.view(), bench.paths[0], bench.scratch, bench.scratch.located.shaft[kVertex], bench.rows);
+    add_vertex(bench);
     const Row& friction = bench.rows.row(2);
     CHECK(friction.compliance == doctest::Approx(axial / kOwned).epsilon(1e-9));
     return -friction.gap / friction.compliance / (state.traction * kOwned);
@@ -123,7 +129,7 @@ TEST_CASE("torsion is on the surface of the needle, in one cone with the frictio
   const Rows& rows = rows_of(bench, 0, 0.02);
   REQUIRE(rows.count() == 4);
   const Row& torsion = rows.row(3);
-  CHECK(torsion.role == RowRole::torsion);
+  CHECK(torsion.turns());
   CHECK(torsion.radius == 0.5 * kDiameter / 2);
   CHECK((torsion.n + Vector3::UnitZ()).norm() < 1e-12);
   CHECK(torsion.gap == doctest::Approx(0.02 * 0.5 * kDiameter / 2).epsilon(1e-8));
@@ -158,14 +164,6 @@ TEST_CASE("friction that thins, or differs on the way back, is a cone of one row
     REQUIRE(cone);
     CHECK(cone->friction.back == 0.3);
   }
-}
-
-TEST_CASE("rows that do not fit are told") {
-  InsertionBench bench;
-  rows_of(bench);
-  Rows two(2);
-  CHECK_FALSE(add_shaft_rows(bench.view(), bench.paths[0], bench.scratch, bench.scratch.located.shaft[kVertex], two));
-  CHECK(two.count() == 2);
 }
 
 }  // namespace acus::test

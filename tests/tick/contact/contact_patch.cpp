@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What bears a contact: points of the surface around it.
-#include "server/engine/tick/insertion/contact_patch.h"
+#include "server/engine/tick/contact/contact_patch.h"
 
 #include <doctest/doctest.h>
 
