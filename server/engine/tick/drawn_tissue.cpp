@@ -9,7 +9,6 @@
 #include "server/engine/state/limits.h"
 #include "server/engine/tick/insertion/path_wall.h"
 #include "server/engine/tick/insertion/shaft_contact.h"
-#include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/scratch.h"
 
 namespace acus {
@@ -38,7 +37,7 @@ void add_dimple(const InsertionView& at, const Insertion& insertion, DrawnTissue
   const Vector3 move = at.needle.tip().position - centre;
   const double d = at.parameters.outer_diameter, f = insertion.tip.contact.along;
   DimpleSpring dimple = at.tissue.dimple_spring(touched, d, at.tissue.disc_load(touched, d, f, move.norm()));
-  remember(at.tissue.relaxation_of(touched), insertion.tip.contact.creep, dimple);
+  dimple.relax(at.tissue.relaxation_of(touched), insertion.tip.contact.creep.along);
   add_dent(centre, move, dimple.radii(f), drawn);
 }
 
@@ -51,7 +50,9 @@ void add_grooves(const InsertionView& at, const Insertion& insertion, DrawnTissu
       const Vector3 p = at.needle.start_position(contact_place(cell.s, cell.length, i, at.needle.model.length));
       const SurfacePoint under = surface_under(tissue, p, cell.normal, kContactMargin);
       const double deep = std::max(0.0, cell.normal.dot(under.position - p));
-      const GrooveSpring groove = tissue.groove_spring(tissue.surface.material(under), d, cell.length);
+      const MaterialPoint material = tissue.surface.material(under);
+      GrooveSpring groove = tissue.groove_spring(material, d, cell.length);
+      groove.relax(tissue.relaxation_of(material), cell.contact.creep.along);
       add_dent(under.position, -deep * cell.normal, groove.radii(cell.contact.along), drawn);
     }
   }

@@ -67,6 +67,22 @@ double TissueView::mouth_displacement(const MaterialPoint& p, double d, double q
   return acus::mouth_displacement(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, q, length);
 }
 
+RelaxationStep TissueView::relaxation_of(const MaterialPoint& p, int behind) const {
+  const RelaxationStep& here = relaxation_of(p);
+  if (behind < 0 || !relaxes()) return here;
+  const RelaxationStep& beyond = relaxation[behind];
+  const double share = indented(p, -1).stiffness / indented(p, behind).stiffness;
+  RelaxationStep both;
+  both.stiffening = share * here.stiffening + (1 - share) * beyond.stiffening;
+  both.given = share * here.given + (1 - share) * beyond.given;
+  for (int i = 0; i < both.given.size(); ++i)
+    both.taken[i] =
+        both.given[i] > 0
+            ? (share * here.given[i] * here.taken[i] + (1 - share) * beyond.given[i] * beyond.taken[i]) / both.given[i]
+            : 0;
+  return both;
+}
+
 Indented TissueView::indented(const MaterialPoint& p, int behind) const {
   const auto side = [&](int region) {
     return Indented(tissue_regions[region].material, interactions[region].deep_indentation);

@@ -41,6 +41,9 @@ struct TissueView {
     static const RelaxationStep kElastic;
     return relaxes() ? relaxation[region(p)] : kElastic;
   }
+  // Of both sides of a border, each with its share of the stiffness; branches of different times have a mean one.
+  // `behind`: as in dimple_spring().
+  RelaxationStep relaxation_of(const MaterialPoint& p, int behind) const;
   // What a tip at a point meets at the border into another region.
   const Border& border(const MaterialPoint& from, int into) const { return borders.at(region(from), into); }
   // A face that the point lies on and behind which a region begins that holds tips.

@@ -71,7 +71,7 @@ double DimpleSpring::depth(double force) const {
 double DimpleSpring::compliance(double force) const {
   const double f = at_rest(force), r = radius(f);
   const double deep = slope4_ * f * f / fourth_power(r);  // (r_d/r)⁴
-  return std::max(0.0, punch_ * ((1 - deep / 2) / r - 1 / mesh_)) / stiffening_;
+  return std::max(0.0, punch_ * ((1 - deep / 2) / r - 1 / mesh_)) / stiffening();
 }
 
 // f D - the integral of D over f, which has a closed form.

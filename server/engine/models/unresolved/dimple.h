@@ -44,11 +44,12 @@
 // changes by up to 5 % with the place in an element, on this one by 1.6 %. A wider disc leaves more of D to the spring;
 // D is the same.
 //
-// In tissue that relaxes (relaxation.h) the spring does, too: f is then what bears the force f_r at rest.
+// D and f are those of tissue at rest; in tissue that relaxes f is f_r (relaxing_spring.h).
 #pragma once
 
 #include "server/engine/models/element/material.h"
 #include "server/engine/models/unresolved/dent.h"
+#include "server/engine/models/unresolved/relaxing_spring.h"
 
 namespace acus {
 
@@ -63,15 +64,11 @@ struct Indented {
 };
 
 // D - D_mesh, a nonlinear spring.
-class DimpleSpring {
+class DimpleSpring : public RelaxingSpring {
  public:
   DimpleSpring() = default;
   // Under a needle of diameter d (m) on elements of the size `edge` (m), with a disc for f_w (N).
   DimpleSpring(const Indented& tissue, double edge, double d, double f_w);
-
-  // In tissue that relaxes: f = G f_r - kept.
-  void relax(double stiffening, double kept) { stiffening_ = stiffening, kept_ = kept; }
-  double at_rest(double f) const { return (f + kept_) / stiffening_; }
 
   // At the force f (N), 0 <= f.
   double depth(double f) const;       // m
@@ -86,7 +83,6 @@ class DimpleSpring {
   double slope4_ = 0;                 // (r_d/sqrt f)⁴, m⁴/N²
   double least_ = 1;                  // r_0 (m)
   double mesh_ = 1;                   // R (m)
-  double stiffening_ = 1, kept_ = 0;  // G (-); N
 };
 
 // f (N) at the depth D (m).

@@ -27,11 +27,15 @@ GrooveSpring::GrooveSpring(const Material& material, double edge, double d, doub
 
 double GrooveSpring::width(double f) const { return std::hypot(radius_, f / (length_ * spread_)); }
 
-double GrooveSpring::depth(double f) const { return line_ * f / length_ * (std::log1p(more_ / width(f)) + kLeastGive); }
+double GrooveSpring::depth(double force) const {
+  const double f = at_rest(force);
+  return line_ * f / length_ * (std::log1p(more_ / width(f)) + kLeastGive);
+}
 
-double GrooveSpring::compliance(double f) const {
-  const double rho = width(f), wide = rho * rho - radius_ * radius_;
-  return line_ / length_ * (std::log1p(more_ / rho) - more_ * wide / (rho * rho * (rho + more_)) + kLeastGive);
+double GrooveSpring::compliance(double force) const {
+  const double rho = width(at_rest(force)), wide = rho * rho - radius_ * radius_;
+  return line_ / length_ * (std::log1p(more_ / rho) - more_ * wide / (rho * rho * (rho + more_)) + kLeastGive) /
+         stiffening();
 }
 
 double GrooveSpring::integral(double rho) const {
@@ -39,10 +43,11 @@ double GrooveSpring::integral(double rho) const {
 }
 
 // f D - the integral of D over f, with q dq = (2 E)² rho d(rho).
-double GrooveSpring::energy(double f) const {
+double GrooveSpring::energy(double force) const {
+  const double f = at_rest(force);
   const double rest = line_ * (spread_ * spread_ * length_ * (integral(width(f)) - integral(radius_)) +
                                kLeastGive * f * f / (2 * length_));
-  return f * depth(f) - rest;
+  return f * depth(force) - rest;
 }
 
 }  // namespace acus

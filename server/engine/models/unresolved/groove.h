@@ -15,11 +15,12 @@
 
 #include "server/engine/models/element/material.h"
 #include "server/engine/models/unresolved/dent.h"
+#include "server/engine/models/unresolved/relaxing_spring.h"
 
 namespace acus {
 
-// D - D_mesh of a length of shaft, a nonlinear spring.
-class GrooveSpring {
+// D - D_mesh of a length of shaft, a nonlinear spring. q is that of tissue at rest (relaxing_spring.h).
+class GrooveSpring : public RelaxingSpring {
  public:
   // Under `length` (m) of a shaft of diameter d (m) on elements of the size `edge` (m); 0: the mesh has all of it.
   GrooveSpring(const Material& material, double edge, double d, double length);
@@ -28,7 +29,7 @@ class GrooveSpring {
   double depth(double f) const;       // m
   double compliance(double f) const;  // m/N, of small changes, >= 0
   double energy(double f) const;      // J, stored
-  LoadRadii radii(double f) const { return {width(f), radius_ + more_}; }
+  LoadRadii radii(double f) const { return {width(at_rest(f)), radius_ + more_}; }
 
  private:
   double width(double f) const;       // rho (m)

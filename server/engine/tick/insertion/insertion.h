@@ -81,6 +81,8 @@ struct Obstacle {
   double rise = 0;              // m, of the surface at the contact over the patch, along the normal
   DimpleSpring dimple{};        // under the tip
   double compliance_along = 0;  // m/N, of the dimple along a border
+  Vector3 crept_along = Vector3::Zero();   // m, world, of that spring,
+  Vector3 creeps_along = Vector3::Zero();  // and of it in the last tick
   double bears = 0;             // N, of the tip at the start of the tick; before a border, of its cut
   double dimple_before = 0;     // m, the dimple's depth under that
   bool under = true;            // the tip presses on it, or will in this tick
@@ -103,6 +105,7 @@ struct TipPlace {
   Vector3 tangent = Vector3::UnitX();  // of the path there, unit
   Vector3 cutting = Vector3::UnitX();  // cutting direction at the start of the tick, unit
   BorderAhead ahead;                   // along it, at the start of the tick
+  double lead = 0;                     // m, of the tip before its path's end, by the spring there, likewise
 };
 
 // What stage 4 finds.

@@ -12,6 +12,7 @@
 #include "server/engine/tick/insertion/path_wall.h"
 #include "server/engine/tick/insertion/shaft_contact.h"
 #include "server/engine/tick/insertion/spring_memory.h"
+#include "server/engine/tick/insertion/tip_laws.h"
 #include "server/engine/tick/insertion/tip_place.h"
 
 namespace acus {
@@ -162,6 +163,8 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionScratch& 
     if (point.mouth || point.exit) point.advance = wall_advance(at, path, scratch.next, point.vertex);
   place_tip(at, path, scratch);
   find_border(at, path, scratch);
+  const TipState& tip = scratch.next.tip;
+  scratch.located.tip.lead = cut_spring(at, path, tip.cut.creep, scratch.located.tip.ahead).lead(tip.cut.along);
   const bool through = scratch.next.phase == Phase::through;
   const std::span<ShaftPoint> shaft{scratch.located.shaft.begin(), scratch.located.shaft.end()};
   const double end = through ? std::min(length, end_s) : length;

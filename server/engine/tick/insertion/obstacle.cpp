@@ -22,7 +22,7 @@ void bear_on_patch(const InsertionView& at, const Surface& surface, int behind, 
   obstacle.at.normal = obstacle.patch.normal;
   obstacle.rise = obstacle.patch.rise;
   obstacle.dimple = at.tissue.dimple_spring(obstacle.material, d, load, behind);
-  remember(at.tissue.relaxation_of(obstacle.material), state.tip.contact.creep, obstacle.dimple);
+  obstacle.dimple.relax(at.tissue.relaxation_of(obstacle.material, behind), state.tip.contact.creep.along);
 }
 
 // Share of a force along the cutting direction that is against a border.
@@ -75,7 +75,9 @@ Obstacle border_ahead(const InsertionView& at, int region, const Vector3& p, con
   obstacle.bears = contact_of(at, obstacle, state.tip, force);
   obstacle.dimple_before = obstacle.dimple.depth(obstacle.bears);
   const double size = std::min(force.norm(), at.tissue.puncture_force(obstacle.material, region));
-  obstacle.compliance_along = size > 0 ? obstacle.dimple.depth(size) / size : obstacle.dimple.compliance(0);
+  const DimpleSpring& dimple = obstacle.dimple;
+  obstacle.compliance_along =
+      size > 0 ? dimple.depth(size) / dimple.at_rest(size) / dimple.stiffening() : dimple.compliance(0);
   return obstacle;
 }
 

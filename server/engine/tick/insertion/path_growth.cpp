@@ -15,11 +15,17 @@ namespace {
 
 // The path's end after a cut. A tip that bears f_c has cut up to its local compliance times f_c behind itself, and the
 // end never moves back. The end moves along the cutting direction through the material; the tip's sideways distance
-// from it is lateral compliance of the tissue, which moves along.
-Vector3 cut_place(const InsertionView& at, const Path& path, const BorderAhead& border) {
+// from it is lateral compliance of the tissue, which moves along. Tissue that the tip comes to has not crept: what is
+// ahead of it forgets as it cuts, over the radius on which it loads the tissue.
+Vector3 cut_place(const InsertionView& at, const Path& path, const BorderAhead& border, Creep& creep) {
   const Vector3 from = at.tissue.position(path.end), direction = at.cutting_direction();
-  const double lag = cutting_compliance(at, path, border) * at.tissue.interaction(path.end).cutting_force;
-  const double way = direction.dot(at.needle.tip().position - from) - lag;
+  const double f_c = at.tissue.interaction(path.end).cutting_force;
+  const double ahead = direction.dot(at.needle.tip().position - from);
+  if (at.tissue.relaxes() && f_c > 0) {
+    const double cut = std::max(0.0, ahead - cut_spring(at, path, creep, border).lead(f_c));
+    creep.along *= std::exp(-cut / at.tissue.tip_radii(path.end, at.parameters.outer_diameter, f_c).inner);
+  }
+  const double way = ahead - cut_spring(at, path, creep, border).lead(f_c);
   return way > 0 ? Vector3(from + way_through_material(at.tissue, path.end, direction, way)) : from;
 }
 
@@ -35,7 +41,7 @@ double way_to_distance(const Vector3& a, const Vector3& b, double distance) {
 std::uint32_t grow(const Transition& now, Path& path, int start, int came_from, const BorderAhead& border) {
   const TissueView& tissue = now.at.tissue;
   Insertion& state = now.state;
-  const Vector3 to = cut_place(now.at, path, border);
+  const Vector3 to = cut_place(now.at, path, border, state.tip.cut.creep);
   std::uint32_t flags = 0;
   for (int i = 0; i < kMaxCrossings && start >= 0; ++i) {
     const Vector3 from = tissue.position(path.end);

@@ -77,7 +77,7 @@ MaterialPoint end_behind(const Transition& now, const Path& path, double cutting
     return trace_segment(tissue.mesh, tissue.x, from.tetrahedron, tissue.position(from), to, tissue.regions).end;
   };
   const MaterialPoint at_tip = reach(path.end, now.at.needle.tip().position);
-  const double lag = cutting_compliance(now.at, path, {}) * cutting;
+  const double lag = cut_spring(now.at, path, now.state.tip.cut.creep, {}).lead(cutting);
   return reach(at_tip, tissue.position(at_tip) - lag * now.at.cutting_direction());
 }
 
@@ -96,13 +96,13 @@ std::uint32_t go_through_border(const Transition& now, Path& path, const Obstacl
   const int behind = tissue.borders.surface(border.region).beyond(border.at);
   path.end = {behind, barycentric(tissue.mesh, tissue.x, behind, tissue.position(border.material))};
   cut_beside_border(now.at, path, border, now.state.tip);
+  now.state.tip.contact.creep = now.state.tip.cut.creep = {};
   path.end = end_behind(now, path, now.state.tip.cut.along);
   path.tail = 0;
   const MaterialPoint& last = path.vertices.back();
   const std::uint32_t flags =
       lay_vertices(now, path, last.tetrahedron, tissue.position(last), tissue.position(path.end));
   now.state.border = -1;
-  now.state.tip.contact.creep = {};
   return flags | grow(now, path, path.end.tetrahedron, -1);
 }
 
@@ -126,7 +126,8 @@ std::uint32_t meet_border(const Transition& now, Path& path, const Obstacle& obs
   // The closest point is that of the tip's projection on the contact plane: a tip behind a thin layer is nearer to the
   // layer's other side. What the spring along the border yields is no slip.
   const Vector3& n = obstacle.at.normal;
-  const Vector3 tip = now.at.needle.tip().position, slid = tip + obstacle.compliance_along * state.tip.contact.across;
+  const Vector3 tip = now.at.needle.tip().position,
+                slid = tip + obstacle.compliance_along * state.tip.contact.across + obstacle.crept_along;
   const Vector3 on_plane = slid - n.dot(slid - tissue.position(obstacle.material)) * n;
   const SurfacePoint under = surface.closest(tissue.x, on_plane);
   const Vector3 off_rim = on_plane - under.position - under.distance * under.normal;

@@ -35,11 +35,22 @@ Ahead ahead_of_tip(const InsertionView& at, const MaterialPoint& end, const Inse
   if (on_border(state)) {
     const double f = state.tip.contact.along, below = (at.needle.start_tip() - at.tissue.start_position(end)).norm();
     const double f_w = at.tissue.disc_load(end, d, f, below, state.border);
-    const DimpleSpring dimple = at.tissue.dimple_spring(end, d, f_w, state.border);
+    DimpleSpring dimple = at.tissue.dimple_spring(end, d, f_w, state.border);
+    dimple.relax(at.tissue.relaxation_of(end, state.border), state.tip.contact.creep.along);
     return {dimple.depth(f), dimple.radii(f)};
   }
   const double f_c = at.tissue.interaction(end).cutting_force;
-  return {state.tip.cut.along * at.tissue.tip_compliance(end, d, f_c), at.tissue.tip_radii(end, d, f_c)};
+  const RelaxationStep& law = at.tissue.relaxation_of(end);
+  const double yields = state.tip.cut.along * at.tissue.tip_compliance(end, d, f_c);
+  return {(yields + law.given.dot(state.tip.cut.creep.along)) / law.stiffening, at.tissue.tip_radii(end, d, f_c)};
+}
+
+// The traction (N/m) of a vertex that would carry tissue along by as much at rest.
+double traction_at_rest(const InsertionView& at, const MaterialPoint& vertex, const VertexState& state) {
+  const double axial = at.tissue.axial_compliance(vertex, at.needle.model.diameter);
+  if (axial == 0) return state.traction;
+  const RelaxationStep& law = at.tissue.relaxation_of(vertex);
+  return (state.traction + law.given.dot(state.contact.creep.along) / axial) / law.stiffening;
 }
 
 // b, of the forces of the last tick.
@@ -81,7 +92,7 @@ Vector3 move_to_needle(const InsertionView& at, const Vector3& place, double s, 
 double wall_advance(const InsertionView& at, const Path& path, const Insertion& state, int vertex) {
   if (!is_alongside(state, vertex)) return 0;
   const MaterialPoint& place = path.vertices[vertex];
-  const double traction = state.vertices[vertex].traction;
+  const double traction = traction_at_rest(at, place, state.vertices[vertex]);
   if (const auto L = length_to_exit(at, path, state, vertex))
     return at.tissue.surface_displacement(place, at.needle.model.diameter, -traction, *L);
   const double to_tip = at.needle.model.length - state.vertices[vertex].s,
@@ -93,8 +104,8 @@ double exit_advance(const InsertionView& at, const Path& path, const Insertion& 
   assert(path.exited);
   const int last = last_alongside(path, state);
   if (last < path.last_mouth()) return 0;
-  return at.tissue.surface_displacement(path.end, at.needle.model.diameter, -state.vertices[last].traction,
-                                        last_length(at, path, state));
+  const double traction = traction_at_rest(at, path.vertices[last], state.vertices[last]);
+  return at.tissue.surface_displacement(path.end, at.needle.model.diameter, -traction, last_length(at, path, state));
 }
 
 bool is_out(const InsertionView& at, const Path& path, const Insertion& state) {

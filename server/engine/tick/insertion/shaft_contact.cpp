@@ -8,6 +8,7 @@
 #include "server/engine/math/rotation.h"
 #include "server/engine/state/capacities.h"
 #include "server/engine/tick/insertion/held_stretch.h"
+#include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tip_contacts.h"
 #include "server/engine/tick/insertion/transition.h"
 
@@ -132,8 +133,11 @@ bool is_near(const InsertionView& at, const Cell& cell, ShaftCell& state) {
   return state.length > 0 || flat_share(along, nearest.normal) > 0;
 }
 
-GrooveSpring groove_under(const InsertionView& at, const ShaftContact& contact) {
-  return at.tissue.groove_spring(contact.points[kContactPoints / 2], at.needle.model.diameter, contact.length);
+GrooveSpring groove_under(const InsertionView& at, const ShaftContact& contact, const Creep& creep) {
+  const MaterialPoint& middle = contact.points[kContactPoints / 2];
+  GrooveSpring groove = at.tissue.groove_spring(middle, at.needle.model.diameter, contact.length);
+  groove.relax(at.tissue.relaxation_of(middle), creep.along);
+  return groove;
 }
 
 // Of a contact that stands for a part of its cell: nothing where that is the whole, without bound where it is nothing.
@@ -177,12 +181,17 @@ std::optional<ShaftContact> look_for_contact(const InsertionView& at, const Cell
   if (begins) {
     if (-over > (is_next_to_held(held, cell, index, cells) ? kDeepest : kUnnoticed)) return std::nullopt;
     state.offset = std::min(0.0, over) * contact.length / cell.length;
+    state.contact.creep = {};
   } else {
-    state.contact.along *= contact.length / state.length;
-    state.contact.across *= contact.length / state.length;
-    const double sunk =
-        groove_under(at, contact).depth(state.contact.along) + partial_compliance(at, contact) * state.contact.along;
-    state.offset = next_offset(state, sunk, over, cell.moves, at.needle.h);
+    const double longer = contact.length / state.length;
+    state.contact.along *= longer;
+    state.contact.across *= longer;
+    state.contact.creep.along *= longer;
+    const double f = state.contact.along;
+    const GrooveSpring groove = groove_under(at, contact, state.contact.creep);
+    state.offset =
+        next_offset(state, groove.depth(f) + partial_compliance(at, contact) * f, over, cell.moves, at.needle.h);
+    creep_to(at.tissue.relaxation_of(contact.points[kContactPoints / 2]), groove.at_rest(f), state.contact.creep.along);
   }
   state.normal = contact.normal;
   return contact;
@@ -230,7 +239,7 @@ Contact make_contact(const InsertionView& at, InsertionScratch& scratch, const S
   const Vector3 apart_now = contact.on_needle.position - mean_position(tissue.mesh, tissue.x, found.points);
   const Vector3 apart_before =
       needle.start_position(found.s) - mean_position(tissue.mesh, tissue.x_start, found.points);
-  const GrooveSpring groove = groove_under(at, found);
+  const GrooveSpring groove = groove_under(at, found, state.contact.creep);
   const double f = state.contact.along, e = groove.compliance(f);
   Normal hold{.n = found.normal,
               .gap = found.normal.dot(apart_now) - state.offset,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/engine/tick/insertion/spring_memory.h"
 
+#include "server/engine/tick/insertion/tip_laws.h"
+
 namespace acus {
 
 namespace {
@@ -33,33 +35,42 @@ void relax_vertices(const InsertionView& at, const Insertion& before, const Path
     const double traction = scratch.next.vertices[point.vertex].traction;
     const auto stretch = [&] { return (axial * traction + law.given.dot(creep.along)) / law.stiffening; };
     const double before_creep = stretch();
-    creep.along += law.taken.cwiseProduct(Branches::Constant(before_creep) - creep.along);
+    creep_to(law, before_creep, creep.along);
     point.crept = stretch() - before_creep;
   }
 }
 
-void relax_tip(const InsertionView& at, InsertionScratch& scratch) {
+// Across its path, and ahead of it.
+void relax_tip(const InsertionView& at, const Path& path, InsertionScratch& scratch) {
   const TipPlace& place = scratch.located.tip;
-  const Vector3 on_path = tissue_position(at.tissue.mesh, at.tissue.x_start, place.point);
-  creep_across(at.tissue.relaxation_of(place.point.a), stretch_across(at.needle.start_tip(), on_path, place.tangent),
-               scratch.next.tip.contact.creep);
+  TipState& tip = scratch.next.tip;
+  if (scratch.next.border < 0) {
+    const Vector3 on_path = tissue_position(at.tissue.mesh, at.tissue.x_start, place.point);
+    creep_across(at.tissue.relaxation_of(place.point.a), stretch_across(at.needle.start_tip(), on_path, place.tangent),
+                 tip.contact.creep);
+  }
+  creep_to(at.tissue.relaxation_of(path.end), cut_spring(at, path, tip.cut.creep, {}).lead(tip.cut.along),
+           tip.cut.creep.along);
 }
 
-// `dimple` is that of the last tick.
+// Under the tip, and along a border that holds it. `dimple` is that of the last tick.
 void relax_dimple(const InsertionView& at, InsertionScratch& scratch) {
   if (!scratch.located.obstacle) return;
   Obstacle& obstacle = *scratch.located.obstacle;
-  Creep& creep = scratch.next.tip.contact.creep;
-  const RelaxationStep& law = at.tissue.relaxation_of(obstacle.material);
-  creep.along += law.taken.cwiseProduct(Branches::Constant(obstacle.dimple.at_rest(obstacle.bears)) - creep.along);
-  remember(law, creep, obstacle.dimple);
+  ContactState& contact = scratch.next.tip.contact;
+  const bool on_border = scratch.next.phase == Phase::inside;
+  const RelaxationStep law = at.tissue.relaxation_of(obstacle.material, on_border ? obstacle.region : -1);
+  creep_to(law, obstacle.dimple.at_rest(obstacle.bears), contact.creep.along);
+  obstacle.dimple.relax(law, contact.creep.along);
+  if (!on_border || scratch.next.border != obstacle.region) return;
+  const auto crept = [&] { return Vector3(contact.creep.across * law.given / law.stiffening); };
+  const Vector3 before = crept();
+  creep_across(law, obstacle.compliance_along * contact.across + before, contact.creep);
+  obstacle.crept_along = crept();
+  obstacle.creeps_along = obstacle.crept_along - before;
 }
 
 }  // namespace
-
-void remember(const RelaxationStep& law, const Creep& creep, DimpleSpring& dimple) {
-  dimple.relax(law.stiffening, law.given.dot(creep.along));
-}
 
 void forget_dimple(Insertion& state) {
   if (!touches(state) && state.border < 0) state.tip.contact.creep.along.setZero();
@@ -68,7 +79,7 @@ void forget_dimple(Insertion& state) {
 void relax_springs(const InsertionView& at, const Insertion& before, const Path* path, InsertionScratch& scratch) {
   if (path != nullptr) relax_vertices(at, before, *path, scratch);
   if (path != nullptr && scratch.next.phase == Phase::inside) {
-    relax_tip(at, scratch);
+    relax_tip(at, *path, scratch);
   } else {
     scratch.next.tip.contact.creep.across.setZero();
   }

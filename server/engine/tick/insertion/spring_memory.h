@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Springs that the mesh does not resolve (models/unresolved/local_compliance.h, dimple.h) in tissue that relaxes
-// (models/element/relaxation.h). A spring of the compliance e at rest has the stretch
+// Springs that the mesh does not resolve (models/unresolved/local_compliance.h, dimple.h, groove.h) in tissue that
+// relaxes (models/element/relaxation.h). A spring of the compliance e at rest has the stretch
 //
 //   u' = (e f' + S)/G,   S = sum of g_i (1 - alpha_i) z_i,
 //
-// z_i (m) the stretch to which branch i has crept: rows have the compliance e/G and S/G in their gaps. The stretch is
-// the needle's distance from its path across the shaft, and what friction has strained along it (vertex_contacts.h). A
-// dimple's spring is nonlinear and remembers the force that it would bear at rest.
+// z_i (m) the stretch to which branch i has crept: contacts have the compliance e/G and S/G in their gaps. The stretch
+// is the needle's distance from its path across the shaft, what friction has strained along it (vertex_contacts.h), the
+// tip's lead before its path's end (tip_laws.h), and its yield along a border. Dimples and grooves are not linear: they
+// remember forces (models/unresolved/relaxing_spring.h).
 //
 // A vertex that comes alongside takes over the memory of the one before it and of the tip. Memories keep the world's
-// axes. A dimple follows a tip that slides; on a border it relaxes as the tissue before that.
+// axes. A dimple follows a tip that slides, a groove a shaft that does; the tissue ahead of a tip that cuts is new
+// (path_growth.cpp). Bone behind a border relaxes with the memory of the vertex on it.
 //
-// Springs ahead of a cutting tip, beyond borders, under a shaft on a surface, and the advance of a path's wall do not
-// relax. State::spring_energy is that of springs of e/G, without branches.
+// State::spring_energy is that of springs of e/G, without branches.
 #pragma once
 
 #include "server/engine/tick/insertion/insertion.h"
@@ -23,8 +24,10 @@ namespace acus {
 // `before`: of the last tick; `path`: the needle's, or null.
 void relax_springs(const InsertionView& at, const Insertion& before, const Path* path, InsertionScratch& scratch);
 
-// The dimple under a tip as its memory has it.
-void remember(const RelaxationStep& law, const Creep& creep, DimpleSpring& dimple);
+// A tick of branches beside what is `now` strained, or borne.
+inline void creep_to(const RelaxationStep& law, double now, Branches& crept) {
+  crept += law.taken.cwiseProduct(Branches::Constant(now) - crept);
+}
 
 // At the start of a tick: a tip that has let go finds the next surface or border at rest.
 void forget_dimple(Insertion& state);

@@ -48,7 +48,7 @@ Normal against(const Obstacle& obstacle, const TipState& tip, double puncture_fo
 std::optional<DiskFriction> friction_along(const InsertionView& at, const Obstacle& obstacle, double friction,
                                            double cohesion) {
   if (friction == 0 && cohesion == 0) return std::nullopt;
-  return DiskFriction{slip(at, obstacle), friction, cohesion, obstacle.compliance_along};
+  return DiskFriction{slip(at, obstacle) + obstacle.creeps_along, friction, cohesion, obstacle.compliance_along};
 }
 
 Normal against_border(const InsertionView& at, const InsertionScratch& scratch) {
@@ -70,13 +70,12 @@ double border_cohesion(const InsertionView& at, const Path& path, const TipState
   return cutting_force * std::clamp(1 - 2 * back, 0.0, 1.0);
 }
 
-// Distance of the tip from the path's end against the cutting direction n (m), less the spring's part.
-double cutting_gap(const InsertionView& at, const Path& path, const TipState& tip, const Vector3& n,
-                   double compliance) {
-  const double apart = n.dot(at.needle.tip().position - at.tissue.position(path.end));
-  const double lag = compliance * tip.cut.along;
-  if (lag == 0) return apart;
-  const double start = lag + n.dot(at.needle.start_tip() - at.tissue.start_position(path.end));
+// Distance of the tip from the path's end against the cutting direction n (m), less what its spring does not explain.
+double cutting_gap(const InsertionView& at, const Path& path, const Insertion& state, double lead, const Vector3& n,
+                   double crept) {
+  const double apart = n.dot(at.needle.tip().position - at.tissue.position(path.end)) + crept;
+  if (state.tip.cut.along == 0 || lead == 0) return apart;
+  const double start = lead + n.dot(at.needle.start_tip() - at.tissue.start_position(path.end));
   return apart - shrunk(start, kSettlingSpeed * at.needle.h);
 }
 
@@ -87,14 +86,14 @@ void find_cut(const InsertionView& at, const Path& path, InsertionScratch& scrat
   const double cutting_force = at.tissue.interaction(path.end).cutting_force;
   if (path.exited || cutting_force == 0) return;
   const Vector3 n = -scratch.located.tip.cutting;
-  const double compliance = cutting_compliance(at, path, scratch.located.tip.ahead);
+  const CutSpring spring = cut_spring(at, path, tip.cut.creep, scratch.located.tip.ahead);
   Contact cut{.kind = ContactKind::cut, .needle = at.needle_index, .on_needle = at.needle.tip(), .state = &tip.cut};
   cut.foot.point.a = path.end;
   cut.hold = Normal{.n = n,
-                    .gap = cutting_gap(at, path, tip, n, compliance),
+                    .gap = cutting_gap(at, path, scratch.next, scratch.located.tip.lead, n, spring.crept),
                     .most = cutting_force,
                     .before = tip.cut.along,
-                    .compliance = compliance};
+                    .compliance = spring.compliance};
   contacts.put(cut);
 }
 

@@ -21,6 +21,7 @@
 #include "server/engine/tick/contact/contact.h"
 #include "server/engine/tick/insertion/held_place.h"
 #include "server/engine/tick/insertion/insertion.h"
+#include "server/engine/tick/insertion/spring_memory.h"
 
 namespace acus {
 
@@ -43,10 +44,11 @@ void find_support(const InsertionView& at, Contact contact, ComplianceAt complia
   const TissueView& tissue = at.tissue;
   const auto face = tissue.border_face(contact.foot.point.a);
   if (!face) return;
-  contact.hold =
-      Normal{.n = face->normal,
-             .gap = face->normal.dot(contact.on_needle.position - tissue.position(contact.foot.point.a) - moved),
-             .compliance = compliance_at(MaterialPoint{face->beyond, {}})};
+  const MaterialPoint beyond{face->beyond, {}};
+  const CreptAcross spring = crept_across(tissue, beyond, contact.state->creep);
+  const Vector3 apart = contact.on_needle.position - tissue.position(contact.foot.point.a) - moved + spring.crept;
+  contact.hold = Normal{
+      .n = face->normal, .gap = face->normal.dot(apart), .compliance = compliance_at(beyond) / spring.stiffening};
   contacts.put(contact);
 }
 

@@ -14,14 +14,17 @@ constexpr double kFaceTolerance = 2 * std::numbers::pi / 180;  // rad
 
 }  // namespace
 
-double cutting_compliance(const InsertionView& at, const Path& path, const BorderAhead& border) {
+CutSpring cut_spring(const InsertionView& at, const Path& path, const Creep& creep, const BorderAhead& border) {
   const double cutting_force = at.tissue.interaction(path.end).cutting_force;
-  const double free = at.tissue.tip_compliance(path.end, at.parameters.outer_diameter, cutting_force);
+  const RelaxationStep& law = at.tissue.relaxation_of(path.end);
+  const CutSpring free{at.tissue.tip_compliance(path.end, at.parameters.outer_diameter, cutting_force) / law.stiffening,
+                       law.given.dot(creep.along) / law.stiffening};
   if (cutting_force == 0 || std::isinf(border.distance)) return free;
-  const double lead = free * cutting_force, to_go = std::max(0.0, border.distance + border.dimple);
+  const double lead = free.lead(cutting_force), to_go = std::max(0.0, border.distance + border.dimple);
   const double near =
       lead > border.dimple ? std::min(lead, border.dimple + to_go) : std::max(lead, border.dimple - to_go / 2);
-  return near / cutting_force;
+  const double crept = free.crept > 0 ? free.crept * near / lead : 0;
+  return {(near - crept) / cutting_force, crept};
 }
 
 double tip_lateral_compliance(const InsertionView& at, const MaterialPoint& material, double supported) {

@@ -7,6 +7,8 @@
 //
 //   e f_c = min(e f_c, D + y) where that is above D,   max(e f_c, D - y/2) where it is below.
 //
+// In tissue that relaxes e f_c is what the tip is ahead by then (spring_memory.h).
+//
 // Force and place of the tip are then continuous as its path's end comes to the border, and the end never moves back.
 //
 // Friction of a sharp tip on a surface. The needle is at the angle theta to the normal, its face at beta (face_angle())
@@ -27,8 +29,15 @@
 
 namespace acus {
 
-// Of a tip at the end of its path, before a border.
-double cutting_compliance(const InsertionView& at, const Path& path, const BorderAhead& border);
+// Ahead of a tip at the end of its path, before a border; `creep`: of its cut.
+struct CutSpring {
+  double compliance = 0;  // m/N
+  double crept = 0;       // m
+
+  // How far the tip is ahead of its path's end (m) with the force f (N).
+  double lead(double f) const { return compliance * f + crept; }
+};
+CutSpring cut_spring(const InsertionView& at, const Path& path, const Creep& creep, const BorderAhead& border);
 // Across the path, in the tissue at `material`: that of the tip's end and of its supported length (m) in parallel.
 double tip_lateral_compliance(const InsertionView& at, const MaterialPoint& material, double supported);
 
