@@ -160,6 +160,7 @@ TEST_CASE("a snapshot whose forces and places no tissue can have is refused") {
   CHECK(refused([](State& s) { s.tissue.v(1, 5) = kMuch; }));
   CHECK(refused([](State& s) { s.insertions[0].tip.contact.along = kMuch; }));
   CHECK(refused([](State& s) { s.insertions[0].tip.cut.along = kMuch; }));
+  CHECK(refused([](State& s) { s.insertions[0].tip.cut.creep.along[0] = kMuch; }));
   CHECK(refused([](State& s) { s.insertions[0].tip.contact.across[0] = -kMuch; }));
   CHECK(refused([](State& s) { s.insertions[0].vertices[1].contact.along = kMuch; }));
   CHECK(refused([](State& s) { s.insertions[0].vertices[1].contact.torsion = kMuch; }));

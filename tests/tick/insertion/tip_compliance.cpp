@@ -13,9 +13,9 @@ TEST_CASE("ahead of a cutting tip gives way what the mesh does not, and on a bor
   const Path& path = bench.add_straight_path(0.020);
   const double f_c = 0.2, give = bench.give();
   const auto lead = [&](double distance, double dimple) {
-    return cut_spring(bench.view(), path, {}, {distance, dimple}).lead(f_c);
+    return cut_spring(bench.view(), path.end, {}, {distance, dimple}).lead(f_c);
   };
-  const double free = cut_spring(bench.view(), path, {}, {}).compliance;
+  const double free = cut_spring(bench.view(), path.end, {}, {}).compliance;
   CHECK(free * f_c == doctest::Approx(give).epsilon(1e-12));
   CHECK(free > 0);
   for (const double dimple : {0.0, give / 3, give, 2 * give}) {
@@ -35,7 +35,8 @@ TEST_CASE("a tissue that is cut without force has no limit to share out") {
   scene.tissue.regions[0].interaction.cutting_force = 0;
   InsertionBench bench(scene);
   const Path& path = bench.add_straight_path(0.020);
-  CHECK(cut_spring(bench.view(), path, {}, {0, 0}).compliance == cut_spring(bench.view(), path, {}, {}).compliance);
+  CHECK(cut_spring(bench.view(), path.end, {}, {0, 0}).compliance ==
+        cut_spring(bench.view(), path.end, {}, {}).compliance);
 }
 
 TEST_CASE("a scene may leave all springs inside out") {

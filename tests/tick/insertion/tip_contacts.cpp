@@ -183,7 +183,8 @@ TEST_CASE("a border gives way to the shaft beside it as the tissue behind it doe
     CHECK(bench.view().tissue.region(p) == kLower);
     return bench.view().tissue.lateral_compliance(p, kDiameter) / 3e-3;
   };
-  CHECK(bench.add_rows([&] { find_support(bench.view(), beside, behind, bench.contacts); }));
+  CHECK(
+      bench.add_rows([&] { find_support(bench.view(), beside, ContactKind::shaft_support, behind, bench.contacts); }));
   REQUIRE(bench.rows.count() == 1);
   CHECK((bench.rows.row(0).n - Vector3::UnitZ()).norm() < 1e-12);
   CHECK(bench.rows.row(0).gap == doctest::Approx(-1e-4).epsilon(1e-9));

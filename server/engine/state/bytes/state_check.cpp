@@ -61,7 +61,7 @@ void check_contact(const ContactState& contact, double crept, const StateBounds&
 
 void check_contacts(const Insertion& insertion, const StateBounds& bounds) {
   check_contact(insertion.tip.contact, bounds.force, bounds);
-  check_contact(insertion.tip.cut, bounds.force, bounds);
+  check_contact(insertion.tip.cut, bounds.way, bounds);
   for (const VertexState& vertex : insertion.vertices) check_contact(vertex.contact, bounds.way, bounds);
   for (const ShaftCell& cell : insertion.cells) check_contact(cell.contact, bounds.force, bounds);
 }

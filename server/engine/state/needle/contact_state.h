@@ -12,7 +12,7 @@ namespace acus {
 struct Creep {
   Eigen::Matrix<double, 3, Branches::RowsAtCompileTime> across =
       Eigen::Matrix<double, 3, Branches::RowsAtCompileTime>::Zero();  // m, world
-  Branches along = Branches::Zero();                                  // m of a shaft in its path, N of a dimple
+  Branches along = Branches::Zero();                                  // m in a path, N of a dimple or groove
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {

@@ -164,7 +164,7 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionScratch& 
   place_tip(at, path, scratch);
   find_border(at, path, scratch);
   const TipState& tip = scratch.next.tip;
-  scratch.located.tip.lead = cut_spring(at, path, tip.cut.creep, scratch.located.tip.ahead).lead(tip.cut.along);
+  scratch.located.tip.lead = cut_spring(at, path.end, tip.cut.creep, scratch.located.tip.ahead).lead(tip.cut.along);
   const bool through = scratch.next.phase == Phase::through;
   const std::span<ShaftPoint> shaft{scratch.located.shaft.begin(), scratch.located.shaft.end()};
   const double end = through ? std::min(length, end_s) : length;

@@ -22,10 +22,10 @@ Vector3 cut_place(const InsertionView& at, const Path& path, const BorderAhead& 
   const double f_c = at.tissue.interaction(path.end).cutting_force;
   const double ahead = direction.dot(at.needle.tip().position - from);
   if (at.tissue.relaxes() && f_c > 0) {
-    const double cut = std::max(0.0, ahead - cut_spring(at, path, creep, border).lead(f_c));
+    const double cut = std::max(0.0, ahead - cut_spring(at, path.end, creep, border).lead(f_c));
     creep.along *= std::exp(-cut / at.tissue.tip_radii(path.end, at.parameters.outer_diameter, f_c).inner);
   }
-  const double way = ahead - cut_spring(at, path, creep, border).lead(f_c);
+  const double way = ahead - cut_spring(at, path.end, creep, border).lead(f_c);
   return way > 0 ? Vector3(from + way_through_material(at.tissue, path.end, direction, way)) : from;
 }
 

@@ -77,7 +77,7 @@ MaterialPoint end_behind(const Transition& now, const Path& path, double cutting
     return trace_segment(tissue.mesh, tissue.x, from.tetrahedron, tissue.position(from), to, tissue.regions).end;
   };
   const MaterialPoint at_tip = reach(path.end, now.at.needle.tip().position);
-  const double lag = cut_spring(now.at, path, now.state.tip.cut.creep, {}).lead(cutting);
+  const double lag = cut_spring(now.at, path.end, now.state.tip.cut.creep, {}).lead(cutting);
   return reach(at_tip, tissue.position(at_tip) - lag * now.at.cutting_direction());
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "server/engine/tick/insertion/path_direction.h"
+#include "server/engine/tick/insertion/tip_laws.h"
 
 namespace acus {
 
@@ -40,9 +41,7 @@ Ahead ahead_of_tip(const InsertionView& at, const MaterialPoint& end, const Inse
     return {dimple.depth(f), dimple.radii(f)};
   }
   const double f_c = at.tissue.interaction(end).cutting_force;
-  const RelaxationStep& law = at.tissue.relaxation_of(end);
-  const double yields = state.tip.cut.along * at.tissue.tip_compliance(end, d, f_c);
-  return {(yields + law.given.dot(state.tip.cut.creep.along)) / law.stiffening, at.tissue.tip_radii(end, d, f_c)};
+  return {cut_spring(at, end, state.tip.cut.creep, {}).lead(state.tip.cut.along), at.tissue.tip_radii(end, d, f_c)};
 }
 
 // The traction (N/m) of a vertex that would carry tissue along by as much at rest.

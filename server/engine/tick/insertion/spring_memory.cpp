@@ -49,7 +49,7 @@ void relax_tip(const InsertionView& at, const Path& path, InsertionScratch& scra
     creep_across(at.tissue.relaxation_of(place.point.a), stretch_across(at.needle.start_tip(), on_path, place.tangent),
                  tip.contact.creep);
   }
-  creep_to(at.tissue.relaxation_of(path.end), cut_spring(at, path, tip.cut.creep, {}).lead(tip.cut.along),
+  creep_to(at.tissue.relaxation_of(path.end), cut_spring(at, path.end, tip.cut.creep, {}).lead(tip.cut.along),
            tip.cut.creep.along);
 }
 

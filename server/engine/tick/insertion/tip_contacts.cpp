@@ -29,11 +29,12 @@ double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const Tip
   return apart - shrunk(start, kSettlingSpeed * needle.h + travelled);
 }
 
-// The tip on the obstacle, with friction along it unless that can bear nothing.
-Contact on_obstacle(const InsertionView& at, const Obstacle& obstacle, ContactKind kind, ContactState& state) {
+Contact on_obstacle(const InsertionView& at, const Obstacle& obstacle, ContactKind kind, const Normal& hold,
+                    ContactState& state) {
   Contact contact{.kind = kind, .needle = at.needle_index, .on_needle = at.needle.tip(), .state = &state};
   contact.foot.point.a = obstacle.material;
   contact.foot.patch = obstacle.patch.points;
+  contact.hold = hold;
   return contact;
 }
 
@@ -45,6 +46,7 @@ Normal against(const Obstacle& obstacle, const TipState& tip, double puncture_fo
   return {.n = obstacle.at.normal, .gap = gap, .most = puncture_force, .before = f, .spring = spring};
 }
 
+// None where it can bear nothing.
 std::optional<DiskFriction> friction_along(const InsertionView& at, const Obstacle& obstacle, double friction,
                                            double cohesion) {
   if (friction == 0 && cohesion == 0) return std::nullopt;
@@ -86,7 +88,7 @@ void find_cut(const InsertionView& at, const Path& path, InsertionScratch& scrat
   const double cutting_force = at.tissue.interaction(path.end).cutting_force;
   if (path.exited || cutting_force == 0) return;
   const Vector3 n = -scratch.located.tip.cutting;
-  const CutSpring spring = cut_spring(at, path, tip.cut.creep, scratch.located.tip.ahead);
+  const CutSpring spring = cut_spring(at, path.end, tip.cut.creep, scratch.located.tip.ahead);
   Contact cut{.kind = ContactKind::cut, .needle = at.needle_index, .on_needle = at.needle.tip(), .state = &tip.cut};
   cut.foot.point.a = path.end;
   cut.hold = Normal{.n = n,
@@ -115,11 +117,9 @@ void find_surface_contact(const InsertionView& at, InsertionScratch& scratch, Co
   TipState& tip = scratch.next.tip;
   const Interaction& law = at.tissue.interaction(obstacle.material);
   const auto [friction, share] = tip_friction(at, obstacle, law.puncture_force, law.friction_contact);
-  Contact contact = on_obstacle(at, obstacle, ContactKind::surface, tip.contact);
   Normal hold = against(obstacle, tip, share * law.puncture_force, obstacle_gap(at, obstacle, tip, kSettlingSpeed));
   hold.friction = friction_along(at, obstacle, friction, 0);
-  contact.hold = hold;
-  contacts.put(contact);
+  contacts.put(on_obstacle(at, obstacle, ContactKind::surface, hold, tip.contact));
 }
 
 void find_border_contact(const InsertionView& at, const Path& path, InsertionScratch& scratch, Contacts& contacts) {
@@ -128,32 +128,26 @@ void find_border_contact(const InsertionView& at, const Path& path, InsertionScr
   const Border& border = at.tissue.border(obstacle.material, obstacle.region);
   const double friction = tip_friction(at, obstacle, border.puncture_force, border.friction_contact).friction;
   const double cohesion = border_cohesion(at, path, scratch.next.tip);
-  Contact contact = on_obstacle(at, obstacle, ContactKind::border, scratch.next.tip.contact);
   Normal hold = against_border(at, scratch);
   hold.friction = friction_along(at, obstacle, friction, cohesion);
-  contact.hold = hold;
-  contacts.put(contact);
+  contacts.put(on_obstacle(at, obstacle, ContactKind::border, hold, scratch.next.tip.contact));
 }
 
 void find_path_contacts(const InsertionView& at, const Path& path, InsertionScratch& scratch, Contacts& contacts) {
   assert(scratch.next.path >= 0 && !path.empty());
   ContactState& state = scratch.next.tip.contact;
   find_cut(at, path, scratch, contacts);
-  if (scratch.located.obstacle) {
-    Contact border = on_obstacle(at, *scratch.located.obstacle, ContactKind::border, state);
-    border.hold = against_border(at, scratch);
-    contacts.put(border);
-  }
+  if (const auto& border = scratch.located.obstacle)
+    contacts.put(on_obstacle(at, *border, ContactKind::border, against_border(at, scratch), state));
   const TipPlace& place = scratch.located.tip;
   Contact tip{.kind = ContactKind::tip, .needle = at.needle_index, .on_needle = at.needle.tip(), .state = &state};
   tip.foot.point = place.point;
   tip.hold = held_across(at, held_tip(at, place, state.creep), state);
   contacts.put(tip);
   if (!lies_on_border(at.tissue, place)) return;
-  tip.kind = ContactKind::tip_support;
   tip.foot.point = {place.point.u < 0.5 ? place.point.a : place.point.b, {}, 0};
-  find_support(
-      at, tip, [&](const MaterialPoint& p) { return tip_lateral_compliance(at, p, place.supported); }, contacts);
+  const auto behind = [&](const MaterialPoint& p) { return tip_lateral_compliance(at, p, place.supported); };
+  find_support(at, tip, ContactKind::tip_support, behind, contacts);
 }
 
 }  // namespace acus

@@ -36,20 +36,22 @@ void find_path_contacts(const InsertionView& at, const Path& path, InsertionScra
 Across held_across(const InsertionView& at, const HeldPlace& place, const ContactState& state);
 
 // A border that the path lies on keeps the needle out of the region behind it, however soft the tissue on this side is,
-// by a unilateral contact like `contact`. compliance_at: the compliance (m/N) at a point behind the border; `moved`
-// (m): beside_dimple().
+// by a unilateral contact at the place of `beside`. compliance_at: the compliance (m/N) at a point behind the border;
+// `moved` (m): beside_dimple().
 template <class ComplianceAt>
-void find_support(const InsertionView& at, Contact contact, ComplianceAt compliance_at, Contacts& contacts,
-                  const Vector3& moved = Vector3::Zero()) {
+void find_support(const InsertionView& at, const Contact& beside, ContactKind kind, ComplianceAt compliance_at,
+                  Contacts& contacts, const Vector3& moved = Vector3::Zero()) {
   const TissueView& tissue = at.tissue;
-  const auto face = tissue.border_face(contact.foot.point.a);
+  const auto face = tissue.border_face(beside.foot.point.a);
   if (!face) return;
   const MaterialPoint beyond{face->beyond, {}};
-  const CreptAcross spring = crept_across(tissue, beyond, contact.state->creep);
-  const Vector3 apart = contact.on_needle.position - tissue.position(contact.foot.point.a) - moved + spring.crept;
-  contact.hold = Normal{
+  const CreptAcross spring = crept_across(tissue, beyond, beside.state->creep);
+  const Vector3 apart = beside.on_needle.position - tissue.position(beside.foot.point.a) - moved + spring.crept;
+  Contact support = beside;
+  support.kind = kind;
+  support.hold = Normal{
       .n = face->normal, .gap = face->normal.dot(apart), .compliance = compliance_at(beyond) / spring.stiffening};
-  contacts.put(contact);
+  contacts.put(support);
 }
 
 // Whether a tip back inside is held out of a region by a border that its path lies on, ahead of it and behind: then it

@@ -14,10 +14,10 @@ constexpr double kFaceTolerance = 2 * std::numbers::pi / 180;  // rad
 
 }  // namespace
 
-CutSpring cut_spring(const InsertionView& at, const Path& path, const Creep& creep, const BorderAhead& border) {
-  const double cutting_force = at.tissue.interaction(path.end).cutting_force;
-  const RelaxationStep& law = at.tissue.relaxation_of(path.end);
-  const CutSpring free{at.tissue.tip_compliance(path.end, at.parameters.outer_diameter, cutting_force) / law.stiffening,
+CutSpring cut_spring(const InsertionView& at, const MaterialPoint& end, const Creep& creep, const BorderAhead& border) {
+  const double cutting_force = at.tissue.interaction(end).cutting_force;
+  const RelaxationStep& law = at.tissue.relaxation_of(end);
+  const CutSpring free{at.tissue.tip_compliance(end, at.parameters.outer_diameter, cutting_force) / law.stiffening,
                        law.given.dot(creep.along) / law.stiffening};
   if (cutting_force == 0 || std::isinf(border.distance)) return free;
   const double lead = free.lead(cutting_force), to_go = std::max(0.0, border.distance + border.dimple);

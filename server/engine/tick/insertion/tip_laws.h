@@ -37,7 +37,7 @@ struct CutSpring {
   // How far the tip is ahead of its path's end (m) with the force f (N).
   double lead(double f) const { return compliance * f + crept; }
 };
-CutSpring cut_spring(const InsertionView& at, const Path& path, const Creep& creep, const BorderAhead& border);
+CutSpring cut_spring(const InsertionView& at, const MaterialPoint& end, const Creep& creep, const BorderAhead& border);
 // Across the path, in the tissue at `material`: that of the tip's end and of its supported length (m) in parallel.
 double tip_lateral_compliance(const InsertionView& at, const MaterialPoint& material, double supported);
 

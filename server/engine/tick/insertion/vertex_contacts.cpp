@@ -82,11 +82,7 @@ void find_vertex_contacts(const InsertionView& at, const Path& path, InsertionSc
   const auto beside = [&](const MaterialPoint& p) {
     return beside_compliance(tissue, p, at.needle.model.diameter, point.supported);
   };
-  if (!at_tip) {
-    Contact support = contact;
-    support.kind = ContactKind::shaft_support;
-    find_support(at, support, beside, contacts, dimpled);
-  }
+  if (!at_tip) find_support(at, contact, ContactKind::shaft_support, beside, contacts, dimpled);
   const auto friction = friction_of(at, path, state, point, contact.on_needle);
   if (!friction) return;
   contact.hold = *friction;
