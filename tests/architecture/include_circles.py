@@ -3,7 +3,7 @@
 """Checks that no sources need each other, and that no folder of the engine holds too many.
 
 A source is a header with its .cpp: what one of them includes, both need. Prints each circle of sources, and each folder of
-server/engine with more than MOST sources; ends with 1 if there is one. CROWDED are the folders that have more today."""
+server/engine with more than MOST sources; ends with 1 if there is one."""
 
 import argparse
 import collections
@@ -13,7 +13,6 @@ import sys
 from include_directions import includes, sources
 
 MOST = 12
-CROWDED = {"server/engine/tick/insertion": 21}  # at most so many
 
 
 def stem(path):
@@ -58,7 +57,7 @@ def circles(needs):
 def crowded(needs):
     """(folder, its sources, how many it may have) of each folder of the engine that has more."""
     count = collections.Counter(os.path.dirname(source) for source in needs if source.startswith("server/engine/"))
-    return [(folder, number, CROWDED.get(folder, MOST)) for folder, number in sorted(count.items()) if number > CROWDED.get(folder, MOST)]
+    return [(folder, number, MOST) for folder, number in sorted(count.items()) if number > MOST]
 
 
 def main():

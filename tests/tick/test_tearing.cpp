@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Paths that needles tear sideways (tick/insertion/tearing.h).
+// Paths that needles tear sideways (tick/insertion/transitions/tearing.h).
 #include <doctest/doctest.h>
 
 #include <algorithm>

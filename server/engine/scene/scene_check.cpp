@@ -290,7 +290,7 @@ class Checker {
            "expected false without a window, found true; set window to 16 ms in ticks");
   }
 
-  // A path moves by what gives way beside its shaft (tick/insertion/tearing.h).
+  // A path moves by what gives way beside its shaft (tick/insertion/transitions/tearing.h).
   void check_tears(const Tissue& tissue, const Interaction& law, const std::string& path) const {
     if (std::isinf(law.tear_strength)) return;
     const auto refuse = [&](const std::string& with) {

@@ -14,7 +14,7 @@ double least_spacing(std::span<const Needle> needles);
 // Path vertices that the shaft can hold at once: they are `spacing` apart or further at rest, and tissue can be
 // squeezed along a needle to half of that.
 int max_shaft_points(const Needle& parameters, double spacing);
-// Lengths into which a shaft is divided where it touches surfaces beside its path (tick/insertion/shaft_contact.h): 8
+// Lengths into which a shaft is divided where it touches surfaces beside its path (tick/insertion/finding/shaft_contact.h): 8
 // mm or 1.5 spacings, or longer. There is room for twice the vertices that a shaft has, and a cell has no more rows and
 // material points than those on its length: they fit beside the vertices of a path.
 int shaft_cells(const Needle& parameters);

@@ -8,7 +8,7 @@
 #include "server/engine/state/capacities.h"
 #include "server/engine/state/limits.h"
 #include "server/engine/tick/insertion/path_wall.h"
-#include "server/engine/tick/insertion/shaft_contact.h"
+#include "server/engine/tick/insertion/finding/shaft_contact.h"
 #include "server/engine/tick/scratch.h"
 
 namespace acus {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/engine/models/geometry/surface.h"
-#include "server/engine/tick/insertion/transition.h"
+#include "server/engine/tick/insertion/insertion.h"
 #include "server/engine/tick/simulation.h"
 
 namespace acus {
@@ -16,7 +16,7 @@ inline bool is_ghost(const Simulation& simulation, const Surface& surface, int n
   if (!out) return false;
   const Matrix3X x = simulation.tissue_positions();
   if (x.cols() == 0 || find_tetrahedron(simulation.mesh(), x, report.tip_position) < 0) return false;
-  return (surface.closest(x, report.tip_position).position - report.tip_position).norm() > kUnnoticed;
+  return (surface.closest(x, report.tip_position).position - report.tip_position).norm() > kUnnoticedDepth;
 }
 
 }  // namespace acus

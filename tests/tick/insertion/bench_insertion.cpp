@@ -3,7 +3,7 @@
 
 #include "server/engine/math/rotation.h"
 #include "server/engine/state/needle/phase.h"
-#include "server/engine/tick/insertion/tip_place.h"
+#include "server/engine/tick/insertion/finding/tip_place.h"
 
 namespace acus::test {
 

@@ -8,8 +8,8 @@
 
 #include "server/engine/laws/rows.h"
 #include "server/engine/scene/scene.h"
-#include "server/engine/tick/insertion/location.h"
-#include "server/engine/tick/insertion/path_transitions.h"
+#include "server/engine/tick/insertion/finding/location.h"
+#include "server/engine/tick/insertion/transitions/path_transitions.h"
 
 namespace acus::test {
 

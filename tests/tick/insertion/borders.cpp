@@ -2,7 +2,7 @@
 // The border that a tip at the end of its path meets; the cube has another region below z = 0.
 #include <doctest/doctest.h>
 
-#include "server/engine/tick/insertion/tip_place.h"
+#include "server/engine/tick/insertion/finding/tip_place.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {

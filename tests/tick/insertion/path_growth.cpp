@@ -2,7 +2,7 @@
 // How a path gets longer: straight cuts, through borders and out of the tissue, and slides along a border.
 #include <doctest/doctest.h>
 
-#include "server/engine/tick/insertion/path_growth.h"
+#include "server/engine/tick/insertion/transitions/path_growth.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {

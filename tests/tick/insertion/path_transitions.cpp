@@ -3,7 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "server/engine/math/rotation.h"
-#include "server/engine/tick/insertion/path_transitions.h"
+#include "server/engine/tick/insertion/transitions/path_transitions.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {

@@ -2,7 +2,7 @@
 // What of a needle crosses tissue that does not hold it.
 #include <doctest/doctest.h>
 
-#include "server/engine/tick/insertion/shaft_monitor.h"
+#include "server/engine/tick/insertion/transitions/shaft_monitor.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {

@@ -2,7 +2,7 @@
 // What gives way under a tip that the mesh does not resolve.
 #include <doctest/doctest.h>
 
-#include "server/engine/tick/insertion/obstacle.h"
+#include "server/engine/tick/insertion/finding/obstacle.h"
 #include "server/engine/tick/insertion/tip_laws.h"
 #include "tests/tick/insertion/bench_insertion.h"
 

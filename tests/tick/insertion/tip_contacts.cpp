@@ -2,7 +2,7 @@
 // The contacts of the tip, and their rows: on the surface, at the end of its path, back inside it, at a border.
 #include <doctest/doctest.h>
 
-#include "server/engine/tick/insertion/tip_contacts.h"
+#include "server/engine/tick/insertion/finding/tip_contacts.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {

@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-#include "server/engine/tick/insertion/vertex_contacts.h"
+#include "server/engine/tick/insertion/finding/vertex_contacts.h"
 #include "tests/tick/insertion/bench_insertion.h"
 
 namespace acus::test {

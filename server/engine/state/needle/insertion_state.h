@@ -44,7 +44,7 @@ struct TipState {
   }
 };
 
-// A length of shaft that may touch surfaces beside its path, see tick/insertion/shaft_contact.h.
+// A length of shaft that may touch surfaces beside its path, see tick/insertion/finding/shaft_contact.h.
 struct ShaftCell {
   Vector3 looked_from = Vector3::Zero();  // m, world: its middle when the surface was last looked for,
   double distance = 0;                    // m, how far away that was, 0 inside,
@@ -110,7 +110,7 @@ inline bool is_alongside(const Insertion& insertion, int vertex) {
 inline constexpr double kMonitorSpacing = 2e-3;  // m, of the samples, at most
 inline int monitor_samples(double length) { return static_cast<int>(std::ceil(length / kMonitorSpacing)); }
 
-// The shaft beside its path, see tick/insertion/shaft_monitor.h.
+// The shaft beside its path, see tick/insertion/transitions/shaft_monitor.h.
 struct ShaftMonitor {
   int next = 0;       // sample to check
   int found = 0;      // samples of this round in tissue that does not support them

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A contact: a point of a needle that is held to a foot, by a law, through springs that mesh or needle do not resolve.
-// Finders fill contacts in (insertion/tip_contacts.h, insertion/vertex_contacts.h, insertion/shaft_contact.h, guides.h,
+// Finders fill contacts in (insertion/finding/tip_contacts.h, insertion/finding/vertex_contacts.h, insertion/finding/shaft_contact.h, guides.h,
 // needle_contact.h); add_contact() makes rows of them (laws/rows.h), and read_contact() takes the forces back: nothing
 // else does.
 //

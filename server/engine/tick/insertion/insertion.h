@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One needle in the tissue, and the data that the files of this folder share. In a tick:
 //
-//   stage 4   location.h, obstacle.h            finds the obstacle ahead, vertices alongside the shaft, tip's place,
-//             shaft_contact.h                   and where the shaft touches surfaces beside its path
-//   stage 5   tip_contacts.h, vertex_contacts.h make contacts of them (tick/contact/contact.h), as shaft_contact.h does
-//   stage 9   path_transitions.h, path_growth.h change phase and path
+//   stage 4   finding/location.h                     finds what is ahead of the tip, the vertices alongside the shaft,
+//             finding/obstacle.h, shaft_contact.h    the tip's place, and where the shaft lies on surfaces beside its path
+//   stage 5   finding/tip_contacts.h,                make contacts of them (tick/contact/contact.h), as shaft_contact.h
+//             finding/vertex_contacts.h              does
+//   stage 9   transitions/path_transitions.h         changes phase and path
 //
 // The state between ticks is Insertion (state/needle/insertion_state.h), its phases are in state/needle/phase.h.
-//
-// Rows. Outside, the tip has a contact row along the surface normal, capped by f_p, and two rows of contact friction.
-// At the cap the surface is punctured: a path begins at the contact point, or continues there if the needle is through.
-// Inside, the tip has a cutting row against the path's end, capped by f_c, and two lateral rows. Every path vertex
-// alongside the shaft has two lateral rows across the path and a friction row along it; a row about it if the needle
-// has torsional friction; a support row if it lies on a border that holds tips.
-// A shaft that lies on a surface beside its path has contact rows, too.
 #pragma once
 
 #include <array>
@@ -33,6 +27,8 @@ namespace acus {
 
 // The search for a surface reaches this far beyond the tip's motion in a tick.
 inline constexpr double kContactMargin = 1e-3;  // m
+// A tip without contact that is deeper than this in the tissue has entered without a puncture.
+inline constexpr double kUnnoticedDepth = 1e-3;  // m
 // Most borders that a tip crosses in a tick; more wait for the next.
 inline constexpr int kMaxCrossings = 64;
 

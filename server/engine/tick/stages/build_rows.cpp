@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/shaft_contact.h"
-#include "server/engine/tick/insertion/tip_contacts.h"
-#include "server/engine/tick/insertion/vertex_contacts.h"
+#include "server/engine/tick/insertion/finding/shaft_contact.h"
+#include "server/engine/tick/insertion/finding/tip_contacts.h"
+#include "server/engine/tick/insertion/finding/vertex_contacts.h"
 #include "server/engine/tick/stages/stages.h"
 
 namespace acus {

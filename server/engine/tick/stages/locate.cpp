@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
-#include "server/engine/tick/insertion/location.h"
+#include "server/engine/tick/insertion/finding/location.h"
 #include "server/engine/tick/stages/stages.h"
 
 namespace acus {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/engine/models/field/field_tick.h"
 #include "server/engine/models/tissue/tissue_row_forces.h"
-#include "server/engine/tick/insertion/path_transitions.h"
+#include "server/engine/tick/insertion/transitions/path_transitions.h"
 
 #include <algorithm>
 #include <array>
 
 #include "server/engine/state/limits.h"
-#include "server/engine/tick/insertion/shaft_monitor.h"
+#include "server/engine/tick/insertion/transitions/shaft_monitor.h"
 #include "server/engine/tick/stages/stages.h"
 
 namespace acus {

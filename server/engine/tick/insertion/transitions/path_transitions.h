@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-#include "server/engine/tick/insertion/transition.h"
+#include "server/engine/tick/insertion/transitions/transition.h"
 
 namespace acus {
 

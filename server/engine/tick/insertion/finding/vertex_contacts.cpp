@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/vertex_contacts.h"
+#include "server/engine/tick/insertion/finding/vertex_contacts.h"
 
 #include <algorithm>
 #include <cassert>
@@ -10,8 +10,8 @@
 #include "server/engine/laws/friction_cone.h"
 #include "server/engine/math/rotation.h"
 #include "server/engine/tick/insertion/held_place.h"
-#include "server/engine/tick/insertion/obstacle.h"
-#include "server/engine/tick/insertion/tip_contacts.h"
+#include "server/engine/tick/insertion/finding/obstacle.h"
+#include "server/engine/tick/insertion/finding/tip_contacts.h"
 
 namespace acus {
 

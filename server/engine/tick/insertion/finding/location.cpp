@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/location.h"
+#include "server/engine/tick/insertion/finding/location.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
 #include "server/engine/state/needle/phase.h"
-#include "server/engine/tick/insertion/obstacle.h"
+#include "server/engine/tick/insertion/finding/obstacle.h"
 #include "server/engine/tick/insertion/owned_lengths.h"
 #include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/path_wall.h"
-#include "server/engine/tick/insertion/shaft_contact.h"
+#include "server/engine/tick/insertion/finding/shaft_contact.h"
 #include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tip_laws.h"
-#include "server/engine/tick/insertion/tip_place.h"
+#include "server/engine/tick/insertion/finding/tip_place.h"
 
 namespace acus {
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/path_transitions.h"
+#include "server/engine/tick/insertion/transitions/path_transitions.h"
 
 #include <algorithm>
 
 #include "server/engine/state/needle/phase.h"
-#include "server/engine/tick/insertion/obstacle.h"
+#include "server/engine/tick/insertion/finding/obstacle.h"
 #include "server/engine/tick/insertion/path_direction.h"
-#include "server/engine/tick/insertion/path_growth.h"
+#include "server/engine/tick/insertion/transitions/path_growth.h"
 #include "server/engine/tick/insertion/path_wall.h"
-#include "server/engine/tick/insertion/surface_transitions.h"
-#include "server/engine/tick/insertion/tearing.h"
+#include "server/engine/tick/insertion/transitions/surface_transitions.h"
+#include "server/engine/tick/insertion/transitions/tearing.h"
 #include "server/engine/tick/insertion/tip_laws.h"
-#include "server/engine/tick/insertion/tip_place.h"
+#include "server/engine/tick/insertion/finding/tip_place.h"
 
 namespace acus {
 

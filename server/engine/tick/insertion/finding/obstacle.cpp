@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/obstacle.h"
+#include "server/engine/tick/insertion/finding/obstacle.h"
 
 #include <algorithm>
 #include <cmath>

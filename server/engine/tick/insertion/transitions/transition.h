@@ -10,9 +10,6 @@
 
 namespace acus {
 
-// A tip without contact that is deeper than this in the tissue has entered without a puncture.
-inline constexpr double kUnnoticed = 1e-3;  // m
-
 // `at`: needle and tissue at the end of the tick.
 struct Transition {
   const InsertionView& at;

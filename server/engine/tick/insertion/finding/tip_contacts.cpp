@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/tip_contacts.h"
+#include "server/engine/tick/insertion/finding/tip_contacts.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
 #include "server/engine/math/rotation.h"
-#include "server/engine/tick/insertion/obstacle.h"
+#include "server/engine/tick/insertion/finding/obstacle.h"
 #include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/tip_laws.h"
 

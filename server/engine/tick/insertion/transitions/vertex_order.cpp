@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/vertex_order.h"
+#include "server/engine/tick/insertion/transitions/vertex_order.h"
 
 #include <algorithm>
 
-#include "server/engine/tick/insertion/tip_place.h"
+#include "server/engine/tick/insertion/finding/tip_place.h"
 
 namespace acus {
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/tearing.h"
+#include "server/engine/tick/insertion/transitions/tearing.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "server/engine/tick/insertion/held_place.h"
-#include "server/engine/tick/insertion/obstacle.h"
+#include "server/engine/tick/insertion/finding/obstacle.h"
 #include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tip_laws.h"
-#include "server/engine/tick/insertion/tip_place.h"
-#include "server/engine/tick/insertion/vertex_order.h"
+#include "server/engine/tick/insertion/finding/tip_place.h"
+#include "server/engine/tick/insertion/transitions/vertex_order.h"
 
 namespace acus {
 

@@ -15,7 +15,7 @@
 // are removed, and so is a path whose tip does. Bone (f_p infinite) is not torn, and what it bears counts for no tear.
 #pragma once
 
-#include "server/engine/tick/insertion/transition.h"
+#include "server/engine/tick/insertion/transitions/transition.h"
 
 namespace acus {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/shaft_contact.h"
+#include "server/engine/tick/insertion/finding/shaft_contact.h"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,7 @@
 #include "server/engine/state/capacities.h"
 #include "server/engine/tick/insertion/held_stretch.h"
 #include "server/engine/tick/insertion/spring_memory.h"
-#include "server/engine/tick/insertion/tip_contacts.h"
-#include "server/engine/tick/insertion/transition.h"
+#include "server/engine/tick/insertion/finding/tip_contacts.h"
 
 namespace acus {
 
@@ -179,7 +178,7 @@ std::optional<ShaftContact> look_for_contact(const InsertionView& at, const Cell
   if (!(contact.normal.squaredNorm() > 0.5)) return std::nullopt;  // the sides of a thin sheet cancel
   const double over = put_points(at, cell, contact);
   if (begins) {
-    if (-over > (is_next_to_held(held, cell, index, cells) ? kDeepest : kUnnoticed)) return std::nullopt;
+    if (-over > (is_next_to_held(held, cell, index, cells) ? kDeepest : kUnnoticedDepth)) return std::nullopt;
     state.offset = std::min(0.0, over) * contact.length / cell.length;
     state.contact.creep = {};
   } else {

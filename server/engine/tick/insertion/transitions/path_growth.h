@@ -2,7 +2,7 @@
 // Growth of a path: cut by the tip, or along a border that holds the tip. All functions return flags.
 #pragma once
 
-#include "server/engine/tick/insertion/transition.h"
+#include "server/engine/tick/insertion/transitions/transition.h"
 
 namespace acus {
 

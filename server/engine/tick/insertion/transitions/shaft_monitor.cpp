@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/shaft_monitor.h"
+#include "server/engine/tick/insertion/transitions/shaft_monitor.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "server/engine/tick/insertion/held_stretch.h"
-#include "server/engine/tick/insertion/transition.h"
+#include "server/engine/tick/insertion/transitions/transition.h"
 
 namespace acus {
 
@@ -19,7 +19,7 @@ bool bears(const Insertion& state, double place) {
 
 bool is_inside(const TissueView& tissue, const Vector3& p) {
   if (!tissue.surface.near(tissue.x, p, 0)) return false;
-  if (tissue.surface.closest(tissue.x, p).distance > -kUnnoticed) return false;
+  if (tissue.surface.closest(tissue.x, p).distance > -kUnnoticedDepth) return false;
   return find_tetrahedron(tissue.mesh, tissue.x, p) >= 0;
 }
 

@@ -4,7 +4,7 @@
 // behind. Vertices that are too near to each other become one; between two that are too far apart comes another.
 #pragma once
 
-#include "server/engine/tick/insertion/transition.h"
+#include "server/engine/tick/insertion/transitions/transition.h"
 
 namespace acus {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/engine/tick/insertion/path_growth.h"
+#include "server/engine/tick/insertion/transitions/path_growth.h"
 
 #include <algorithm>
 #include <cassert>

@@ -2,7 +2,7 @@
 // Transitions of a tip at the tissue's own surface: contact, release, puncture, and a new path or a new part of one.
 #pragma once
 
-#include "server/engine/tick/insertion/transition.h"
+#include "server/engine/tick/insertion/transitions/transition.h"
 
 namespace acus {
 
@@ -13,7 +13,7 @@ void leave_contact_or_puncture(const Transition& now);
 // tissue. `beyond`: the tip is past the end of its path. Returns flags.
 std::uint32_t go_through(const Transition& now, Path& path, bool beyond);
 
-// The material point of a tip that is more than kUnnoticed deep in the tissue.
+// The material point of a tip that is more than kUnnoticedDepth deep in the tissue.
 std::optional<MaterialPoint> noticed_inside(const TissueView& tissue, const Vector3& tip);
 
 // Opens a path for a tip that is in the tissue without one: elements under it inverted, or it was torn or thrown in.
