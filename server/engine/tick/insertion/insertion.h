@@ -44,6 +44,13 @@ struct InsertionView {
   Vector3 cutting_direction() const { return needle.shape.frames.back() * tip_cutting; }
 };
 
+// The tip, or the hub: in this tick, and where it was at its start (m).
+struct NeedleEnd {
+  CurvePoint now;
+  Vector3 before;
+};
+inline NeedleEnd tip_of(const InsertionView& at) { return {at.needle.tip(), at.needle.start_tip()}; }
+
 // A path vertex alongside the shaft in this tick.
 struct ShaftPoint {
   int vertex = 0;

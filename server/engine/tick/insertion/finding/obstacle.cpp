@@ -10,19 +10,9 @@ namespace acus {
 
 namespace {
 
-// Fills in what depends on the place of an obstacle and what it bears. `behind`: as in TissueView::dimple_spring().
-void bear_on_patch(const InsertionView& at, const Surface& surface, int behind, const Insertion& state,
-                   Obstacle& obstacle) {
-  const double d = at.parameters.outer_diameter;
-  const Vector3 tip = at.needle.start_tip() - at.tissue.start_position(obstacle.material);
-  const double below = std::max(0.0, -obstacle.at.normal.dot(tip));
-  const double load = at.tissue.disc_load(obstacle.material, d, obstacle.bears, below, behind);
-  const double radius = at.tissue.contact_radius(obstacle.material, d, load, behind);
-  obstacle.patch = make_contact_patch(at.tissue, surface, obstacle.material, radius);
-  obstacle.at.normal = obstacle.patch.normal;
-  obstacle.rise = obstacle.patch.rise;
-  obstacle.dimple = at.tissue.dimple_spring(obstacle.material, d, load, behind);
-  obstacle.dimple.relax(at.tissue.relaxation_of(obstacle.material, behind), state.tip.contact.creep.along);
+void bear_tip(const InsertionView& at, const Surface& surface, int behind, const Insertion& state, Obstacle& obstacle) {
+  bear_on_patch(at.tissue, surface, behind, at.parameters.outer_diameter,
+                at.tissue.puncture_force(obstacle.material, behind), tip_of(at), state.tip.contact.creep, obstacle);
 }
 
 // Share of a force along the cutting direction that is against a border.
@@ -43,7 +33,7 @@ double contact_of(const InsertionView& at, const Obstacle& border, const TipStat
   return std::clamp(border.at.normal.dot(force), tip.contact.along, most);
 }
 
-// Of what bears the tip, now; at the start of the tick it is patch.middle.
+// Of what bears an end, now; at the start of the tick it is patch.middle.
 Vector3 place(const TissueView& tissue, const Obstacle& obstacle) {
   return mean_position(tissue.mesh, tissue.x, obstacle.patch.points);
 }
@@ -56,7 +46,7 @@ Obstacle surface_ahead(const InsertionView& at, const SurfacePoint& point, const
   obstacle.material = at.tissue.surface.material(point);
   obstacle.region = at.tissue.region(obstacle.material);
   obstacle.bears = state.tip.contact.along;
-  bear_on_patch(at, at.tissue.surface, -1, state, obstacle);
+  bear_tip(at, at.tissue.surface, -1, state, obstacle);
   if (obstacle.bears == 0)
     obstacle.rise = obstacle.at.normal.dot(at.tissue.start_position(obstacle.material) - obstacle.patch.middle);
   obstacle.dimple_before = obstacle.dimple.depth(obstacle.bears);
@@ -70,7 +60,7 @@ Obstacle border_ahead(const InsertionView& at, int region, const Vector3& p, con
   obstacle.at = surface.closest(at.tissue.x, p);
   obstacle.material = surface.material(obstacle.at);
   obstacle.bears = contact_of(at, obstacle, state.tip, force_of_tip(at, obstacle, state.tip));
-  bear_on_patch(at, surface, region, state, obstacle);
+  bear_tip(at, surface, region, state, obstacle);
   const Vector3 force = force_of_tip(at, obstacle, state.tip);
   obstacle.bears = contact_of(at, obstacle, state.tip, force);
   obstacle.dimple_before = obstacle.dimple.depth(obstacle.bears);
@@ -81,16 +71,59 @@ Obstacle border_ahead(const InsertionView& at, int region, const Vector3& p, con
   return obstacle;
 }
 
-double height_before(const InsertionView& at, const Obstacle& obstacle) {
-  return obstacle.at.normal.dot(at.needle.start_tip() - obstacle.patch.middle) - obstacle.rise;
+void bear_on_patch(const TissueView& tissue, const Surface& surface, int behind, double d, double f_p,
+                   const NeedleEnd& end, const Creep& creep, Obstacle& obstacle) {
+  const MaterialPoint& p = obstacle.material;
+  const double below = std::max(0.0, -obstacle.at.normal.dot(end.before - tissue.start_position(p)));
+  const double load =
+      disc_load(tissue.indented(p, behind), tissue.element_sizes[p.tetrahedron], d, f_p, obstacle.bears, below);
+  obstacle.patch = make_contact_patch(tissue, surface, p, tissue.contact_radius(p, d, load, behind));
+  obstacle.at.normal = obstacle.patch.normal;
+  obstacle.rise = obstacle.patch.rise;
+  obstacle.dimple = tissue.dimple_spring(p, d, load, behind);
+  obstacle.dimple.relax(tissue.relaxation_of(p, behind), creep.along);
 }
 
-double height(const InsertionView& at, const Obstacle& obstacle) {
-  return obstacle.at.normal.dot(at.needle.tip().position - place(at.tissue, obstacle)) - obstacle.rise;
+double height_before(const Obstacle& obstacle, const NeedleEnd& end) {
+  return obstacle.at.normal.dot(end.before - obstacle.patch.middle) - obstacle.rise;
 }
 
-Vector3 slip(const InsertionView& at, const Obstacle& obstacle) {
-  return (at.needle.tip().position - at.needle.start_tip()) - (place(at.tissue, obstacle) - obstacle.patch.middle);
+double height(const TissueView& tissue, const Obstacle& obstacle, const NeedleEnd& end) {
+  return obstacle.at.normal.dot(end.now.position - place(tissue, obstacle)) - obstacle.rise;
+}
+
+Vector3 slip(const TissueView& tissue, const Obstacle& obstacle, const NeedleEnd& end) {
+  return (end.now.position - end.before) - (place(tissue, obstacle) - obstacle.patch.middle);
+}
+
+double shrunk(double offset, double step) { return std::copysign(std::max(0.0, std::abs(offset) - step), offset); }
+
+// The end bears the whole force, or what is added to that of a cut.
+Contact on_obstacle(const InsertionView& at, const Obstacle& obstacle, ContactKind kind, const NeedleEnd& end,
+                    double most, double recovery, ContactState& state) {
+  const double f = state.along, e = obstacle.dimple.compliance(obstacle.bears), h = at.needle.h;
+  const double start = obstacle.dimple_before + height_before(obstacle, end);
+  // An end that slides follows hollows and bulges of the surface.
+  const double travelled = (end.now.position - end.before).norm();
+  const double offset = f == 0 ? std::min(0.0, start + recovery * h) : shrunk(start, kSettlingSpeed * h + travelled);
+  Spring spring{obstacle.dimple.depth(obstacle.bears), e};
+  if (f == obstacle.bears) spring.stored = obstacle.dimple.energy(f) - e * f * f / 2;
+  Contact contact{.kind = kind, .needle = at.needle_index, .on_needle = end.now, .state = &state};
+  contact.foot.point.a = obstacle.material;
+  contact.foot.patch = obstacle.patch.points;
+  contact.hold = Normal{.n = obstacle.at.normal,
+                        .gap = height(at.tissue, obstacle, end) - offset,
+                        .most = most,
+                        .before = f,
+                        .spring = spring};
+  return contact;
+}
+
+std::optional<DiskFriction> friction_along(const TissueView& tissue, const Obstacle& obstacle, const NeedleEnd& end,
+                                           double friction, double cohesion) {
+  if (friction == 0 && cohesion == 0) return std::nullopt;
+  return DiskFriction{slip(tissue, obstacle, end) + obstacle.creeps_along, friction, cohesion,
+                      obstacle.compliance_along};
 }
 
 BorderAhead border_on_the_way(const InsertionView& at, const Path& path, const Obstacle& border, double height) {

@@ -17,50 +17,15 @@ namespace {
 // Speed at which a tip behind a border is brought back.
 constexpr double kRecoverySpeed = 0.1;  // m/s
 
-// Distance of the tip from the obstacle along its normal (m). A tip that was behind the obstacle at the start of the
-// tick by more than its dimple, torn out of its path or carried over a border, is brought back at `recovery` (m/s).
-// The offset of a loaded tip whose dimple or patch has changed is closed at kSettlingSpeed.
-double obstacle_gap(const InsertionView& at, const Obstacle& obstacle, const TipState& tip, double recovery) {
-  const NeedleView& needle = at.needle;
-  const double start = obstacle.dimple_before + height_before(at, obstacle), apart = height(at, obstacle);
-  if (tip.contact.along == 0) return apart - std::min(0.0, start + recovery * needle.h);
-  // A tip that slides follows hollows and bulges of the surface.
-  const double travelled = (needle.tip().position - needle.start_tip()).norm();
-  return apart - shrunk(start, kSettlingSpeed * needle.h + travelled);
-}
-
-Contact on_obstacle(const InsertionView& at, const Obstacle& obstacle, ContactKind kind, const Normal& hold,
-                    ContactState& state) {
-  Contact contact{.kind = kind, .needle = at.needle_index, .on_needle = at.needle.tip(), .state = &state};
-  contact.foot.point.a = obstacle.material;
-  contact.foot.patch = obstacle.patch.points;
-  contact.hold = hold;
-  return contact;
-}
-
-// Of the tip, along the obstacle's normal. It bears the whole force, or what is added to that of a cut.
-Normal against(const Obstacle& obstacle, const TipState& tip, double puncture_force, double gap) {
-  const double f = tip.contact.along, e = obstacle.dimple.compliance(obstacle.bears);
-  Spring spring{obstacle.dimple.depth(obstacle.bears), e};
-  if (f == obstacle.bears) spring.stored = obstacle.dimple.energy(f) - e * f * f / 2;
-  return {.n = obstacle.at.normal, .gap = gap, .most = puncture_force, .before = f, .spring = spring};
-}
-
-// None where it can bear nothing.
-std::optional<DiskFriction> friction_along(const InsertionView& at, const Obstacle& obstacle, double friction,
-                                           double cohesion) {
-  if (friction == 0 && cohesion == 0) return std::nullopt;
-  return DiskFriction{slip(at, obstacle) + obstacle.creeps_along, friction, cohesion, obstacle.compliance_along};
-}
-
-Normal against_border(const InsertionView& at, const InsertionScratch& scratch) {
+// Against the border in scratch.located.obstacle, of which the tip's cut bears a part.
+Contact on_border(const InsertionView& at, InsertionScratch& scratch) {
   const Obstacle& obstacle = *scratch.located.obstacle;
   const Border& border = at.tissue.border(obstacle.material, obstacle.region);
-  const double gap = obstacle_gap(at, obstacle, scratch.next.tip, kRecoverySpeed);
   const double share = tip_friction(at, obstacle, border.puncture_force, border.friction_contact).puncture_share;
-  const TipState& tip = scratch.next.tip;
-  const double by_cut = obstacle.bears - tip.contact.along;
-  return against(obstacle, tip, std::max(0.0, share * border.puncture_force - by_cut), gap);
+  ContactState& state = scratch.next.tip.contact;
+  const double by_cut = obstacle.bears - state.along;
+  return on_obstacle(at, obstacle, ContactKind::border, tip_of(at),
+                     std::max(0.0, share * border.puncture_force - by_cut), kRecoverySpeed, state);
 }
 
 // Cohesion of a tip on a border: f_c ahead and sideways, 0 within 60 degrees of the way back, by the direction of the
@@ -105,8 +70,6 @@ Across held_across(const InsertionView& at, const HeldPlace& place, const Contac
   return {place.tangent, place.apart, place.compliance, tear_limit(at, place, state.across)};
 }
 
-double shrunk(double offset, double step) { return std::copysign(std::max(0.0, std::abs(offset) - step), offset); }
-
 bool lies_on_border(const TissueView& tissue, const TipPlace& place) {
   return !place.at_end && place.point.u > 0 && tissue.border_face(place.point.a) && tissue.border_face(place.point.b);
 }
@@ -114,12 +77,13 @@ bool lies_on_border(const TissueView& tissue, const TipPlace& place) {
 void find_surface_contact(const InsertionView& at, InsertionScratch& scratch, Contacts& contacts) {
   assert(scratch.located.obstacle && (scratch.next.path < 0 || scratch.next.phase == Phase::through));
   const Obstacle& obstacle = *scratch.located.obstacle;
-  TipState& tip = scratch.next.tip;
   const Interaction& law = at.tissue.interaction(obstacle.material);
   const auto [friction, share] = tip_friction(at, obstacle, law.puncture_force, law.friction_contact);
-  Normal hold = against(obstacle, tip, share * law.puncture_force, obstacle_gap(at, obstacle, tip, kSettlingSpeed));
-  hold.friction = friction_along(at, obstacle, friction, 0);
-  contacts.put(on_obstacle(at, obstacle, ContactKind::surface, hold, tip.contact));
+  const NeedleEnd tip = tip_of(at);
+  Contact contact = on_obstacle(at, obstacle, ContactKind::surface, tip, share * law.puncture_force, kSettlingSpeed,
+                                scratch.next.tip.contact);
+  std::get<Normal>(contact.hold).friction = friction_along(at.tissue, obstacle, tip, friction, 0);
+  contacts.put(contact);
 }
 
 void find_border_contact(const InsertionView& at, const Path& path, InsertionScratch& scratch, Contacts& contacts) {
@@ -128,17 +92,16 @@ void find_border_contact(const InsertionView& at, const Path& path, InsertionScr
   const Border& border = at.tissue.border(obstacle.material, obstacle.region);
   const double friction = tip_friction(at, obstacle, border.puncture_force, border.friction_contact).friction;
   const double cohesion = border_cohesion(at, path, scratch.next.tip);
-  Normal hold = against_border(at, scratch);
-  hold.friction = friction_along(at, obstacle, friction, cohesion);
-  contacts.put(on_obstacle(at, obstacle, ContactKind::border, hold, scratch.next.tip.contact));
+  Contact contact = on_border(at, scratch);
+  std::get<Normal>(contact.hold).friction = friction_along(at.tissue, obstacle, tip_of(at), friction, cohesion);
+  contacts.put(contact);
 }
 
 void find_path_contacts(const InsertionView& at, const Path& path, InsertionScratch& scratch, Contacts& contacts) {
   assert(scratch.next.path >= 0 && !path.empty());
   ContactState& state = scratch.next.tip.contact;
   find_cut(at, path, scratch, contacts);
-  if (const auto& border = scratch.located.obstacle)
-    contacts.put(on_obstacle(at, *border, ContactKind::border, against_border(at, scratch), state));
+  if (scratch.located.obstacle) contacts.put(on_border(at, scratch));
   const TipPlace& place = scratch.located.tip;
   Contact tip{.kind = ContactKind::tip, .needle = at.needle_index, .on_needle = at.needle.tip(), .state = &state};
   tip.foot.point = place.point;

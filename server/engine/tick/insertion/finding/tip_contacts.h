@@ -58,10 +58,4 @@ void find_support(const InsertionView& at, const Contact& beside, ContactKind ki
 // has the support of the nearer of the two vertices.
 bool lies_on_border(const TissueView& tissue, const TipPlace& place);
 
-// Speed at which the offset of a loaded contact is closed that a change of compliance from element to element leaves.
-// Forces change slowly with it.
-inline constexpr double kSettlingSpeed = 5e-3;  // m/s
-// An offset (m) made smaller by `step` (m).
-double shrunk(double offset, double step);
-
 }  // namespace acus

@@ -113,8 +113,8 @@ void find_border(const InsertionView& at, const Path& path, InsertionScratch& sc
   if (!border) return;
   if (border->region != state.border) state.tip.contact.along = 0;
   obstacle = border_ahead(at, border->region, border->place, state);
-  obstacle->under = tip.at_end && height(at, *obstacle) + obstacle->dimple_before < 0;
-  tip.ahead = border_on_the_way(at, path, *obstacle, height_before(at, *obstacle));
+  obstacle->under = tip.at_end && height(tissue, *obstacle, tip_of(at)) + obstacle->dimple_before < 0;
+  tip.ahead = border_on_the_way(at, path, *obstacle, height_before(*obstacle, tip_of(at)));
   if (obstacle->under) press_on_border(at, *obstacle, state.tip);
 }
 

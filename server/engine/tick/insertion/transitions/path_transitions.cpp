@@ -64,7 +64,7 @@ void leave_path(const Transition& now, Path& path) {
 BorderAhead ahead_of(const Transition& now, const Path& path) {
   const auto& border = now.scratch.located.obstacle;
   if (!border) return {};
-  BorderAhead ahead = border_on_the_way(now.at, path, *border, height(now.at, *border));
+  BorderAhead ahead = border_on_the_way(now.at, path, *border, height(now.at.tissue, *border, tip_of(now.at)));
   if (now.state.border == border->region) ahead.dimple = 0;  // it has let go
   return ahead;
 }

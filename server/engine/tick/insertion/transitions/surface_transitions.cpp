@@ -48,7 +48,7 @@ MaterialPoint new_mouth(const Transition& now, const Obstacle& obstacle, double 
 // The contact point after the slip of this tick.
 MaterialPoint slid_point(const Transition& now, const Obstacle& obstacle) {
   const TissueView& tissue = now.at.tissue;
-  const Vector3 moved = slip(now.at, obstacle);
+  const Vector3 moved = slip(tissue, obstacle, tip_of(now.at));
   const Vector3& n = obstacle.at.normal;
   const Vector3 slid = moved - n.dot(moved) * n;
   if (slid.norm() < kLeastSlip) return obstacle.material;
