@@ -81,10 +81,11 @@ enum class EventKind : std::uint8_t {
   exit,        // the tip came out on another side
   withdrawal,  // the tip came out backwards, through the mouth of its path
   intrusion,   // the tip was found in the tissue without having punctured it; a path was opened along its way
-  tear         // the shaft, or the tip, began to tear its path sideways
+  tear,        // the shaft, or the tip, began to tear its path sideways
+  hub          // the hub came onto the surface
 };
-inline constexpr std::array<const char*, 9> kEventKindNames{"contact", "release",    "puncture",  "crossing", "reentry",
-                                                            "exit",    "withdrawal", "intrusion", "tear"};
+inline constexpr std::array<const char*, 10> kEventKindNames{
+    "contact", "release", "puncture", "crossing", "reentry", "exit", "withdrawal", "intrusion", "tear", "hub"};
 
 // What solved the laws of a tick; travels as the enumerator's name.
 enum class LawSolver : std::uint8_t { gauss_seidel, direct };

@@ -201,6 +201,7 @@ struct NeedleInfo {
   Vector3 base_position{};      // m, world, after loading
   Quaternion base_orientation;  // world from base, after loading
   Vector3 cutting_direction{};  // unit, in the frame of the tip, whose axis is +x
+  std::optional<double> hub_diameter{};  // m, of the face at the base that a surface stops; absent: none does
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -211,6 +212,7 @@ struct NeedleInfo {
     visit("base_position", self.base_position);
     visit("base_orientation", self.base_orientation);
     visit("cutting_direction", self.cutting_direction);
+    visit("hub_diameter", self.hub_diameter);
   }
 };
 

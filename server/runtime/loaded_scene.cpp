@@ -64,7 +64,8 @@ protocol::HelloReply hello_of(const Simulation& simulation) {
     const Needle& needle = scene.needles[i];
     hello.needles.push_back({needle.name, needle.length, needle.outer_diameter,
                              static_cast<std::uint32_t>(simulation.needle_node_count(i)), to_wire(needle.base.position),
-                             to_wire(needle.base.orientation), to_wire(simulation.model().cutting_direction(i))});
+                             to_wire(needle.base.orientation), to_wire(simulation.model().cutting_direction(i)),
+                             needle.hub_diameter > 0 ? std::optional(needle.hub_diameter) : std::nullopt});
   }
   for (const Guide& guide : scene.guides) {
     hello.guides.push_back({guide.name, guide.needle, to_wire(guide.pose.position), to_wire(guide.pose.orientation)});

@@ -356,6 +356,9 @@ void add_tissue(Omissions& list, const Scene& scene) {
   list.add_for<Needle>(
       scene.needles, [](const Needle& n) { return n.torsional_friction == 0; }, "torsional friction on",
       "torsional_friction");
+  list.add_for<Needle>(
+      scene.needles, [](const Needle& n) { return n.hub_diameter == 0; }, "what stops the base at the skin, of",
+      "hub_diameter");
 }
 
 std::string left_out(const Scene& scene) {

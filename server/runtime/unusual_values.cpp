@@ -39,6 +39,7 @@ constexpr Usual kSurfacePressure{"pressure", "Pa", 10, kNoEnd, "it is in Pa: 2e3
 // ---- Needles and guides ----
 // Glass pipettes to trocars; catheters.
 constexpr Usual kThickness{"outer_diameter", "m", 20e-6, 20e-3, "it is in metres: 1.2e-3 for 1.2 mm"};
+constexpr Usual kHub{"hub_diameter", "m", 0, 50e-3, "it is in metres: 6e-3 for 6 mm"};
 constexpr Usual kLength{"length", "m", 2e-3, 3, "it is in metres: 0.15 for 150 mm"};
 constexpr Usual kNeedleDensity{"material.density", "kg/m^3", 500, 25e3, "it is in kg/m^3: 7800 for steel"};
 constexpr Usual kNeedleStiffness{"material.young_modulus", "Pa", 0, 1.3e12, "it is in Pa: 200e9 for steel"};
@@ -109,6 +110,7 @@ void compare_pressures(const Tissue& tissue, SceneWarnings& found) {
 void compare_needle(const Needle& needle, SceneWarnings& found) {
   Comparison compare(needle.name, found);
   compare(kThickness, needle.outer_diameter);
+  compare(kHub, needle.hub_diameter);
   compare(kLength, needle.length);
   compare(kNeedleDensity, needle.material.density);
   compare(kNeedleStiffness, needle.material.young_modulus);

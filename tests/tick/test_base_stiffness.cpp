@@ -153,6 +153,21 @@ TEST_CASE("with a base on springs the stiffness is that against moves of what ho
   }
 }
 
+TEST_CASE("with a hub on the skin that is pressed, tilted and moved along it") {
+  for (const NeedleRung rung : {NeedleRung::flexible, NeedleRung::rigid}) {
+    Scene scene = direct_scene();
+    Needle& needle = scene.needles[0];
+    needle.rung = rung;
+    needle.base.position.z() -= needle.length - 0.02;
+    needle.length = 0.02;
+    needle.hub_diameter = 8e-3;
+    const std::vector<Motion> motions{{.velocity = {0.02, 0, 0}, .seconds = 1.1},
+                                      {.velocity = {0, 0.003, 0}, .turning = {0, 0, 0.2}, .seconds = 0.3},
+                                      {.velocity = {-0.02, 0, 0}, .seconds = 0.3}};
+    CHECK(compare_along(scene, motions, 29).inside > 20);
+  }
+}
+
 TEST_CASE("with torsional and viscous friction, and a bevel that is turned") {
   Scene scene = direct_scene();
   scene.needles[0].torsional_friction = 1;

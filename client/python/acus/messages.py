@@ -135,6 +135,9 @@ class Needle(Message):
     base_position: Vector  # m, after loading
     base_orientation: Quaternion  # world from base, after loading
     cutting_direction: Vector  # unit, in the frame of the tip, whose axis is +x
+    hub_diameter: float  # m, of the face at the base that a surface stops
+
+    OPTIONAL = {"hub_diameter": 0.0}
 
     @property
     def axis(self):

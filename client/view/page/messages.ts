@@ -6,7 +6,7 @@ export type Quat = [number, number, number, number]; // w, x, y, z
 export interface HelloReply {
   type: "hello_reply"; instance: number; scene: string; epoch: number; rate: number; time_step: number;
   lockstep: boolean; paused: boolean; held: string[]; recording?: string; file?: string; server: string;
-  needles: { name: string; length: number; diameter: number; nodes: number; base_position: Vector; base_orientation: Quat; cutting_direction: Vector }[];
+  needles: { name: string; length: number; diameter: number; hub_diameter?: number; nodes: number; base_position: Vector; base_orientation: Quat; cutting_direction: Vector }[];
   guides: { name: string; needle: string; position: Vector; orientation: Quat }[];
   tissue: { nodes: number; tetrahedra: number; triangles: number };
 }

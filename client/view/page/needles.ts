@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Needles as tubes of their true diameter, with a stripe that shows the spin, a bevel that points to where it steers,
-// and a hub at the base; guides as rings.
+// and a hub at the base, in its true diameter where it has one; guides as rings.
 import {
-  BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Mesh, MeshPhongMaterial, Quaternion, SphereGeometry,
-  TorusGeometry, Vector3, DoubleSide, Color,
+  BufferAttribute, BufferGeometry, CylinderGeometry, DynamicDrawUsage, Group, Mesh, MeshPhongMaterial, Quaternion,
+  SphereGeometry, TorusGeometry, Vector3, DoubleSide, Color,
 } from "./vendor/libraries.js";
 import type { HelloReply } from "./messages.js";
 
@@ -20,6 +20,7 @@ export class NeedleTube {
   private apex = new Vector3(); // of the point, off the tip's axis (m), in its frame
   private tube: Mesh;
   private hub: Mesh;
+  private hubRadius: number; // 0: a mark alone
 
   constructor(needle: HelloReply["needles"][number]) {
     this.name = needle.name;
@@ -50,7 +51,9 @@ export class NeedleTube {
     this.tube = new Mesh(geometry, new MeshPhongMaterial({ vertexColors: true, side: DoubleSide, shininess: 60 }));
     this.tube.frustumCulled = false;
     this.tube.renderOrder = 1;
-    this.hub = new Mesh(new SphereGeometry(1, 20, 14), new MeshPhongMaterial({ color: 0x3b7dd8 }));
+    this.hubRadius = (needle.hub_diameter ?? 0) / 2;
+    this.hub = new Mesh(this.hubRadius > 0 ? hubGeometry(this.hubRadius) : new SphereGeometry(1, 20, 14),
+                        new MeshPhongMaterial({ color: 0x3b7dd8 }));
     this.group.add(this.tube, this.hub);
     const axis = new Vector3(1, 0, 0).applyQuaternion(quaternion(needle.base_orientation));
     const rest = new Float64Array(3 * needle.nodes), turns = new Float64Array(4 * needle.nodes);
@@ -99,8 +102,15 @@ export class NeedleTube {
     }
     place.needsUpdate = normal.needsUpdate = true;
     this.hub.position.copy(this.point(0));
-    this.hub.scale.setScalar(Math.max(2.2 * this.radius, 0.0025));
+    if (this.hubRadius > 0) this.hub.quaternion.copy(quaternion(Array.from(orientations.subarray(0, 4))));
+    else this.hub.scale.setScalar(Math.max(2.2 * this.radius, 0.0025));
   }
+}
+
+// Behind the origin, its face across +x.
+function hubGeometry(radius: number): BufferGeometry {
+  const length = Math.max(3 * radius, 0.008);
+  return new CylinderGeometry(radius, radius, length, 32).rotateZ(-Math.PI / 2).translate(-length / 2, 0, 0);
 }
 
 export const quaternion = (q: readonly number[]): Quaternion => new Quaternion(q[1], q[2], q[3], q[0]);

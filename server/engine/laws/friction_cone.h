@@ -9,8 +9,8 @@
 //
 // So a needle that spins fast goes in with little friction, and one that goes in straight feels no torque. Where only a
 // share of the friction resists spin, b is taken at that share of the needle's radius
-// (tick/insertion/finding/vertex_contacts.h). A shaft that is drawn back has the share r of the friction along itself: half of
-// the circle is half of an ellipse (contact_block.h). Without torsion it is a friction along the shaft alone.
+// (tick/insertion/finding/vertex_contacts.h). A shaft that is drawn back has the share r of the friction along itself:
+// half of the circle is half of an ellipse (contact_block.h). Without torsion it is a friction along the shaft alone.
 //
 // Newton's method takes its tangent at a slip delta* (pivoting.h). With the unit vector e along lambda*, for r = 1,
 //

@@ -173,6 +173,7 @@ struct Needle : NeedleBody {
   double point_offset = 1;  // -, >= 0, of that edge from the axis, over the needle's radius
   TipShape tip = TipShape::blunt;
   std::optional<double> tip_angle;   // rad, in (0, pi/2), of a sharp tip's face against the axis; none: of its shape
+  double hub_diameter = 0;           // m, >= 0, of the flat face at the base that a surface stops; 0: none
   double torsional_friction = 0;     // -, >= 0: share of the shaft's friction that resists spin; 0 leaves it out
   double constraint_spacing = 4e-3;  // m, > 0, between the points that hold the shaft to its path
   double max_speed = 1;              // m/s, > 0, of the base

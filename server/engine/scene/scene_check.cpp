@@ -219,6 +219,10 @@ class Checker {
                       format_number(kLargestBore * needle.outer_diameter) + "), found " +
                       format_number(needle.inner_diameter) + "; make the bore smaller or the needle thicker");
     }
+    if (needle.hub_diameter != 0 && needle.hub_diameter < needle.outer_diameter)
+      fail(child_path(path, "hub_diameter"),
+           "expected 0 or a number >= outer_diameter (" + format_number(needle.outer_diameter) + "), found " +
+               format_number(needle.hub_diameter) + "; a hub is wider than its needle");
     if (needle.constraint_spacing * kMaxConstraintPoints < needle.length) {
       const std::string field = child_path(path, "constraint_spacing");
       fail(field, "expected a number >= length / " + std::to_string(kMaxConstraintPoints) + " (" +

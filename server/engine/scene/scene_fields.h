@@ -324,6 +324,8 @@ struct FieldsOf<Needle> {
             "(15) or trocar (20), which bite where they are pushed more steeply than that"},
       Field{"tip_angle", &Needle::tip_angle, "rad", between(0.01, 1.5),
             "of a sharp tip's face, instead of its shape's"},
+      Field{"hub_diameter", &Needle::hub_diameter, "m", between(0, 1),
+            "of the round flat face at the base, which the skin around the needle stops; 0: the base goes in, too"},
       Field{"torsional_friction", &Needle::torsional_friction, "-", kFrictionCoefficient,
             "share of the shaft's friction that resists spin; 0 leaves it out"},
       Field{"material", &Needle::material, "", any(), "how it bends; the default is steel"},

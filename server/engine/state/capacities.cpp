@@ -27,6 +27,9 @@ int rows_of_vertex(const Needle& parameters, bool borders) {
 }
 
 constexpr int kRowsOfTip = 5;  // cutting, border, two across, support
+constexpr int kRowsOfHub = 3;
+
+bool has_hub(const Needle& parameters) { return parameters.hub_diameter > 0; }
 
 }  // namespace
 
@@ -55,7 +58,7 @@ int max_needle_contacts(const Scene& scene) {
 }
 
 int max_material_points(const Needle& parameters, double spacing) {
-  return max_shaft_points(parameters, spacing) + 3 + kPatchPoints;
+  return max_shaft_points(parameters, spacing) + 3 + kPatchPoints * (has_hub(parameters) ? 2 : 1);
 }
 
 int max_touched_nodes(const Scene& scene, double shortest_edge) {
@@ -65,7 +68,7 @@ int max_touched_nodes(const Scene& scene, double shortest_edge) {
   for (const Needle& needle : scene.needles) {
     const double of_points = 4.0 * max_material_points(needle, spacing);
     const double edges = needle.length / shortest_edge + 2;  // and those around both ends
-    nodes += std::min(of_points, std::ceil(kOfEdge * edges));
+    nodes += std::min(of_points, std::ceil(kOfEdge * edges) + (has_hub(needle) ? 4.0 * kPatchPoints : 0));
   }
   return static_cast<int>(nodes);
 }
@@ -76,7 +79,8 @@ int max_held_nodes(const Scene& scene) {
 }
 
 int max_insertion_rows(const Needle& parameters, double spacing, bool borders) {
-  return rows_of_vertex(parameters, borders) * max_shaft_points(parameters, spacing) + kRowsOfTip;
+  return rows_of_vertex(parameters, borders) * max_shaft_points(parameters, spacing) + kRowsOfTip +
+         (has_hub(parameters) ? kRowsOfHub : 0);
 }
 
 int max_insertion_rows(const Scene& scene) {

@@ -14,9 +14,10 @@ double least_spacing(std::span<const Needle> needles);
 // Path vertices that the shaft can hold at once: they are `spacing` apart or further at rest, and tissue can be
 // squeezed along a needle to half of that.
 int max_shaft_points(const Needle& parameters, double spacing);
-// Lengths into which a shaft is divided where it touches surfaces beside its path (tick/insertion/finding/shaft_contact.h): 8
-// mm or 1.5 spacings, or longer. There is room for twice the vertices that a shaft has, and a cell has no more rows and
-// material points than those on its length: they fit beside the vertices of a path.
+// Lengths into which a shaft is divided where it touches surfaces beside its path
+// (tick/insertion/finding/shaft_contact.h): 8 mm or 1.5 spacings, or longer. There is room for twice the vertices that
+// a shaft has, and a cell has no more rows and material points than those on its length: they fit beside the vertices
+// of a path.
 int shaft_cells(const Needle& parameters);
 // Rows of an insertion in one tick, at most; `borders`: between regions, which may hold a tip.
 int max_insertion_rows(const Needle& parameters, double spacing, bool borders);

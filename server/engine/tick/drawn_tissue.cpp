@@ -7,18 +7,19 @@
 
 #include "server/engine/state/capacities.h"
 #include "server/engine/state/limits.h"
-#include "server/engine/tick/insertion/path_wall.h"
+#include "server/engine/tick/insertion/finding/hub.h"
 #include "server/engine/tick/insertion/finding/shaft_contact.h"
+#include "server/engine/tick/insertion/path_wall.h"
 #include "server/engine/tick/scratch.h"
 
 namespace acus {
 
 namespace {
 
-// Of a needle: where it presses on a surface, its tip inside, a mouth and an exit for each part of its path, and the
-// points of its shaft's contacts.
+// Of a needle: where its tip or hub presses on a surface, its tip inside, a mouth and an exit for each part of its
+// path, and the points of its shaft's contacts.
 std::size_t most_dents(const Needle& needle) {
-  return 2 + 2 * (kMaxGaps + 1) + static_cast<std::size_t>(kContactPoints * shaft_cells(needle));
+  return 3 + 2 * (kMaxGaps + 1) + static_cast<std::size_t>(kContactPoints * shaft_cells(needle));
 }
 
 // r/R from which a dent shows nothing.
@@ -39,6 +40,13 @@ void add_dimple(const InsertionView& at, const Insertion& insertion, DrawnTissue
   DimpleSpring dimple = at.tissue.dimple_spring(touched, d, at.tissue.disc_load(touched, d, f, move.norm()));
   dimple.relax(at.tissue.relaxation_of(touched), insertion.tip.contact.creep.along);
   add_dent(centre, move, dimple.radii(f), drawn);
+}
+
+void add_hub_dent(const InsertionView& at, const Path& path, const ContactState& hub, DrawnTissue& drawn) {
+  if (hub.along == 0) return;
+  const Obstacle skin = surface_under_hub(at, path, hub);
+  add_dent(at.tissue.position(skin.material), -skin.dimple_before * skin.at.normal, skin.dimple.radii(hub.along),
+           drawn);
 }
 
 void add_grooves(const InsertionView& at, const Insertion& insertion, DrawnTissue& drawn) {
@@ -64,6 +72,7 @@ bool is_mouth_or_exit(const Path& path, int vertex) {
 
 void add_path_dents(const InsertionView& at, const Path& path, const Insertion& insertion, DrawnTissue& drawn) {
   const double d = at.parameters.outer_diameter;
+  add_hub_dent(at, path, insertion.hub, drawn);
   for (int i = 0; i < static_cast<int>(path.vertices.size()); ++i)
     if (is_mouth_or_exit(path, i) && is_alongside(insertion, i))
       add_dent(at.tissue.position(path.vertices[i]), wall_move(at, path, insertion, i),

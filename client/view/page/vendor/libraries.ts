@@ -6,6 +6,7 @@ export {
   BufferAttribute,
   BufferGeometry,
   Color,
+  CylinderGeometry,
   DirectionalLight,
   DoubleSide,
   DynamicDrawUsage,

@@ -64,6 +64,9 @@ void check_contacts(const Insertion& insertion, const StateBounds& bounds) {
   check_contact(insertion.tip.cut, bounds.way, bounds);
   for (const VertexState& vertex : insertion.vertices) check_contact(vertex.contact, bounds.way, bounds);
   for (const ShaftCell& cell : insertion.cells) check_contact(cell.contact, bounds.force, bounds);
+  check_contact(insertion.hub, bounds.force, bounds);
+  require_in_range(insertion.hub.along >= 0 && (insertion.path >= 0 || insertion.hub.along == 0),
+                   "the contact of a hub");
 }
 
 void check_insertion(const Model& model, const State& state, int needle, const StateBounds& bounds) {

@@ -81,6 +81,7 @@ struct Insertion {
   int last_alongside = -1;               // none where last < first
   std::vector<VertexState> vertices;     // as many as a path can have
   std::vector<ShaftCell> cells;          // of the whole needle, from its base
+  ContactState hub;                      // with the surface around the path's mouth
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -96,6 +97,7 @@ struct Insertion {
     visit("last_alongside", self.last_alongside);
     visit("vertices", self.vertices);
     visit("cells", self.cells);
+    visit("hub", self.hub);
   }
 };
 

@@ -21,7 +21,7 @@ struct Counted {
   bool main_is_along = false;  // in the state; else across
 };
 using F = NeedleForces;
-constexpr std::array<Counted, 10> kCounted{{
+constexpr std::array<Counted, 11> kCounted{{
     {&F::cutting, &F::cutting, true, true},    // surface
     {&F::cutting, &F::cutting, true, true},    // border
     {&F::cutting, &F::cutting, true, true},    // cut
@@ -30,6 +30,7 @@ constexpr std::array<Counted, 10> kCounted{{
     {&F::lateral, &F::friction, false},        // vertex
     {&F::lateral, &F::friction, false},        // shaft_support
     {&F::lateral, &F::friction, false, true},  // shaft
+    {&F::cutting, &F::cutting, false, true},   // hub
     {&F::guides, &F::guides, false},           // guide
     {&F::needles, &F::needles, false, true},   // needles
 }};

@@ -14,6 +14,7 @@ void InsertionScratch::forget_forces() {
   next.tip.forget_forces();
   for (const ShaftPoint& point : located.shaft) next.vertices[point.vertex].contact.forget_forces();
   for (ShaftCell& cell : next.cells) cell.contact.forget_forces();
+  next.hub.forget_forces();
 }
 
 void InsertionScratch::note_forces(const Rows& rows, std::span<const Contact> contacts, int needle) {

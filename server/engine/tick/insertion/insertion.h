@@ -2,7 +2,8 @@
 // One needle in the tissue, and the data that the files of this folder share. In a tick:
 //
 //   stage 4   finding/location.h                     finds what is ahead of the tip, the vertices alongside the shaft,
-//             finding/obstacle.h, shaft_contact.h    the tip's place, and where the shaft lies on surfaces beside its path
+//             finding/obstacle.h, shaft_contact.h    the tip's place, and where the shaft lies on surfaces beside its
+//             path
 //   stage 5   finding/tip_contacts.h,                make contacts of them (tick/contact/contact.h), as shaft_contact.h
 //             finding/vertex_contacts.h              does
 //   stage 9   transitions/path_transitions.h         changes phase and path
@@ -120,6 +121,7 @@ struct Located {
   Bounded<ShaftPoint> shaft;
   TipPlace tip;
   Bounded<ShaftContact> contacts;
+  std::optional<Obstacle> hub;  // what its hub touches, or may reach in this tick (finding/hub.h)
 };
 
 // What a tick needs of a needle: the state that it leaves if it is good, and scratch.

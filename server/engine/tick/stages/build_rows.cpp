@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/engine/tick/insertion/finding/hub.h"
 #include "server/engine/tick/insertion/finding/shaft_contact.h"
 #include "server/engine/tick/insertion/finding/tip_contacts.h"
 #include "server/engine/tick/insertion/finding/vertex_contacts.h"
@@ -21,6 +22,7 @@ void find_insertion_contacts(const InsertionView& at, const State& state, Insert
   }
   for (const ShaftPoint& point : scratch.located.shaft)
     find_vertex_contacts(at, scratch.path(state.paths), scratch, point, contacts);
+  find_hub_contact(at, scratch, contacts);
 }
 
 // Those of needles and guides before those of the tissue: a shaft in squeezed tissue takes no room from them.

@@ -33,12 +33,14 @@ void hold_ahead(const Model& model, Scratch& scratch, State& state) {
     const auto ahead = [&](double distance) {
       return tetrahedron_ahead(at, scratch.insertions[i], state.insertions[i], state.paths, distance);
     };
-    std::array<int, 2 + kPatchPoints> next{};
+    std::array<int, 2 + 2 * kPatchPoints> next{};
     std::size_t count = 0;
     next[count++] = ahead(0);
     if (next[0] >= 0) next[count++] = ahead(kHoldAhead * model.element_sizes[next[0]]);
     if (const auto patch = patch_ahead(at, state.insertions[i], state.paths, kSurfaceHeld))
       for (const auto& point : patch->points) next[count++] = point.tetrahedron;
+    if (const auto& hub = scratch.insertions[i].located.hub)
+      for (const auto& point : hub->patch.points) next[count++] = point.tetrahedron;
     hold_ahead(model.tissue_system, {next.data(), count}, scratch.tissue, state.tissue);
   }
 }

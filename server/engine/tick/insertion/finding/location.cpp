@@ -6,14 +6,15 @@
 #include <cmath>
 
 #include "server/engine/state/needle/phase.h"
+#include "server/engine/tick/insertion/finding/hub.h"
 #include "server/engine/tick/insertion/finding/obstacle.h"
+#include "server/engine/tick/insertion/finding/shaft_contact.h"
+#include "server/engine/tick/insertion/finding/tip_place.h"
 #include "server/engine/tick/insertion/owned_lengths.h"
 #include "server/engine/tick/insertion/path_direction.h"
 #include "server/engine/tick/insertion/path_wall.h"
-#include "server/engine/tick/insertion/finding/shaft_contact.h"
 #include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tip_laws.h"
-#include "server/engine/tick/insertion/finding/tip_place.h"
 
 namespace acus {
 
@@ -196,6 +197,7 @@ void locate_insertion(const InsertionView& at, const Insertion& before, std::spa
   scratch.next.first_alongside = shaft.empty() ? 0 : shaft.front().vertex;
   scratch.next.last_alongside = shaft.empty() ? -1 : shaft.back().vertex;
   find_shaft_contacts(at, scratch);
+  find_hub(at, scratch.next.path >= 0 ? &scratch.path(paths) : nullptr, scratch);
 }
 
 }  // namespace acus

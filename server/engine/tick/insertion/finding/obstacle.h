@@ -17,8 +17,8 @@ Obstacle surface_ahead(const InsertionView& at, const SurfacePoint& point, const
 // The border of a region at the point that is nearest to p, of a needle inside.
 Obstacle border_ahead(const InsertionView& at, int region, const Vector3& p, const Insertion& state);
 
-// Fills in what depends on the place of an obstacle and what it bears, of an end with the diameter d (m) that is held up
-// to f_p (N). `behind`: as in TissueView::dimple_spring().
+// Fills in what depends on the place of an obstacle and what it bears, of an end with the diameter d (m) that is held
+// up to f_p (N). `behind`: as in TissueView::dimple_spring().
 void bear_on_patch(const TissueView& tissue, const Surface& surface, int behind, double d, double f_p,
                    const NeedleEnd& end, const Creep& creep, Obstacle& obstacle);
 
@@ -28,8 +28,8 @@ double height(const TissueView& tissue, const Obstacle& obstacle, const NeedleEn
 // How far the end has moved from what bears it since the start of the tick (m), along the normal and across.
 Vector3 slip(const TissueView& tissue, const Obstacle& obstacle, const NeedleEnd& end);
 
-// The contact of an end with an obstacle that bears `most` (N), without friction. An end that was behind the obstacle at
-// the start of the tick by more than its dimple, torn out of its path or carried over a border, is brought back at
+// The contact of an end with an obstacle that bears `most` (N), without friction. An end that was behind the obstacle
+// at the start of the tick by more than its dimple, torn out of its path or carried over a border, is brought back at
 // `recovery` (m/s). The offset of a loaded one whose dimple or patch has changed is closed at kSettlingSpeed.
 Contact on_obstacle(const InsertionView& at, const Obstacle& obstacle, ContactKind kind, const NeedleEnd& end,
                     double most, double recovery, ContactState& state);

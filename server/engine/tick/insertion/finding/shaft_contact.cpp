@@ -7,9 +7,9 @@
 
 #include "server/engine/math/rotation.h"
 #include "server/engine/state/capacities.h"
+#include "server/engine/tick/insertion/finding/obstacle.h"
 #include "server/engine/tick/insertion/held_stretch.h"
 #include "server/engine/tick/insertion/spring_memory.h"
-#include "server/engine/tick/insertion/finding/obstacle.h"
 
 namespace acus {
 

@@ -9,9 +9,9 @@
 
 #include "server/engine/laws/friction_cone.h"
 #include "server/engine/math/rotation.h"
-#include "server/engine/tick/insertion/held_place.h"
 #include "server/engine/tick/insertion/finding/obstacle.h"
 #include "server/engine/tick/insertion/finding/tip_contacts.h"
+#include "server/engine/tick/insertion/held_place.h"
 
 namespace acus {
 

@@ -5,13 +5,13 @@
 
 #include "server/engine/state/needle/phase.h"
 #include "server/engine/tick/insertion/finding/obstacle.h"
+#include "server/engine/tick/insertion/finding/tip_place.h"
 #include "server/engine/tick/insertion/path_direction.h"
-#include "server/engine/tick/insertion/transitions/path_growth.h"
 #include "server/engine/tick/insertion/path_wall.h"
+#include "server/engine/tick/insertion/tip_laws.h"
+#include "server/engine/tick/insertion/transitions/path_growth.h"
 #include "server/engine/tick/insertion/transitions/surface_transitions.h"
 #include "server/engine/tick/insertion/transitions/tearing.h"
-#include "server/engine/tick/insertion/tip_laws.h"
-#include "server/engine/tick/insertion/finding/tip_place.h"
 
 namespace acus {
 
@@ -242,6 +242,8 @@ void Transition::report(EventKind kind, int region, double force, const Vector3&
 std::uint32_t insertion_transitions(const Transition& now) {
   const std::uint32_t flags = change_state(now);
   if (!tear_path(now)) leave_path(now, now.paths[now.state.path]);
+  if (const auto& skin = now.scratch.located.hub; skin && skin->bears == 0 && now.state.hub.along > 0)
+    now.report(EventKind::hub, skin->region, now.state.hub.along, now.at.needle.start_position(0));
   measure_depth(now);
   return flags;
 }

@@ -5,8 +5,8 @@
 
 #include "server/engine/state/needle/phase.h"
 #include "server/engine/tick/insertion/finding/obstacle.h"
-#include "server/engine/tick/insertion/transitions/path_growth.h"
 #include "server/engine/tick/insertion/tip_laws.h"
+#include "server/engine/tick/insertion/transitions/path_growth.h"
 
 namespace acus {
 
@@ -171,7 +171,8 @@ std::uint32_t go_through(const Transition& now, Path& path, bool beyond) {
 std::optional<MaterialPoint> noticed_inside(const TissueView& tissue, const Vector3& tip) {
   if (!tissue.surface.near(tissue.x, tip, 0)) return std::nullopt;
   const int inside = find_tetrahedron(tissue.mesh, tissue.x, tip);
-  if (inside < 0 || (tip - tissue.surface.closest(tissue.x, tip).position).norm() < kUnnoticedDepth) return std::nullopt;
+  if (inside < 0 || (tip - tissue.surface.closest(tissue.x, tip).position).norm() < kUnnoticedDepth)
+    return std::nullopt;
   return MaterialPoint{inside, barycentric(tissue.mesh, tissue.x, inside, tip)};
 }
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/engine/tick/insertion/held_place.h"
 #include "server/engine/tick/insertion/finding/obstacle.h"
+#include "server/engine/tick/insertion/finding/tip_place.h"
+#include "server/engine/tick/insertion/held_place.h"
 #include "server/engine/tick/insertion/spring_memory.h"
 #include "server/engine/tick/insertion/tip_laws.h"
-#include "server/engine/tick/insertion/finding/tip_place.h"
 #include "server/engine/tick/insertion/transitions/vertex_order.h"
 
 namespace acus {
