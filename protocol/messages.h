@@ -448,7 +448,7 @@ struct Force {
   Vector3 base_torque_in_base{};  // N m, the same torque in the base frame
   Vector3 haptic_force{};         // N, world: base_force, ramped to zero while commands are stale; for a device
   Vector3 haptic_torque{};        // N m, world: base_torque likewise
-  Vector3 cutting_force{};        // N, world, by the tissue on the tip: contact, friction of contact, cutting
+  Vector3 cutting_force{};        // N, world, by the tissue on tip and hub: contact, friction of contact, cutting
   Vector3 friction_force{};       // N, world, by the tissue on the needle: along the path, whole shaft
   Vector3 lateral_force{};        // N, world, by the tissue on the needle: across the path, shaft and tip
   Vector3 guide_force{};          // N, world, by the guides on the needle

@@ -88,6 +88,16 @@ void Bench::move(int body, const Vector3& by, double speed) {
   }
 }
 
+void Bench::turn(int body, const Vector3& by, double rate) {
+  Pose& pose = *commands_[static_cast<std::size_t>(body)].pose;
+  const Quaternion from = pose.orientation;
+  const double ticks = std::ceil(by.norm() / rate * simulation_.scene().rate);
+  for (double i = 1; i <= ticks; ++i) {
+    pose.orientation = (rotation_exp(i / ticks * by) * from).normalized();
+    tick();
+  }
+}
+
 void Bench::push(int needle, double by, double speed) { move(needle, by * axis(needle), speed); }
 
 void Bench::spin(int needle, double to, double rate) {

@@ -28,6 +28,7 @@ class Bench {
   // Moves a body by a vector (m, world) at a speed (m/s), or spins it to an angle (rad) at a rate (rad/s).
   void move(int body, const Vector3& by, double speed);
   void push(int needle, double by, double speed);  // along its axis
+  void turn(int body, const Vector3& by, double rate);  // about the base (rad, world; rad/s)
   void spin(int needle, double to, double rate);
   void screw(int needle, double by, double speed, double rate);  // both at once: m along its axis, rad/s
   void wait(double seconds);

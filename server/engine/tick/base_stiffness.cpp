@@ -78,7 +78,8 @@ Eigen::Index most_free_unknowns(const Model& model) {
   return most;
 }
 
-// Contacts that may slide: of a tip on a surface, or along a border, of every cell of its shaft, and between needles.
+// Contacts that may slide: of a tip on a surface, or along a border, of a hub, of every cell of its shaft, and between
+// needles.
 Eigen::Index most_slides(const Model& model) {
   Eigen::Index most = max_needle_contacts(model.scene);
   for (const Needle& needle : model.scene.needles) most += 2 + shaft_cells(needle);

@@ -81,6 +81,13 @@ double DimpleSpring::energy(double force) const {
   return punch_ * f * f * (1 / r - rest - 1 / (2 * mesh_));
 }
 
+double DimpleSpring::whole(double force) const {
+  const double f = at_rest(force);
+  return punch_ * f / radius(f);
+}
+
+double DimpleSpring::whole_compliance(double force) const { return compliance(force) + punch_ / mesh_ / stiffening(); }
+
 double dimple_force(const Indented& tissue, double d, double D) {
   const double shallow = tissue.stiffness * kBlunt * d / 2 * D, deep = tissue.deep * D * D;
   return std::sqrt((deep * deep + std::hypot(deep * deep, 2 * shallow * shallow)) / 2);

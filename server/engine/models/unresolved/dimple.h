@@ -74,6 +74,8 @@ class DimpleSpring : public RelaxingSpring {
   double depth(double f) const;       // m
   double compliance(double f) const;  // m/N, of small changes, >= 0
   double energy(double f) const;      // J, stored at rest
+  double whole(double f) const;       // D (m), the mesh's part with it,
+  double whole_compliance(double f) const;  // m/N, likewise
   LoadRadii radii(double f) const { return {radius(at_rest(f)), mesh_}; }
 
  private:

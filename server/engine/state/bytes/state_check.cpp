@@ -65,8 +65,6 @@ void check_contacts(const Insertion& insertion, const StateBounds& bounds) {
   for (const VertexState& vertex : insertion.vertices) check_contact(vertex.contact, bounds.way, bounds);
   for (const ShaftCell& cell : insertion.cells) check_contact(cell.contact, bounds.force, bounds);
   check_contact(insertion.hub, bounds.force, bounds);
-  require_in_range(insertion.hub.along >= 0 && (insertion.path >= 0 || insertion.hub.along == 0),
-                   "the contact of a hub");
 }
 
 void check_insertion(const Model& model, const State& state, int needle, const StateBounds& bounds) {
@@ -95,6 +93,8 @@ void check_insertion(const Model& model, const State& state, int needle, const S
                    "the vertices along a needle");
   for (const ShaftCell& cell : insertion.cells) check_cell(cell, model.needles[needle].length, state.surface_moved);
   check_contacts(insertion, bounds);
+  const bool may_touch = insertion.path >= 0 && model.scene.needles[needle].hub_diameter > 0;
+  require_in_range(insertion.hub.along >= 0 && (may_touch || insertion.hub.along == 0), "the contact of a hub");
 }
 
 void check_rotations(const Model& model, const ElementRotations& rotations) {

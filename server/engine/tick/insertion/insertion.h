@@ -45,10 +45,12 @@ struct InsertionView {
   Vector3 cutting_direction() const { return needle.shape.frames.back() * tip_cutting; }
 };
 
-// The tip, or the hub: in this tick, and where it was at its start (m).
+// The tip, or the hub: in this tick, where it was at its start (m), and the way of the hub's rim as it turned since
+// (m).
 struct NeedleEnd {
   CurvePoint now;
   Vector3 before;
+  double turned = 0;
 };
 inline NeedleEnd tip_of(const InsertionView& at) { return {at.needle.tip(), at.needle.start_tip()}; }
 
@@ -83,12 +85,13 @@ struct Obstacle {
   MaterialPoint material;       // the same point, of the tetrahedron on the tip's side
   ContactPatch patch;           // which bears the contact
   double rise = 0;              // m, of the surface at the contact over the patch, along the normal
-  DimpleSpring dimple{};        // under the tip
+  DimpleSpring dimple{};        // under the tip, or hub
+  Spring seat{};                // in series, of a hub that lies on a part of its face alone
   double compliance_along = 0;  // m/N, of the dimple along a border
   Vector3 crept_along = Vector3::Zero();   // m, world, of that spring,
   Vector3 creeps_along = Vector3::Zero();  // and of it in the last tick
   double bears = 0;             // N, of the tip at the start of the tick; before a border, of its cut
-  double dimple_before = 0;     // m, the dimple's depth under that
+  double dimple_before = 0;     // m, the depth of dimple and seat under that
   bool under = true;            // the tip presses on it, or will in this tick
 };
 

@@ -12,6 +12,7 @@ namespace {
 void find_insertion_contacts(const InsertionView& at, const State& state, InsertionScratch& scratch,
                              Contacts& contacts) {
   const auto& obstacle = scratch.located.obstacle;
+  find_hub_contact(at, scratch, contacts);
   for (const ShaftContact& found : scratch.located.contacts) contacts.put(make_contact(at, scratch, found));
   if (scratch.next.path < 0 || scratch.next.phase == Phase::through) {
     if (obstacle) find_surface_contact(at, scratch, contacts);
@@ -22,7 +23,6 @@ void find_insertion_contacts(const InsertionView& at, const State& state, Insert
   }
   for (const ShaftPoint& point : scratch.located.shaft)
     find_vertex_contacts(at, scratch.path(state.paths), scratch, point, contacts);
-  find_hub_contact(at, scratch, contacts);
 }
 
 // Those of needles and guides before those of the tissue: a shaft in squeezed tissue takes no room from them.

@@ -59,6 +59,10 @@ void look_ahead(const Model& model, const State& state, Scratch& scratch) {
       made = std::ranges::any_of(patch->points, [&](const auto& p) {
         return prepare_tissue(model.tissue_system, p.tetrahedron, scratch.tissue);
       });
+    if (const auto& hub = scratch.insertions[i].located.hub; hub && !made)
+      made = std::ranges::any_of(hub->patch.points, [&](const auto& p) {
+        return prepare_tissue(model.tissue_system, p.tetrahedron, scratch.tissue);
+      });
     for (int step = 0; here >= 0 && step <= kStepsAhead && !made; ++step)
       made = prepare_tissue(model.tissue_system, ahead(step * kStepAhead * model.element_sizes[here]), scratch.tissue);
     if (!made) scratch.next_look[i] = state.tick + kLookEvery;

@@ -101,13 +101,14 @@ double shrunk(double offset, double step) { return std::copysign(std::max(0.0, s
 // The end bears the whole force, or what is added to that of a cut.
 Contact on_obstacle(const InsertionView& at, const Obstacle& obstacle, ContactKind kind, const NeedleEnd& end,
                     double most, double recovery, ContactState& state) {
+  const Spring& seat = obstacle.seat;
   const double f = state.along, e = obstacle.dimple.compliance(obstacle.bears), h = at.needle.h;
   const double start = obstacle.dimple_before + height_before(obstacle, end);
   // An end that slides follows hollows and bulges of the surface.
-  const double travelled = (end.now.position - end.before).norm();
+  const double travelled = (end.now.position - end.before).norm() + end.turned;
   const double offset = f == 0 ? std::min(0.0, start + recovery * h) : shrunk(start, kSettlingSpeed * h + travelled);
-  Spring spring{obstacle.dimple.depth(obstacle.bears), e};
-  if (f == obstacle.bears) spring.stored = obstacle.dimple.energy(f) - e * f * f / 2;
+  Spring spring{obstacle.dimple.depth(obstacle.bears) + seat.depth, e + seat.compliance};
+  if (f == obstacle.bears) spring.stored = obstacle.dimple.energy(f) - e * f * f / 2 + seat.stored;
   Contact contact{.kind = kind, .needle = at.needle_index, .on_needle = end.now, .state = &state};
   contact.foot.point.a = obstacle.material;
   contact.foot.patch = obstacle.patch.points;

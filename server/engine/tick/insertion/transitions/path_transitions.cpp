@@ -243,7 +243,8 @@ std::uint32_t insertion_transitions(const Transition& now) {
   const std::uint32_t flags = change_state(now);
   if (!tear_path(now)) leave_path(now, now.paths[now.state.path]);
   if (const auto& skin = now.scratch.located.hub; skin && skin->bears == 0 && now.state.hub.along > 0)
-    now.report(EventKind::hub, skin->region, now.state.hub.along, now.at.needle.start_position(0));
+    now.report(EventKind::hub, skin->region, now.state.hub.along,
+               curve_point(now.at.needle.model, now.at.needle.shape, 0).position);
   measure_depth(now);
   return flags;
 }
