@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A contact: a point of a needle that is held to a foot, by a law, through springs that mesh or needle do not resolve.
-// Finders fill contacts in (insertion/finding/tip_contacts.h, insertion/finding/vertex_contacts.h,
-// insertion/finding/shaft_contact.h, guides.h, needle_contact.h); add_contact() makes rows of them (laws/rows.h), and
-// read_contact() takes the forces back: nothing else does.
+// Finders fill contacts in (insertion/finding/tip_contacts.h, vertex_contacts.h, shaft_contact.h, hub.h; guides.h,
+// needle_contact.h); add_contact() makes rows of them (laws/rows.h), and read_contact() takes the forces back: nothing
+// else does.
 //
 //   Normal   one row along n that pushes, capped; with friction two more in a disk across n
 //   Across   two rows across a path or guide that hold; near the path's strength one of them is friction (tearing.h)

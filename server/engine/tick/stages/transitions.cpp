@@ -53,16 +53,15 @@ void look_ahead(const Model& model, const State& state, Scratch& scratch) {
     const auto ahead = [&](double distance) {
       return tetrahedron_ahead(at, scratch.insertions[i], state.insertions[i], state.paths, distance);
     };
+    const auto prepare = [&](const ContactPatch& patch) {
+      return std::ranges::any_of(patch.points, [&](const auto& p) {
+        return prepare_tissue(model.tissue_system, p.tetrahedron, scratch.tissue);
+      });
+    };
     const int here = ahead(0);
-    bool made = false;
-    if (const auto patch = patch_ahead(at, state.insertions[i], state.paths, kSurfaceAhead))
-      made = std::ranges::any_of(patch->points, [&](const auto& p) {
-        return prepare_tissue(model.tissue_system, p.tetrahedron, scratch.tissue);
-      });
-    if (const auto& hub = scratch.insertions[i].located.hub; hub && !made)
-      made = std::ranges::any_of(hub->patch.points, [&](const auto& p) {
-        return prepare_tissue(model.tissue_system, p.tetrahedron, scratch.tissue);
-      });
+    const auto patch = patch_ahead(at, state.insertions[i], state.paths, kSurfaceAhead);
+    const auto& hub = scratch.insertions[i].located.hub;
+    bool made = (patch && prepare(*patch)) || (hub && prepare(hub->patch));
     for (int step = 0; here >= 0 && step <= kStepsAhead && !made; ++step)
       made = prepare_tissue(model.tissue_system, ahead(step * kStepAhead * model.element_sizes[here]), scratch.tissue);
     if (!made) scratch.next_look[i] = state.tick + kLookEvery;

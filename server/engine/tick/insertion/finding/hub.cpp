@@ -26,8 +26,8 @@ bool is_near(const InsertionView& at, const MaterialPoint& mouth) {
 // spring. `compliance`: dD/df (m/N).
 Spring seat(double s, double D, double compliance, double f) {
   constexpr double kLeast = 1e-3;  // D/2s below which the spring is linear
-  const double share = D / (2 * s);
   if (s == 0) return {};
+  const double share = D / (2 * s);
   if (share >= 1) return {s, 0, 0.2 * f * s / share};
   if (share < kLeast) {
     const double slope = 1.5 / std::cbrt(kLeast) - 1;
@@ -77,6 +77,7 @@ void find_hub(const InsertionView& at, const Path* path, InsertionScratch& scrat
     return;
   }
   Obstacle& skin = scratch.located.hub.emplace(surface_under_hub(at, *path, state));
+  if (!at.tissue.relaxes()) return;
   const RelaxationStep& law = at.tissue.relaxation_of(skin.material);
   creep_to(law, skin.dimple.at_rest(skin.bears), state.creep.along);
   skin.dimple.relax(law, state.creep.along);
