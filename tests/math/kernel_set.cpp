@@ -100,8 +100,8 @@ TEST_CASE("forces, rotations and volumes of elements give the same bits with wid
     for (int lane = 0; lane < kLanes; ++lane) {
       for (int i = 0; i < 9; ++i) shapes[b].shape.gradient[i / 3][i % 3][lane] = random.uniform(-100, 100);
       shapes[b].shape.volume[lane] = lane == 7 && b % 4 == 0 ? 0 : random.uniform(1e-9, 1e-7);
-      shapes[b].shape.mu[lane] = random.uniform(1e2, 1e6);
-      shapes[b].shape.lambda[lane] = random.uniform(1e2, 1e6);
+      shapes[b].shape.law.mu[lane] = random.uniform(1e2, 1e6);
+      shapes[b].shape.law.lambda[lane] = random.uniform(1e2, 1e6);
       damping[b][lane] = random.uniform(0, 0.1);
       double size = 0;
       for (int i = 0; i < 4; ++i) {

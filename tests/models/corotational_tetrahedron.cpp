@@ -181,8 +181,8 @@ void set_lane(int lane, const Tetrahedron& t, const Nodes& x, TetrahedronShape<O
               Octet (&q)[4]) {
   for (int k = 0; k < 9; ++k) shape.gradient[k / 3][k % 3][lane] = t.shape.gradient[k / 3][k % 3];
   shape.volume[lane] = t.shape.volume;
-  shape.mu[lane] = t.shape.mu;
-  shape.lambda[lane] = t.shape.lambda;
+  shape.law.mu[lane] = t.shape.law.mu;
+  shape.law.lambda[lane] = t.shape.law.lambda;
   for (int k = 0; k < 12; ++k) local[k / 3][k % 3][lane] = x(k % 3, k / 3);
   for (int k = 0; k < 4; ++k) q[k][lane] = t.q[k];
 }

@@ -234,8 +234,8 @@ bool dies_away(double r, int window, double increase = 1) {
   FieldMotion motion(bench.model, window);
   motion.increase_by(increase);
   for (ElementBatch& batch : bench.model.batches) {
-    for (double& mu : batch.shape.mu.at) mu *= 1 + r;
-    for (double& lambda : batch.shape.lambda.at) lambda *= 1 + r;
+    for (double& mu : batch.shape.law.mu.at) mu *= 1 + r;
+    for (double& lambda : batch.shape.law.lambda.at) lambda *= 1 + r;
   }
   TissueState state = motion.state();
   auto largest_until = [&, i = 0](int end) mutable {

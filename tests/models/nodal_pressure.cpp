@@ -187,7 +187,7 @@ TEST_CASE("nodal pressure: the rest stiffness lets rigid motions pass and resist
   // Besides, no displacement is much softer than the softest of a material that does not lock.
   Material compressible = soft_material();
   compressible.poisson_ratio = 0;
-  compressible.young_modulus = 2 * model.elements[0].mu;
+  compressible.young_modulus = 2 * model.elements[0].law.mu;
   const MatrixX shear_only =
       dense_matrix(bench_tissue(mesh, compressible), mesh.nodes, Tangent::rest, {.stiffness = 1});
   const VectorX eigenvalues = test::eigenvalues(k);
@@ -319,14 +319,14 @@ double vortex_work(const TetrahedralMesh& mesh, const TissueModel& model) {
   SparseMatrix lower;
   TissueAssembler(model).assemble(mesh.nodes, unturned, Tangent::rest, {.stiffness = 1}, lower);
   VectorX load = VectorX::Zero(model.unknowns());
-  const double exact = model.elements[0].mu * Vortex::work_per_mu();
+  const double exact = model.elements[0].law.mu * Vortex::work_per_mu();
   for (int t = 0; t < mesh.tetrahedron_count(); ++t)
     for (int q = 0; q < 4; ++q) {  // Gauss points of degree two
       Eigen::Vector4d weights = Eigen::Vector4d::Constant((5 - std::sqrt(5.0)) / 20);
       weights[q] = (5 + 3 * std::sqrt(5.0)) / 20;
       const Vector3 point = material_position(mesh, mesh.nodes, {t, weights});
       const Vector3 force =
-          model.elements[static_cast<std::size_t>(t)].mu * rest_volume(mesh, t) / 4 * Vortex::load_per_mu(point);
+          model.elements[static_cast<std::size_t>(t)].law.mu * rest_volume(mesh, t) / 4 * Vortex::load_per_mu(point);
       for (int k = 0; k < 4; ++k) {
         const int node = mesh.tetrahedra[static_cast<std::size_t>(t)][static_cast<std::size_t>(k)];
         const int free = model.free_index[static_cast<std::size_t>(node)];

@@ -205,8 +205,8 @@ TEST_CASE("regions keep their own stiffness and density") {
   const std::vector<Material> materials{soft, hard};
   const TissueModel model = make_tissue_model(
       mesh, region, materials, std::vector<bool>(static_cast<std::size_t>(mesh.node_count()), false), Vector3::Zero());
-  CHECK(model.elements[5].mu == doctest::Approx(10 * model.elements[4].mu));
-  CHECK(model.elements[5].lambda == doctest::Approx(10 * model.elements[4].lambda));
+  CHECK(model.elements[5].law.mu == doctest::Approx(10 * model.elements[4].law.mu));
+  CHECK(model.elements[5].law.lambda == doctest::Approx(10 * model.elements[4].law.lambda));
   const double total = 1000 * 8 * kHalf * kHalf * kHalf;
   CHECK(model.mass.sum() == doctest::Approx(total + 1000 * rest_volume(mesh, 5)));
 }

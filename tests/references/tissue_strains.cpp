@@ -25,9 +25,9 @@ Material material() {
   return m;
 }
 
-struct Moduli {
+struct Lame {
   double mu, lambda;
-  explicit Moduli(const Material& m)
+  explicit Lame(const Material& m)
       : mu(m.young_modulus / (2 * (1 + m.poisson_ratio))),
         lambda(m.young_modulus * m.poisson_ratio / ((1 + m.poisson_ratio) * (1 - 2 * m.poisson_ratio))) {}
 };
@@ -61,7 +61,7 @@ void check_response(const std::string& name, const Matrix3& f, const Matrix3& st
 }
 
 TEST_CASE("hydrostatic: a cube at half to twice its size bears 3 K times the strain") {
-  const Moduli m(material());
+  const Lame m(material());
   for (const double s : {0.5, 0.99, 1.01, 2.0}) {
     const double bulk = m.lambda + 2 * m.mu / 3, e = s - 1;
     check_response("hydrostatic, s = " + std::to_string(s), s * Matrix3::Identity(), 3 * bulk * e * Matrix3::Identity(),
@@ -70,7 +70,7 @@ TEST_CASE("hydrostatic: a cube at half to twice its size bears 3 K times the str
 }
 
 TEST_CASE("confined and uniaxial stretch: Hooke's law in the nominal strain") {
-  const Moduli m(material());
+  const Lame m(material());
   const double young = material().young_modulus, nu = material().poisson_ratio;
   for (const double s : {0.4, 0.99, 1.01, 1.8}) {
     const double e = s - 1;
@@ -84,7 +84,7 @@ TEST_CASE("confined and uniaxial stretch: Hooke's law in the nominal strain") {
 }
 
 TEST_CASE("simple shear to 63 degrees: the closed form of the corotational law") {
-  const Moduli m(material());
+  const Lame m(material());
   for (const double g : {0.001, 0.1, 0.5, 1.0, 2.0}) {
     const double w = std::sqrt(4 + g * g);
     Matrix3 f = Matrix3::Identity(), r = Matrix3::Identity();

@@ -15,7 +15,7 @@
 
 #include "server/engine/laws/solver/law_method.h"
 #include "server/engine/math/types.h"
-#include "server/engine/models/element/material.h"
+#include "server/engine/models/element/moduli.h"
 #include "server/engine/models/element/tissue_element.h"
 #include "server/engine/models/geometry/tetrahedral_mesh.h"
 #include "server/engine/scene/files/scene_error.h"
@@ -107,7 +107,7 @@ struct Region : Volume {
 // The pressure of a region's tissue on a shaft (Pa): as given, or 2 G = E/(1 + nu), which Lamé's solution for a
 // cylindrical hole in an unbounded body needs to widen the hole by its own radius.
 inline double shaft_pressure(const Region& region) {
-  return region.interaction.pressure.value_or(region.material.young_modulus / (1 + region.material.poisson_ratio));
+  return region.interaction.pressure.value_or(2 * Moduli(region.material).shear());
 }
 
 // Where two regions meet. A pair without an entry holds the tip with the puncture force of the region it goes into.

@@ -131,7 +131,7 @@ double force_rounding_of(const Scene& scene, const TetrahedralMesh& mesh, std::s
   constexpr double kRounding = 100 * std::numeric_limits<double>::epsilon();
   double stiffest = 0;  // N/m
   for (int t = 0; t < mesh.tetrahedron_count(); ++t)
-    stiffest = std::max(stiffest, scene.tissue.regions[regions[t]].material.young_modulus * sizes[t]);
+    stiffest = std::max(stiffest, Moduli(scene.tissue.regions[regions[t]].material).young * sizes[t]);
   return mesh.nodes.size() == 0 ? 0 : kRounding * stiffest * mesh.nodes.cwiseAbs().maxCoeff();
 }
 
@@ -180,7 +180,7 @@ BevelPath steered_path(const Needle& needle, const NeedleModel& model, const Reg
   const Interaction& law = region.interaction;
   const double d = needle.outer_diameter;
   return bevel_path({d, model.stiffness.bending, *face_angle(needle), needle.point_offset * d / 2},
-                    {region.material, law.cutting_force, law.tear_strength});
+                    {Moduli(region.material), law.cutting_force, law.tear_strength});
 }
 
 int max_tissue_rows(const Scene& scene, const Needle& needle) {

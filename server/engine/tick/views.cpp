@@ -31,40 +31,38 @@ std::optional<BorderFace> TissueView::border_face(const MaterialPoint& p) const 
 }
 
 double TissueView::lateral_compliance(const MaterialPoint& p, double d) const {
-  const Region& r = tissue_regions[region(p)];
-  const std::optional<double>& given = r.interaction.foundation_stiffness;
+  const std::optional<double>& given = tissue_regions[region(p)].interaction.foundation_stiffness;
   double compliance = 0;
   if (given)
     compliance = 1 / *given;
   else if (local_compliance)
-    compliance = foundation_compliance(r.material, element_sizes[p.tetrahedron], d);
-  return std::max(compliance, kLeastGive / r.material.young_modulus);
+    compliance = foundation_compliance(moduli(p), element_sizes[p.tetrahedron], d);
+  return std::max(compliance, kLeastGive / moduli(p).young);
 }
 
 double TissueView::end_compliance(const MaterialPoint& p, double d) const {
-  const Region& r = tissue_regions[region(p)];
-  const std::optional<double>& given = r.interaction.foundation_stiffness;
+  const std::optional<double>& given = tissue_regions[region(p)].interaction.foundation_stiffness;
   double compliance = 0;
   if (given)
     compliance = 1 / (*given * kEndBearing * d);
   else if (local_compliance)
-    compliance = acus::end_compliance(r.material, element_sizes[p.tetrahedron], d);
-  return std::max(compliance, kLeastGive / (r.material.young_modulus * kEndBearing * d));
+    compliance = acus::end_compliance(moduli(p), element_sizes[p.tetrahedron], d);
+  return std::max(compliance, kLeastGive / (moduli(p).young * kEndBearing * d));
 }
 
 double TissueView::axial_compliance(const MaterialPoint& p, double d) const {
   if (!local_compliance) return 0;
-  return acus::axial_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d);
+  return acus::axial_compliance(moduli(p), element_sizes[p.tetrahedron], d);
 }
 
 double TissueView::surface_displacement(const MaterialPoint& p, double d, double q, double L) const {
   if (!local_compliance) return 0;
-  return acus::surface_displacement(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, q, L);
+  return acus::surface_displacement(moduli(p), element_sizes[p.tetrahedron], d, q, L);
 }
 
 double TissueView::mouth_displacement(const MaterialPoint& p, double d, double q, double length) const {
   if (!local_compliance) return 0;
-  return acus::mouth_displacement(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, q, length);
+  return acus::mouth_displacement(moduli(p), element_sizes[p.tetrahedron], d, q, length);
 }
 
 RelaxationStep TissueView::relaxation_of(const MaterialPoint& p, int behind) const {
@@ -109,12 +107,12 @@ DimpleSpring TissueView::dimple_spring(const MaterialPoint& p, double d, double 
 }
 
 GrooveSpring TissueView::groove_spring(const MaterialPoint& p, double d, double length) const {
-  return {tissue_regions[region(p)].material, local_compliance ? element_sizes[p.tetrahedron] : 0, d, length};
+  return {moduli(p), local_compliance ? element_sizes[p.tetrahedron] : 0, d, length};
 }
 
 double TissueView::tip_compliance(const MaterialPoint& p, double d, double f) const {
   if (!local_compliance) return 0;
-  return acus::tip_compliance(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, f);
+  return acus::tip_compliance(moduli(p), element_sizes[p.tetrahedron], d, f);
 }
 
 LoadRadii TissueView::shaft_radii(const MaterialPoint& p, double d) const {
@@ -122,7 +120,7 @@ LoadRadii TissueView::shaft_radii(const MaterialPoint& p, double d) const {
 }
 
 LoadRadii TissueView::tip_radii(const MaterialPoint& p, double d, double f) const {
-  return acus::tip_radii(tissue_regions[region(p)].material, element_sizes[p.tetrahedron], d, f);
+  return acus::tip_radii(moduli(p), element_sizes[p.tetrahedron], d, f);
 }
 
 Vector3 NeedleView::turned(const CurvePoint& point) const {

@@ -35,6 +35,7 @@ struct TissueView {
   std::span<const RelaxationStep> relaxation{};  // per region, none where no tissue relaxes
 
   int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
+  Moduli moduli(const MaterialPoint& p) const { return tissue_regions[region(p)].material; }
   const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
   bool relaxes() const { return !relaxation.empty(); }
   const RelaxationStep& relaxation_of(const MaterialPoint& p) const {

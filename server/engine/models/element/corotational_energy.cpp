@@ -41,8 +41,7 @@ Matrix3 corotational_strain(const TetrahedronShape<double>& t, const double (&x)
 }
 
 double strain_energy(const TetrahedronShape<double>& t, const Matrix3& strain) {
-  const double trace = strain.trace();
-  return t.volume * (t.mu * strain.squaredNorm() + 0.5 * t.lambda * trace * trace);
+  return t.volume * t.law.energy(strain);
 }
 
 double corotational_energy(const TetrahedronShape<double>& t, const double (&x)[4][3], const double (&q)[4]) {
@@ -74,9 +73,10 @@ Eigen::Matrix<double, 12, 12> corotational_tangent(const TetrahedronShape<double
     for (int j = 0; j < 3; ++j) trace_map(3 * i + j) = r(i, j);
   const Eigen::Matrix<double, 3, 9> axial = axial_map(r);
   const Matrix3 g = exact ? Matrix3(s.trace() * Matrix3::Identity() - s) : Matrix3(2 * Matrix3::Identity());
-  const double turning = (exact ? t.lambda * (s.trace() - 3) + p : 0) - 2 * t.mu;
-  const Eigen::Matrix<double, 9, 9> c = 2 * t.mu * Eigen::Matrix<double, 9, 9>::Identity() +
-                                        t.lambda * trace_map.transpose() * trace_map +
+  const auto [mu, lambda] = t.law;
+  const double turning = (exact ? lambda * (s.trace() - 3) + p : 0) - 2 * mu;
+  const Eigen::Matrix<double, 9, 9> c = 2 * mu * Eigen::Matrix<double, 9, 9>::Identity() +
+                                        lambda * trace_map.transpose() * trace_map +
                                         turning * axial.transpose() * g.inverse() * axial;
 
   // dF(i, j) = sum over nodes of dx(node, i) gradN(node, j).

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Corotational linear tetrahedron with Hooke's law: large rotations, small strains.
+// Corotational linear tetrahedron: large rotations, small strains, with the law of hooke.h.
 //
 // With F = dx/dX (constant in the element), F = R S its polar decomposition and E = S - I the strain, the energy is
 //
@@ -19,6 +19,7 @@
 #pragma once
 
 #include "server/engine/math/lanes.h"
+#include "server/engine/models/element/hooke.h"
 
 namespace acus {
 
@@ -27,7 +28,7 @@ template <class Stored>
 struct TetrahedronShape {
   Stored gradient[3][3];  // rows: grad N_1, grad N_2, grad N_3 (1/m); grad N_0 = minus their sum
   Stored volume;          // m³
-  Stored mu, lambda;      // Lamé constants (Pa)
+  Hooke<Stored> law;
 };
 
 // 1/sqrt(n) for n near 1, where a few terms of its series are exact to rounding and sooner there.
@@ -119,16 +120,12 @@ inline void deformation_gradient(const TetrahedronShape<Stored>& t, const Real (
     }
 }
 
-// force[node][axis] = V R (2 mu E + lambda tr(E) I) grad N, for a rotation r and a strain e + shift I, both 3 x 3.
+// force[node][axis] = V R S grad N, for a rotation r and a strain e + shift I, both 3 x 3.
 template <class Real, class Stored>
 inline void nodal_forces(const TetrahedronShape<Stored>& t, const Real (&r)[3][3], const Real (&e)[3][3], double shift,
                          Real (&force)[4][3]) {
-  const Real shear = 2.0 * Real(t.mu);
-  const Real pressure = t.lambda * (e[0][0] + e[1][1] + e[2][2] + 3.0 * shift) + shear * shift;
   Real stress[3][3];
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) stress[i][j] = shear * e[i][j];
-  for (int i = 0; i < 3; ++i) stress[i][i] = stress[i][i] + pressure;
+  t.law.stress(e, shift, stress);
   for (int i = 0; i < 3; ++i) {
     const Real p0 = t.volume * (r[i][0] * stress[0][0] + r[i][1] * stress[1][0] + r[i][2] * stress[2][0]);
     const Real p1 = t.volume * (r[i][0] * stress[0][1] + r[i][1] * stress[1][1] + r[i][2] * stress[2][1]);

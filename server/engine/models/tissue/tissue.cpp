@@ -8,6 +8,7 @@
 #include "server/engine/math/kernel_set.h"
 #include "server/engine/math/rotation.h"
 #include "server/engine/models/element/corotational_energy.h"
+#include "server/engine/models/element/moduli.h"
 
 namespace acus {
 
@@ -37,9 +38,7 @@ TetrahedronShape<double> make_element(const TetrahedralMesh& mesh, int t, const 
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) shape.gradient[i][j] = gradient(i, j);
   shape.volume = edges.determinant() / 6;
-  const double e = material.young_modulus, nu = material.poisson_ratio;
-  shape.mu = e / (2 * (1 + nu));
-  shape.lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
+  shape.law = hooke(material);
   return shape;
 }
 
@@ -48,11 +47,9 @@ void average_pressure(TissueModel& model, std::span<const int> region_of, std::s
   std::vector<double> volumes, modulus(regions, 0.0), damping(regions, 0.0);
   for (std::size_t t = 0; t < model.elements.size(); ++t) {
     TetrahedronShape<double>& shape = model.elements[t];
-    const double share = std::min(shape.lambda, NodalPressure::kElementShare * shape.mu);
     volumes.push_back(shape.volume);
-    modulus[region_of[t]] = shape.lambda - share;
+    modulus[region_of[t]] = shape.law.take_volumetric(NodalPressure::kElementShare * shape.law.mu);
     damping[region_of[t]] = model.rayleigh_stiffness[t];
-    shape.lambda = share;
   }
   model.pressure = make_nodal_pressure(*model.mesh, region_of, volumes, modulus, damping);
 }
@@ -61,8 +58,8 @@ void fill_lane(ElementBatch& batch, int lane, const TetrahedronShape<double>& s,
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) batch.shape.gradient[i][j][lane] = s.gradient[i][j];
   batch.shape.volume[lane] = s.volume;
-  batch.shape.mu[lane] = s.mu;
-  batch.shape.lambda[lane] = s.lambda;
+  batch.shape.law.mu[lane] = s.law.mu;
+  batch.shape.law.lambda[lane] = s.law.lambda;
   for (int k = 0; k < 4; ++k) batch.nodes[k][lane] = nodes[k];
 }
 

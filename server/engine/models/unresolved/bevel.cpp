@@ -12,10 +12,9 @@ namespace {
 
 // k (Pa) along a needle of radius a (m) that bends within 1/lambda (m). What bends within less than its diameter is no
 // needle.
-double beside_needle(const Material& material, double a, double lambda) {
-  const double nu = material.poisson_ratio, b = std::min(2 * lambda * a, 1.0);
-  const double shear = material.young_modulus / (2 * (1 + nu));
-  return 16 * std::numbers::pi * shear * (1 - nu) /
+double beside_needle(const Moduli& moduli, double a, double lambda) {
+  const double nu = moduli.poisson, b = std::min(2 * lambda * a, 1.0);
+  return 16 * std::numbers::pi * moduli.shear() * (1 - nu) /
          (2 * (3 - 4 * nu) * std::cyl_bessel_k(0, b) + b * std::cyl_bessel_k(1, b));
 }
 
@@ -27,7 +26,7 @@ BevelPath bevel_path(const Bevel& bevel, const BevelledTissue& tissue) {
   const double d = bevel.diameter;
   double lambda = 0.1 / d, k = 0;
   for (int i = 0; i < kIterations; ++i) {
-    k = beside_needle(tissue.material, d / 2, lambda);
+    k = beside_needle(tissue.moduli, d / 2, lambda);
     lambda = std::pow(k / (4 * bevel.bending), 0.25);
   }
   const double e = std::min(bevel.offset, tissue.tear_strength / k);

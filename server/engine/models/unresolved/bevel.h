@@ -36,7 +36,7 @@
 // of a bevel here. The needle far from its tip, and the base, feel no difference.
 #pragma once
 
-#include "server/engine/models/element/material.h"
+#include "server/engine/models/element/moduli.h"
 
 namespace acus {
 
@@ -49,7 +49,7 @@ struct Bevel {
 
 // What a bevel cuts.
 struct BevelledTissue {
-  const Material& material;
+  Moduli moduli;
   double cutting_force;  // f_c (N)
   double tear_strength;  // t (N/m), .inf allowed
 };

@@ -39,10 +39,10 @@ double widest(const Indented& tissue, double d, double f) {
 
 }  // namespace
 
-Indented::Indented(const Material& material, double deep_indentation)
-    : stiffness(2 * material.young_modulus / (1 - material.poisson_ratio * material.poisson_ratio)),
-      deep(deep_indentation * material.young_modulus),
-      folding(std::max(deep_indentation, kFolding) * material.young_modulus) {
+Indented::Indented(const Moduli& moduli, double deep_indentation)
+    : stiffness(2 * moduli.young / (1 - moduli.poisson * moduli.poisson)),
+      deep(deep_indentation * moduli.young),
+      folding(std::max(deep_indentation, kFolding) * moduli.young) {
   assert(deep_indentation >= 0);
 }
 

@@ -47,7 +47,7 @@
 // D and f are those of tissue at rest; in tissue that relaxes f is f_r (relaxing_spring.h).
 #pragma once
 
-#include "server/engine/models/element/material.h"
+#include "server/engine/models/element/moduli.h"
 #include "server/engine/models/unresolved/dent.h"
 #include "server/engine/models/unresolved/relaxing_spring.h"
 
@@ -59,7 +59,7 @@ struct Indented {
   double deep = 0;       // N/m², beta E
   double folding = 0;    // N/m², with beta = 2.1 at least
 
-  Indented(const Material& material, double deep_indentation);
+  Indented(const Moduli& moduli, double deep_indentation);
   Indented& operator+=(const Indented& other);
 };
 

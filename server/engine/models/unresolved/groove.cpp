@@ -16,9 +16,9 @@ constexpr double kLeastGive = 1e-4;
 
 }  // namespace
 
-GrooveSpring::GrooveSpring(const Material& material, double edge, double d, double length)
-    : line_(2 * (1 - material.poisson_ratio * material.poisson_ratio) / (std::numbers::pi * material.young_modulus)),
-      spread_(2 * material.young_modulus),
+GrooveSpring::GrooveSpring(const Moduli& moduli, double edge, double d, double length)
+    : line_(2 * (1 - moduli.poisson * moduli.poisson) / (std::numbers::pi * moduli.young)),
+      spread_(2 * moduli.young),
       radius_(d / 2),
       more_(std::max(0.0, kAcrossSurface * edge - d / 2)),
       length_(length) {

@@ -13,7 +13,7 @@
 // a strip that those meshes resolve; 0.31, 0.31 and 0.32 at nu = 0.3, 0.45 and 0.49, 0.19 to 0.40 along single lines.
 #pragma once
 
-#include "server/engine/models/element/material.h"
+#include "server/engine/models/element/moduli.h"
 #include "server/engine/models/unresolved/dent.h"
 #include "server/engine/models/unresolved/relaxing_spring.h"
 
@@ -23,7 +23,7 @@ namespace acus {
 class GrooveSpring : public RelaxingSpring {
  public:
   // Under `length` (m) of a shaft of diameter d (m) on elements of the size `edge` (m); 0: the mesh has all of it.
-  GrooveSpring(const Material& material, double edge, double d, double length);
+  GrooveSpring(const Moduli& moduli, double edge, double d, double length);
 
   // At the force f (N), 0 <= f.
   double depth(double f) const;       // m

@@ -48,7 +48,7 @@
 // = 0.45, and all of them 4.38 to 4.40 with ln(edge/d) added.
 #pragma once
 
-#include "server/engine/models/element/material.h"
+#include "server/engine/models/element/moduli.h"
 #include "server/engine/models/unresolved/dent.h"
 
 namespace acus {
@@ -60,23 +60,23 @@ constexpr double kOnSurface = 0.69;
 // 1/2:
 //
 //   1/k = (3 - 4 nu)/(8 pi G (1 - nu)) ln(edge/d),   zero where edge <= d.
-double foundation_compliance(const Material& material, double edge, double d);
+double foundation_compliance(const Moduli& moduli, double edge, double d);
 
-double end_compliance(const Material& material, double edge, double d);            // m/N, across the tip
-double axial_compliance(const Material& material, double edge, double d);          // m²/N
-double tip_compliance(const Material& material, double edge, double d, double f);  // m/N
+double end_compliance(const Moduli& moduli, double edge, double d);            // m/N, across the tip
+double axial_compliance(const Moduli& moduli, double edge, double d);          // m²/N
+double tip_compliance(const Moduli& moduli, double edge, double d, double f);  // m/N
 
 // Displacement (m) beyond the mesh's, along the shaft, where it goes through a surface and carries tissue along by q
 // (N/m). What a load displaces reaches out as far as the load is long, L (m):
 //
 //   u = q/(2 pi G) ln(min(c edge, L)/a),   0 where L < a.
-double surface_displacement(const Material& material, double edge, double d, double q, double L);
+double surface_displacement(const Moduli& moduli, double edge, double d, double q, double L);
 // The same at a mouth whose shaft ends at a tip, `length` (m) from the mesh's mouth: a mouth that is carried towards
 // the tip, q > 0, leaves L = length - u of the shaft in the tissue. u < length.
-double mouth_displacement(const Material& material, double edge, double d, double q, double length);
+double mouth_displacement(const Moduli& moduli, double edge, double d, double q, double length);
 
 // Radii between which the mesh lacks the compliance: a and c edge along the shaft, b and c edge ahead of the tip.
 LoadRadii shaft_radii(double edge, double d);
-LoadRadii tip_radii(const Material& material, double edge, double d, double f);
+LoadRadii tip_radii(const Moduli& moduli, double edge, double d, double f);
 
 }  // namespace acus

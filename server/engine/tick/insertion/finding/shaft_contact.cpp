@@ -144,7 +144,7 @@ GrooveSpring groove_under(const InsertionView& at, const ShaftContact& contact, 
 double partial_compliance(const InsertionView& at, const ShaftContact& contact) {
   constexpr double kPartial = 0.01;  // small next to a groove
   const MaterialPoint& middle = contact.points[kContactPoints / 2];
-  const double stiffness = at.tissue.tissue_regions[at.tissue.region(middle)].material.young_modulus * contact.length;
+  const double stiffness = at.tissue.moduli(middle).young * contact.length;
   const double cell = at.needle.model.length / shaft_cells(at.parameters);
   return kPartial * std::max(0.0, cell / contact.length - 1) / stiffness;
 }
