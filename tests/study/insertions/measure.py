@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs an insertion, and measures what anyone takes for granted of it."""
+
+import dataclasses
+
+import numpy as np
+
+import acus
+from acus.drawn import Dents
+from insertions.draw import surface_of
+
+LOOK = 5  # ticks between two looks at the drawn skin
+BEFORE, AFTER = 3, 12  # ticks around a step of the force in which its event may lie
+STEP, SHARE = 0.05, 0.2  # N, and of the largest force of the run: a step is more
+
+
+@dataclasses.dataclass
+class Course:
+    """What a run tells, tick by tick."""
+    forces: np.ndarray  # N, n x 3, base
+    tips: np.ndarray  # m, n x 3
+    depths: np.ndarray  # m
+    unheld: np.ndarray  # m
+    flags: np.ndarray
+    phases: list
+    events: list  # (tick, kind, N)
+    under_skin: np.ndarray  # m, tip below the drawn skin; nan where it is not looked at
+    work: np.ndarray  # J, of the hand so far
+
+
+def run(insertion, looks=True, each_tick=None):
+    """The Course. `each_tick(model, state, report)` is called after each."""
+    model = acus.engine.load(insertion.scene)
+    state, triangles = model.start(), surface_of(model.tetrahedra)
+    base, work, told = insertion.base.copy(), 0.0, []
+    events = []
+    for tick, move in enumerate(insertion.moves):
+        base = base + move
+        report = acus.engine.step(model, state, {"n": (tuple(base), tuple(insertion.orientation), 0.0)})
+        needle = report["n"]
+        force = np.array(needle.base_force)
+        work -= float(force @ move)
+        under = np.nan
+        if looks and tick % LOOK == 0 and needle.phase == "contact":
+            under = _under_skin(state, triangles, np.array(needle.tip_position))
+        events += [(tick, event.kind, float(event.force)) for event in report.events]
+        told.append((force, np.array(needle.tip_position), needle.depth, needle.unheld, report.flags, needle.phase, under, work))
+        if each_tick:
+            each_tick(model, state, report)
+    columns = list(zip(*told))
+    return Course(np.array(columns[0]), np.array(columns[1]), np.array(columns[2]), np.array(columns[3]), np.array(columns[4]),
+                  list(columns[5]), events, np.array(columns[6]), np.array(columns[7]))
+
+
+def _under_skin(state, triangles, tip):
+    """m, how deep a point lies below the skin as it is drawn, 0 above it."""
+    nodes, pieces = Dents(*state.dents).surface(np.array(state.tissue_positions), triangles)
+    a, b, c = (nodes[pieces[:, each]] for each in range(3))
+    nearest = nearest_on_triangles(tip, a, b, c)
+    ways = tip - nearest
+    distances = np.linalg.norm(ways, axis=1)
+    normals = np.cross(b - a, c - a)
+    close = distances <= distances.min() + 1e-7  # an edge or a corner belongs to several
+    return float(distances.min()) if (ways[close] * normals[close]).sum() < 0 else 0.0
+
+
+def nearest_on_triangles(p, a, b, c):
+    """The nearest point of each triangle to p: inside it, or on one of its edges."""
+    ab, ac = b - a, c - a
+    normal = np.cross(ab, ac)
+    area = (normal**2).sum(axis=1)
+    v = (np.cross(p - a, ac) * normal).sum(axis=1) / area
+    w = (np.cross(ab, p - a) * normal).sum(axis=1) / area
+    inside = (v >= 0) & (w >= 0) & (v + w <= 1)
+    best = a + v[:, None] * ab + w[:, None] * ac
+    distance = np.where(inside, np.linalg.norm(p - best, axis=1), np.inf)
+    for start, end in ((a, b), (b, c), (c, a)):
+        way = end - start
+        along = np.clip(((p - start) * way).sum(axis=1) / (way**2).sum(axis=1), 0, 1)
+        on_edge = start + along[:, None] * way
+        away = np.linalg.norm(p - on_edge, axis=1)
+        best = np.where((away < distance)[:, None], on_edge, best)
+        distance = np.minimum(distance, away)
+    return best
+
+
+@dataclasses.dataclass
+class Step:
+    """A step of the base force that no event just before explains."""
+    tick: int
+    size: float  # N
+    follows: str  # the event within AFTER ticks, or ""
+    flags: list
+
+
+def jumps_of(forces):
+    """N, of each tick: its change of force less that of the tick before or after, or of the three before or after, whichever explains
+    most of it. What rises steadily, or begins or ends to, does not jump."""
+    changes = np.diff(forces, axis=0, prepend=forces[:1])
+    jumps = np.zeros(len(forces))
+    for tick in range(1, len(forces)):
+        around = [changes[max(1, tick - many):tick] for many in (1, 3)] + [changes[tick + 1:tick + 1 + many] for many in (1, 3)]
+        jumps[tick] = min((np.linalg.norm(changes[tick] - each.mean(axis=0)) for each in around if len(each)), default=0)
+    return jumps
+
+
+def steps_of(course):
+    """The largest Step of each stretch of ticks, the largest first."""
+    jumps = jumps_of(course.forces)
+    least = max(STEP, SHARE * np.linalg.norm(course.forces, axis=1).max())
+    times = np.array([tick for tick, _, _ in course.events] or [-100])
+    found, taken = [], []
+    for tick in map(int, np.argsort(-jumps)):
+        if jumps[tick] < least:
+            break
+        if np.any((times <= tick) & (times >= tick - BEFORE)) or any(abs(tick - each) <= AFTER for each in taken):
+            continue
+        taken.append(tick)
+        later = [kind for at, kind, _ in course.events if tick < at <= tick + AFTER]
+        found.append(Step(tick, float(jumps[tick]), later[0] if later else "", acus.flag_names(int(np.bitwise_or.reduce(course.flags[max(0, tick - 3):tick + 1])))))
+    return found
+
+
+def figures(insertion, course):
+    """{name: number or word} of a run."""
+    steps = steps_of(course)
+    flags = acus.flag_names(int(np.bitwise_or.reduce(course.flags)))
+    direction = _direction(insertion)
+    pulled = [move @ direction < 0 or force @ direction > 0 for move, force in zip(insertion.moves, np.roll(course.forces, 1, axis=0))]
+    punctures = [tick for tick, kind, _ in course.events if kind == "puncture"]
+    return {"number": insertion.number, **insertion.about, "ticks": len(insertion.moves), "largest": float(np.linalg.norm(course.forces, axis=1).max()),
+            "finite": bool(np.isfinite(course.forces).all()), "steps": len(steps), "step": steps[0].size if steps else 0.0,
+            "step_tick": steps[0].tick if steps else -1, "step_follows": steps[0].follows if steps else "",
+            "step_flags": " ".join(steps[0].flags) if steps else "", "unheld": float(course.unheld.max()),
+            "under_skin": float(np.nanmax(course.under_skin)) if np.isfinite(course.under_skin).any() else 0.0,
+            "punctures": len(punctures), "punctures_drawn": sum(pulled[tick] for tick in punctures),
+            "work": float(course.work.min()), "flags": " ".join(flags), "end": float(np.linalg.norm(course.forces[-1]))}
+
+
+def _direction(insertion):
+    w, x, y, z = insertion.orientation
+    return np.array([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)])
