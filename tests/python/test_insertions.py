@@ -11,6 +11,7 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path[:0] = [os.path.join(ROOT, "client", "python"), os.path.join(ROOT, "tests", "study")]
 
+from acus.plan.tissue import boundary_of  # noqa: E402
 from insertions import draw, measure, tell  # noqa: E402
 
 
@@ -33,7 +34,7 @@ class Steps(unittest.TestCase):
         nothing = np.zeros(40)
 
         def course(*events):
-            return measure.Course(forces, forces, nothing, nothing, np.zeros(40, dtype=int), ["free"] * 40, list(events), nothing, nothing)
+            return measure.Course(forces, nothing, np.zeros(40, dtype=int), list(events), nothing, nothing)
         self.assertEqual([step.tick for step in measure.steps_of(course())], [20])
         self.assertEqual(measure.steps_of(course((18, "puncture", 1.0))), [])
         self.assertEqual(measure.steps_of(course((25, "release", 0.0)))[0].follows, "release")
@@ -47,7 +48,7 @@ class Triangles(unittest.TestCase):
 
     def test_the_surface_of_a_tetrahedron_faces_outwards(self):
         nodes = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-        corners = nodes[draw.surface_of(np.array([[0, 1, 2, 3]]))]
+        corners = nodes[boundary_of(np.array([[0, 1, 2, 3]]))]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         self.assertTrue((((corners.mean(axis=1) - nodes.mean(axis=0)) * normals).sum(axis=1) > 0).all())
 

@@ -2,12 +2,14 @@
 """One insertion at a random place: a scene and the motion of its needle's base, of a number."""
 
 import dataclasses
-import json
 import os
 
 import numpy as np
 
 import acus
+from acus.plan.tissue import boundary_of
+from acus.rotation import orientation_along
+from acus.scene import yaml
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 LIVER = os.path.join(os.path.dirname(ROOT), "shared", "data", "meshes", "sofa_liver.msh")
@@ -41,8 +43,7 @@ def draw(number):
     rung = "exact" if random.random() < 0.05 else "warped" if random.random() < 0.6 else "refined"
     regions = [_region(random, young, poisson, puncture)]
     if about["mesh"] == "box" and random.random() < 0.3:
-        regions.append({"name": "below", "half_space": {"point": [float(each) for each in entry - normal * random.uniform(5e-3, 20e-3)],
-                                                        "normal": [float(each) for each in -normal]},
+        regions.append({"name": "below", "half_space": {"point": entry - normal * random.uniform(5e-3, 20e-3), "normal": -normal},
                         **_region(random, young * _log(random, 0.2, 5), poisson, puncture * _log(random, 0.3, 3))})
     elif about["mesh"] == "prostate":
         for name in ("prostate", "target"):
@@ -51,29 +52,26 @@ def draw(number):
     if rung == "exact":  # which has no relaxation
         for region in regions:
             region["material"].pop("relaxation", None)
+    relaxes = any("relaxation" in region["material"] for region in regions)
     tissue = {"rung": rung, **tissue, "regions": regions}
     if random.random() < 0.5:
         tissue["element"] = "nodal_pressure"
-    elif rung == "warped" and "relaxation" not in json.dumps(regions) and random.random() < 0.2:
+    elif rung == "warped" and not relaxes and random.random() < 0.2:
         tissue["window"] = int(random.choice([4, 8, 16]))
     tip = str(random.choice(["blunt", "bevel", "pencil", "trocar"]))
     needle = {"name": "n", "rung": str(random.choice(["rigid", "flexible", "flexible"])), "length": length, "beams": int(random.choice([10, 20, 30])),
               "outer_diameter": diameter, "tip": tip}
     if random.random() < 0.3:
         needle["material"] = {"young_modulus": 60e9, "poisson_ratio": 0.33, "density": 6450}
-    base, orientation = entry - direction * (length + AIR), _turn(np.array([1.0, 0, 0]), direction)
-    needle["base"] = {"position": [float(each) for each in base], "orientation": [float(each) for each in orientation]}
+    base, orientation = entry - direction * (length + AIR), orientation_along(direction)
+    needle["base"] = {"position": base, "orientation": orientation}
     scene = {"acus_scene": 1, "name": f"insertion {number}", "rate": rate, "tissue": tissue, "needles": [needle]}
     moves = _moves(random, direction, speed, rate)
     about = {**about, "young": young, "poisson": poisson, "tilt": float(np.degrees(tilt)), "diameter": diameter, "needle": needle["rung"],
              "tip": tip, "rate": rate, "speed": speed, "puncture": puncture, "puncture_ea2": puncture / (young * about["edge"] ** 2),
              "rung": rung, "element": tissue.get("element", "linear"), "window": tissue.get("window", 0),
-             "relaxes": "relaxation" in json.dumps(regions), "layers": len(regions)}
+             "relaxes": relaxes, "layers": len(regions)}
     return Insertion(number, yaml(scene), base, orientation, moves, about)
-
-
-def yaml(scene):
-    return "".join(f"{key}: {json.dumps(value).replace('Infinity', '.inf')}\n" for key, value in scene.items())
 
 
 def _log(random, low, high):
@@ -97,7 +95,7 @@ def _body(random):
     """(fields of tissue, entry on its surface (m), normal out of it, what it is)."""
     kind = random.random()
     if kind < 0.15 and os.path.isfile(LIVER):
-        return _of_file(random, "liver", LIVER, 0.034, {"half_space": {"point": [0, 0, 0], "normal": [0, 1, 0]}})
+        return _of_file(random, "liver", LIVER, 0.034)
     if kind < 0.25:
         size, cells = np.array([0.08, 0.07, 0.085]), "file"
         tissue = {"mesh": {"gmsh": {"file": PROSTATE, "metres_per_unit": 0.001}},
@@ -109,48 +107,33 @@ def _body(random):
         size = random.uniform(0.04, 0.08, 3)
         cells = [int(each) for each in random.integers(4, 10, 3)]
         half, kind, edge = size / 2, "box", float(max(size / cells))
-        tissue = {"mesh": {"box": {"size": [float(each) for each in size], "cells": cells}},
+        tissue = {"mesh": {"box": {"size": size, "cells": cells}},
                   "fixed": [{"half_space": {"point": [0, 0, float(-half[2] + 1e-4)], "normal": [0, 0, 1]}}]}
     entry = np.array([*random.uniform(-0.7, 0.7, 2) * half[:2], half[2]])
     return tissue, entry, np.array([0, 0, 1.0]), {"mesh": kind, "edge": edge}
 
 
-def _of_file(random, name, file, unit, fixed):
+def _of_file(random, name, file, unit):
     """Of a mesh file, an entry anywhere on its surface that is not fixed."""
     mesh = {"gmsh": {"file": file, "metres_per_unit": unit}}
     loaded = acus.engine.load(yaml({"acus_scene": 1, "tissue": {"mesh": mesh, "regions": [{}]}, "needles": [{"name": "n", "length": 0.1, "base": {"position": [9, 9, 9]}}]}))
     nodes = loaded.rest_positions
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     level = float(low[1] + 0.2 * (high[1] - low[1]))
-    fixed["half_space"]["point"] = [0, level, 0]
-    triangles = surface_of(loaded.tetrahedra)
+    triangles = boundary_of(loaded.tetrahedra)
     corners = nodes[triangles]
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sizes = np.linalg.norm(areas, axis=1) * (corners[:, :, 1].min(axis=1) > level + 5e-3)
     chosen = random.choice(len(triangles), p=sizes / sizes.sum())
     weights = random.dirichlet([1, 1, 1])
-    tissue = {"mesh": mesh, "fixed": [fixed]}
+    tissue = {"mesh": mesh, "fixed": [{"half_space": {"point": [0, level, 0], "normal": [0, 1, 0]}}]}
     return tissue, weights @ corners[chosen], areas[chosen] / np.linalg.norm(areas[chosen]), {"mesh": name, "edge": float(np.sqrt(sizes[sizes > 0].mean()))}
-
-
-def surface_of(tetrahedra):
-    """Triangles (m x 3) that belong to one tetrahedron only, their normals outwards."""
-    faces = np.concatenate([tetrahedra[:, each] for each in ([1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1])])
-    _, index, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-    return faces[index[count == 1]]
 
 
 def _tilted(axis, angle, azimuth):
     aside = np.cross(axis, [1.0, 0, 0] if abs(axis[0]) < 0.9 else [0, 1.0, 0])
     aside /= np.linalg.norm(aside)
     return np.cos(angle) * axis + np.sin(angle) * (np.cos(azimuth) * aside + np.sin(azimuth) * np.cross(axis, aside))
-
-
-def _turn(start, end):
-    """The quaternion (w, x, y, z) of the shortest turn between two unit vectors."""
-    w = 1 + start @ end
-    q = np.array([w, *np.cross(start, end)]) if w > 1e-9 else np.array([0, 0, 0, 1.0])
-    return q / np.linalg.norm(q)
 
 
 def _moves(random, direction, speed, rate):

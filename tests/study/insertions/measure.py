@@ -6,8 +6,10 @@ import dataclasses
 import numpy as np
 
 import acus
+from acus.apps.jumps import sizes
 from acus.drawn import Dents
-from insertions.draw import surface_of
+from acus.plan.tissue import boundary_of
+from acus.rotation import axis_of
 
 LOOK = 5  # ticks between two looks at the drawn skin
 BEFORE, AFTER = 3, 12  # ticks around a step of the force in which its event may lie
@@ -18,22 +20,18 @@ STEP, SHARE = 0.05, 0.2  # N, and of the largest force of the run: a step is mor
 class Course:
     """What a run tells, tick by tick."""
     forces: np.ndarray  # N, n x 3, base
-    tips: np.ndarray  # m, n x 3
-    depths: np.ndarray  # m
     unheld: np.ndarray  # m
     flags: np.ndarray
-    phases: list
     events: list  # (tick, kind, N)
     under_skin: np.ndarray  # m, tip below the drawn skin; nan where it is not looked at
     work: np.ndarray  # J, of the hand so far
 
 
-def run(insertion, looks=True, each_tick=None):
-    """The Course. `each_tick(model, state, report)` is called after each."""
+def run(insertion, looks=True):
+    """The Course; `looks`: with the tip under the drawn skin."""
     model = acus.engine.load(insertion.scene)
-    state, triangles = model.start(), surface_of(model.tetrahedra)
-    base, work, told = insertion.base.copy(), 0.0, []
-    events = []
+    state, triangles = model.start(), boundary_of(model.tetrahedra)
+    base, work, told, events = insertion.base.copy(), 0.0, [], []
     for tick, move in enumerate(insertion.moves):
         base = base + move
         report = acus.engine.step(model, state, {"n": (tuple(base), tuple(insertion.orientation), 0.0)})
@@ -44,12 +42,9 @@ def run(insertion, looks=True, each_tick=None):
         if looks and tick % LOOK == 0 and needle.phase == "contact":
             under = _under_skin(state, triangles, np.array(needle.tip_position))
         events += [(tick, event.kind, float(event.force)) for event in report.events]
-        told.append((force, np.array(needle.tip_position), needle.depth, needle.unheld, report.flags, needle.phase, under, work))
-        if each_tick:
-            each_tick(model, state, report)
-    columns = list(zip(*told))
-    return Course(np.array(columns[0]), np.array(columns[1]), np.array(columns[2]), np.array(columns[3]), np.array(columns[4]),
-                  list(columns[5]), events, np.array(columns[6]), np.array(columns[7]))
+        told.append((force, needle.unheld, report.flags, under, work))
+    forces, unheld, flags, under_skin, worked = map(np.array, zip(*told))
+    return Course(forces, unheld, flags, events, under_skin, worked)
 
 
 def _under_skin(state, triangles, tip):
@@ -94,14 +89,11 @@ class Step:
 
 
 def jumps_of(forces):
-    """N, of each tick: its change of force less that of the tick before or after, or of the three before or after, whichever explains
-    most of it. What rises steadily, or begins or ends to, does not jump."""
-    changes = np.diff(forces, axis=0, prepend=forces[:1])
-    jumps = np.zeros(len(forces))
-    for tick in range(1, len(forces)):
-        around = [changes[max(1, tick - many):tick] for many in (1, 3)] + [changes[tick + 1:tick + 1 + many] for many in (1, 3)]
-        jumps[tick] = min((np.linalg.norm(changes[tick] - each.mean(axis=0)) for each in around if len(each)), default=0)
-    return jumps
+    """N, of each tick: acus-plot's jump, and not more than the change of force differs from that of the tick before or after. What rises
+    steadily, however fast, or begins or ends to, does not jump."""
+    differs = np.linalg.norm(np.diff(forces, 2, axis=0), axis=1)
+    beside = np.minimum(np.append(differs, np.inf), np.insert(differs, 0, np.inf))
+    return np.minimum(sizes(forces), np.insert(beside, 0, 0))
 
 
 def steps_of(course):
@@ -125,7 +117,7 @@ def figures(insertion, course):
     """{name: number or word} of a run."""
     steps = steps_of(course)
     flags = acus.flag_names(int(np.bitwise_or.reduce(course.flags)))
-    direction = _direction(insertion)
+    direction = axis_of(insertion.orientation)
     pulled = [move @ direction < 0 or force @ direction > 0 for move, force in zip(insertion.moves, np.roll(course.forces, 1, axis=0))]
     punctures = [tick for tick, kind, _ in course.events if kind == "puncture"]
     return {"number": insertion.number, **insertion.about, "ticks": len(insertion.moves), "largest": float(np.linalg.norm(course.forces, axis=1).max()),
@@ -135,8 +127,3 @@ def figures(insertion, course):
             "under_skin": float(np.nanmax(course.under_skin)) if np.isfinite(course.under_skin).any() else 0.0,
             "punctures": len(punctures), "punctures_drawn": sum(pulled[tick] for tick in punctures),
             "work": float(course.work.min()), "flags": " ".join(flags), "end": float(np.linalg.norm(course.forces[-1]))}
-
-
-def _direction(insertion):
-    w, x, y, z = insertion.orientation
-    return np.array([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)])

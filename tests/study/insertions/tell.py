@@ -8,7 +8,7 @@ import matplotlib
 import numpy as np
 
 from insertions.draw import draw
-from insertions.measure import jumps_of, run
+from insertions.measure import run
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  pylint: disable=wrong-import-position
@@ -85,7 +85,7 @@ def draw_worst(rows, path):
     figure, axes = plt.subplots(len(worst), 2, figsize=(12, 2.2 * len(worst)), squeeze=False)
     for (whole, near), row in zip(axes, worst):
         course = run(draw(row["number"]), looks=False)
-        size, at = np.linalg.norm(course.forces, axis=1), int(np.argmax(jumps_of(course.forces) * (np.arange(len(course.forces)) == row["step_tick"])))
+        size, at = np.linalg.norm(course.forces, axis=1), row["step_tick"]
         for axis, first, last in ((whole, 0, len(size)), (near, max(0, at - AROUND), min(len(size), at + AROUND))):
             ticks = np.arange(first, last)
             axis.plot(ticks, size[first:last], "k.-", markersize=2, linewidth=0.7)
