@@ -56,6 +56,18 @@ class TestDents(unittest.TestCase):
         self.assertGreater(areas.min(), 0)
         self.assertAlmostEqual(areas.sum(), 0.05**2, places=12)
 
+    def test_a_narrow_dent_within_a_triangle_has_a_node_at_its_centre(self):
+        nodes, triangles = plate(2)
+        rng = np.random.default_rng(4)
+        for x, y in rng.uniform(-0.02, 0.02, (20, 2)):
+            dents = acus.Dents([[x, y, 0], [x + 1e-5, y, 0]], [[0, 0, -3e-4], [0, 0, 0]], [(1e-4, 8e-3), RADII])
+            drawn, pieces = dents.surface(nodes, triangles)
+            lowest = np.linalg.norm(drawn - [x, y, -3e-4], axis=1).min()
+            self.assertLess(lowest, 2e-5)
+            self.assertLess(len(pieces), 1000)
+            sides = drawn[pieces[:, 1:], :2] - drawn[pieces[:, :1], :2]
+            self.assertAlmostEqual(np.abs(np.linalg.det(sides)).sum() / 2, 0.05**2, places=12)
+
     def test_an_outline_follows_the_dent(self):
         square = np.array([[-0.02, 2e-3, -0.02], [0.02, 2e-3, -0.02], [0.02, 2e-3, 0], [-0.02, 2e-3, 0]])
         drawn = self.dents.outline(square)

@@ -13,7 +13,11 @@ import numpy as np
 FINEST = 0.5
 # Pieces end where a dent displaces less than this (m).
 SEEN = 5e-5
-MOST_HALVINGS = 6
+MOST_HALVINGS = 12
+# A triangle has a dent's centre in it where that lies no further from its plane, and from its corners, than this share of r.
+APART = 0.1
+# How far a triangle reaches from one of its edges, as a share of that.
+BESIDE = 0.3
 
 
 class Dents:
@@ -51,9 +55,17 @@ class Dents:
         return np.asarray(points, dtype=float) + self.displacement(points)
 
     def surface(self, nodes, triangles):
-        """Nodes (n x 3, m) and triangles (m x 3) of a mesh's surface, displaced, with edges halved where dents need it. The first
-        nodes are those given. Edges that triangles share are halved in both: there are no gaps."""
-        nodes, triangles = np.asarray(nodes, dtype=float), np.asarray(triangles)
+        """Nodes (n x 3, m) and triangles (m x 3) of a mesh's surface, displaced, with edges halved where dents need it, and nodes at
+        their centres: a needle's tip lies on the skin. The first nodes are those given. Edges that triangles share are halved in
+        both: there are no gaps."""
+        nodes, triangles = self._halved(np.asarray(nodes, dtype=float), np.asarray(triangles))
+        for centre, move, (inner, _) in zip(self.centres, self.moves, self.radii):
+            if np.linalg.norm(move) > SEEN:
+                nodes, triangles = with_centre(nodes, triangles, centre, APART * inner)
+        nodes, triangles = self._halved(nodes, triangles)
+        return self.displaced(nodes), triangles
+
+    def _halved(self, nodes, triangles):
         for _ in range(MOST_HALVINGS):
             edges = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
             edges = edges[self._too_long(nodes[edges[:, 0]], nodes[edges[:, 1]])]
@@ -62,7 +74,7 @@ class Dents:
             middles = dict(zip(map(tuple, edges.tolist()), range(len(nodes), len(nodes) + len(edges))))
             nodes = np.concatenate([nodes, nodes[edges].mean(axis=1)])
             triangles = np.array([piece for triangle in triangles.tolist() for piece in halved(triangle, middles)])
-        return self.displaced(nodes), triangles
+        return nodes, triangles
 
     def outline(self, polygon):
         """A polygon's corners (n x 3, m), and points of its edges where dents need them, displaced."""
@@ -82,7 +94,8 @@ class Dents:
         for centre, move, (inner, outer) in zip(self.centres, self.moves, self.radii):
             along = np.clip(((centre - a) * (b - a)).sum(axis=1) / np.maximum(length**2, 1e-30), 0, 1)
             nearest = np.linalg.norm(a + along[:, None] * (b - a) - centre, axis=1)
-            seen = share_at(nearest, inner, outer) * np.linalg.norm(move) > SEEN
+            beside = np.maximum(0, nearest - BESIDE * length)
+            seen = share_at(beside, inner, outer) * np.linalg.norm(move) > SEEN
             too_long |= seen & (length > FINEST * np.hypot(nearest, inner))
         return too_long
 
@@ -90,6 +103,28 @@ class Dents:
 def share_at(distance, inner, outer):
     """s, of a dent at a distance (m) from its centre."""
     return (1 / np.hypot(distance, inner) - 1 / np.hypot(distance, outer)) / (1 / inner - 1 / outer)
+
+
+def with_centre(nodes, triangles, centre, apart):
+    """With the triangle over which a centre lies (m) divided into three that meet there, unless one of its corners is as near, or it
+    is further away than `apart`."""
+    a, b, c = (nodes[triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    squares = np.maximum((normals**2).sum(axis=1), 1e-60)
+    of_b = (np.cross(centre - a, c - a) * normals).sum(axis=1) / squares
+    of_c = (np.cross(b - a, centre - a) * normals).sum(axis=1) / squares
+    heights = np.abs(((centre - a) * normals).sum(axis=1)) / np.sqrt(squares)
+    over = (of_b > 0) & (of_c > 0) & (of_b + of_c < 1) & (heights <= apart)
+    if not over.any():
+        return nodes, triangles
+    t = np.argmin(np.where(over, heights, np.inf))
+    place = a[t] + of_b[t] * (b[t] - a[t]) + of_c[t] * (c[t] - a[t])
+    first, second, third = corners = triangles[t]
+    if np.linalg.norm(nodes[corners] - place, axis=1).min() <= apart:
+        return nodes, triangles
+    meets = len(nodes)
+    three = [[first, second, meets], [second, third, meets], [third, first, meets]]
+    return np.concatenate([nodes, [place]]), np.concatenate([np.delete(triangles, t, axis=0), three])
 
 
 def halved(triangle, middles):

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the mesh is too coarse to show around needles: dents displace its points (protocol/README.md, "tissue"). Triangles
-// near them are drawn in pieces small enough to show them.
+// near them are drawn in pieces small enough to show them, with a corner where a centre is: a tip lies on the skin.
 import { float32, type TissueShape } from "./messages.js";
 
 // A corner of a triangle: place on the mesh (m), and colour.
@@ -9,7 +9,9 @@ export type Corner = [number, number, number, number, number, number];
 export type Take = (corner: Corner) => boolean;
 
 const finest = 0.5; // longest edge of a piece, as a share of its distance from a dent's centre, or of r
-const shortest = 1.5e-4; // m, of an edge that is halved
+const shortest = 5e-5; // m, of an edge that is halved
+const beside = 0.3; // how far a triangle reaches from one of its edges, as a share of that
+const apart = 0.1; // of a centre from a triangle's plane, at most, and from its corners, at least, as a share of r
 const seen = 5e-5; // m, displacement from which on edges are halved
 
 const reach = 8; // in R: beyond it a dent is left out, as the server does
@@ -66,12 +68,31 @@ export class Dents {
   }
 
   private piecesOf(a: Corner, b: Corner, c: Corner, ab: Corner | null, bc: Corner | null, ca: Corner | null, take: Take): boolean {
-    if (!ab && !bc && !ca) return take(a) && take(b) && take(c);
+    if (!ab && !bc && !ca) {
+      const centre = this.centreIn(a, b, c);
+      if (centre) return this.pieces(a, b, centre, take) && this.pieces(b, c, centre, take) && this.pieces(c, a, centre, take);
+      return take(a) && take(b) && take(c);
+    }
     if (ab && bc && ca)
       return this.pieces(a, ab, ca, take) && this.pieces(ab, b, bc, take) && this.pieces(ca, bc, c, take) && this.pieces(ab, bc, ca, take);
     if (ab && bc) return this.pieces(ab, b, bc, take) && this.pieces(a, ab, bc, take) && this.pieces(a, bc, c, take);
     if (ab && !ca) return this.pieces(a, ab, c, take) && this.pieces(ab, b, c, take);
     return this.piecesOf(b, c, a, bc, ca, ab, take); // turned until the first edge is halved, and of two the second
+  }
+
+  // Where a dent's centre lies within a triangle, away from its corners.
+  private centreIn(a: Corner, b: Corner, c: Corner): Corner | null {
+    const ab = minus(b, a), ac = minus(c, a), normal = cross(ab, ac), square = dot(normal, normal);
+    if (square === 0) return null;
+    for (const dent of this.dents) {
+      if (dent.moves <= seen) continue;
+      const way: Vector = [dent.x - a[0], dent.y - a[1], dent.z - a[2]], height = dot(way, normal);
+      const ofB = dot(cross(way, ac), normal) / square, ofC = dot(cross(ab, way), normal) / square, ofA = 1 - ofB - ofC;
+      if (!(ofA > 0 && ofB > 0 && ofC > 0) || height ** 2 > (apart * dent.r) ** 2 * square) continue;
+      const place = a.map((number, k) => ofA * number + ofB * b[k]! + ofC * c[k]!) as Corner;
+      if ([a, b, c].every((corner) => Math.hypot(...minus(corner, place)) > apart * dent.r)) return place;
+    }
+    return null;
   }
 
   private middle(a: Corner, b: Corner): Corner | null {
@@ -86,7 +107,9 @@ export class Dents {
       const cx = dent.x - a[0], cy = dent.y - a[1], cz = dent.z - a[2];
       const along = Math.min(Math.max((cx * x + cy * y + cz * z) / square, 0), 1);
       const nearest = (cx - along * x) ** 2 + (cy - along * y) ** 2 + (cz - along * z) ** 2;
-      if (square > finest * finest * (nearest + dent.r * dent.r) && shareOf(dent, nearest) * dent.moves > seen) return true;
+      if (square <= finest * finest * (nearest + dent.r * dent.r)) continue;
+      const triangle = Math.max(0, Math.sqrt(nearest) - beside * Math.sqrt(square));
+      if (shareOf(dent, triangle * triangle) * dent.moves > seen) return true;
     }
     return false;
   }
@@ -94,6 +117,12 @@ export class Dents {
 
 const shareOf = (dent: { r: number; R: number; whole: number }, square: number): number =>
   (1 / Math.sqrt(square + dent.r * dent.r) - 1 / Math.sqrt(square + dent.R * dent.R)) * dent.whole;
+
+type Vector = [number, number, number];
+const minus = (a: Corner, b: Corner): Vector => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+const dot = (a: Vector, b: Vector): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a: Vector, b: Vector): Vector =>
+  [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
 const before = (a: Corner, b: Corner): boolean =>
   a[0] !== b[0] ? a[0] < b[0] : a[1] !== b[1] ? a[1] < b[1] : a[2] < b[2];
