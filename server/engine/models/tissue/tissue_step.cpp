@@ -14,6 +14,9 @@ namespace acus {
 
 namespace {
 
+// In large steps: of a smaller one rounding would decide.
+constexpr double kLeastJudged = 1e-9;
+
 // Of the merit at the end of a share of a step (J): `resistance` is dxᵀ (M/h² + B/h) dx.
 double merit_slope(double share, double descent, double resistance, const Matrix3X& step, const Matrix3X& start_forces,
                    const Matrix3X& end_forces) {
@@ -67,10 +70,10 @@ void solve_tissue(const TissueSystem& system, std::span<const double> lambda, Ti
 
 double trusted_tissue_share(const TissueSystem& system, TissueScratch& scratch) {
   if (system.empty() || system.matrix == TissueMatrix::constant || system.field) return 1;
-  const bool far = !(scratch.step.cwiseAbs().maxCoeff() <= system.large_step),
-             longer = !(scratch.descent <= scratch.last_descent);
+  const double largest = scratch.step.cwiseAbs().maxCoeff();
+  const bool far = !(largest <= system.large_step), longer = !(scratch.descent <= scratch.last_descent);
   const bool looked_at = scratch.guarded > 0 || far || longer;
-  if (!looked_at) return 1;
+  if (!looked_at || largest <= kLeastJudged * system.large_step) return 1;
   const bool first = scratch.iteration == 1;
   const double resisting = resistance(system, scratch.step, scratch.descent,
                                       first ? scratch.element_rotations : scratch.start_rotations, first, scratch);
