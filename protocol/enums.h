@@ -82,10 +82,11 @@ enum class EventKind : std::uint8_t {
   withdrawal,  // the tip came out backwards, through the mouth of its path
   intrusion,   // the tip was found in the tissue without having punctured it; a path was opened along its way
   tear,        // the shaft, or the tip, began to tear its path sideways
-  hub          // the hub came onto the surface
+  hub,         // the hub came onto the surface
+  slip         // the tip began to slide over a surface faster than its base led it, as off an edge
 };
-inline constexpr std::array<const char*, 10> kEventKindNames{
-    "contact", "release", "puncture", "crossing", "reentry", "exit", "withdrawal", "intrusion", "tear", "hub"};
+inline constexpr std::array<const char*, 11> kEventKindNames{
+    "contact", "release", "puncture", "crossing", "reentry", "exit", "withdrawal", "intrusion", "tear", "hub", "slip"};
 
 // What solved the laws of a tick; travels as the enumerator's name.
 enum class LawSolver : std::uint8_t { gauss_seidel, direct };

@@ -50,12 +50,18 @@ class DrawnGap {
     return curve_point(simulation_.model().needles[index], shape, s).position;
   }
 
-  // The mesh's point that is drawn nearest to the tip, by fixed-point iterations.
+  // From the mesh's point that is drawn nearest to the tip: from the closest one and from where dents are.
   double from_skin(const Surface& surface, const Vector3& tip) const {
+    double nearest = from_skin(surface, tip, tip);
+    for (const Dent& dent : drawn_.dents) nearest = std::min(nearest, from_skin(surface, tip, dent.centre));
+    return nearest;
+  }
+
+  // By fixed-point iterations.
+  double from_skin(const Surface& surface, const Vector3& tip, Vector3 place) const {
     constexpr int kIterations = 20;
     const Matrix3X& x = simulation_.state().tissue.x;
     double nearest = kInfinity;
-    Vector3 place = tip;
     for (int i = 0; i < kIterations; ++i) {
       place = surface.closest(x, place).position;
       const Vector3 apart = tip - place - displacement(drawn_.dents, place);

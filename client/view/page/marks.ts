@@ -8,7 +8,7 @@ import { float32, int32, type Event, type TissueShape } from "./messages.js";
 
 export const eventColours: Record<string, number> = {
   contact: 0x9aa5b1, release: 0x9aa5b1, puncture: 0xd7263d, crossing: 0xf08a24, reentry: 0xb07aa1, exit: 0x2a9d5c,
-  withdrawal: 0x2a6fdb, intrusion: 0xd7263d, tear: 0xd7263d, hub: 0x2a6fdb,
+  withdrawal: 0x2a6fdb, intrusion: 0xd7263d, tear: 0xd7263d, hub: 0x2a6fdb, slip: 0x9aa5b1,
 };
 
 const kMostEvents = 256, kMostPathPoints = 16384;

@@ -39,7 +39,10 @@ void add_dimple(const InsertionView& at, const Insertion& insertion, DrawnTissue
   const double d = at.parameters.outer_diameter, f = insertion.tip.contact.along;
   DimpleSpring dimple = at.tissue.dimple_spring(touched, d, at.tissue.disc_load(touched, d, f, move.norm()));
   dimple.relax(at.tissue.relaxation_of(touched), insertion.tip.contact.creep.along);
-  add_dent(centre, move, dimple.radii(f), drawn);
+  // The mesh shows a dimple as wide as its elements, but not where in it the tip is.
+  LoadRadii radii = dimple.radii(f);
+  radii.outer = std::max(radii.outer, 1.2 * radii.inner);
+  add_dent(centre, move, radii, drawn);
 }
 
 void add_hub_dent(const InsertionView& at, const Path& path, const ContactState& hub, DrawnTissue& drawn) {

@@ -118,12 +118,12 @@ def figures(insertion, course):
     steps = steps_of(course)
     flags = acus.flag_names(int(np.bitwise_or.reduce(course.flags)))
     direction = axis_of(insertion.orientation)
-    pulled = [move @ direction < 0 or force @ direction > 0 for move, force in zip(insertion.moves, np.roll(course.forces, 1, axis=0))]
-    punctures = [tick for tick, kind, _ in course.events if kind == "puncture"]
+    pulled = np.insert(course.forces @ direction, 0, 0.0)  # N, before each tick
+    punctures = [(tick, force) for tick, kind, force in course.events if kind == "puncture"]
     return {"number": insertion.number, **insertion.about, "ticks": len(insertion.moves), "largest": float(np.linalg.norm(course.forces, axis=1).max()),
             "finite": bool(np.isfinite(course.forces).all()), "steps": len(steps), "step": steps[0].size if steps else 0.0,
             "step_tick": steps[0].tick if steps else -1, "step_follows": steps[0].follows if steps else "",
             "step_flags": " ".join(steps[0].flags) if steps else "", "unheld": float(course.unheld.max()),
             "under_skin": float(np.nanmax(course.under_skin)) if np.isfinite(course.under_skin).any() else 0.0,
-            "punctures": len(punctures), "punctures_drawn": sum(pulled[tick] for tick in punctures),
+            "punctures": len(punctures), "punctures_drawn": sum(bool(insertion.moves[tick] @ direction < 0 or pulled[tick] > 0.01 * force) for tick, force in punctures),
             "work": float(course.work.min()), "flags": " ".join(flags), "end": float(np.linalg.norm(course.forces[-1]))}

@@ -17,7 +17,7 @@ FORCE_STYLES = {
 }
 DEPTH_LABELS = {"travel": "depth past the first contact (mm)", "inserted": "needle inside the tissue (mm)"}
 EVENT_MARKERS = {"contact": "o", "release": "s", "puncture": "*", "crossing": "P", "reentry": "D", "exit": ">",
-                 "withdrawal": "v", "tear": "X", "hub": "h"}
+                 "withdrawal": "v", "tear": "X", "hub": "h", "slip": "d"}
 EVENT_STYLE = {"color": "black", "markerfacecolor": "gold", "markeredgewidth": 0.8, "linestyle": "none"}
 
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The isotropic linear solid that answers small loads as a material does: what loads that the mesh does not resolve
-// (models/unresolved) and pressures of tissue ask for. Nothing else reads Young's modulus or Poisson's ratio of tissue.
+// (models/unresolved) and pressures of tissue ask for. No other law reads Young's modulus or Poisson's ratio of tissue.
 #pragma once
 
 #include "server/engine/models/element/hooke.h"

@@ -6,12 +6,16 @@
 #include <limits>
 #include <numbers>
 
+#include "server/engine/models/geometry/area_in_ball.h"
+
 namespace acus {
 
 namespace {
 
 // Triangles in a cluster: few enough to look at all of them, enough for boxes to cost less.
 constexpr int kClusterTriangles = 16;
+// Of squares of distances to triangles that meet where a point is closest to both.
+constexpr double kAsClose = 1e-9;
 
 struct Corners {
   Vector3 a, b, c;
@@ -26,6 +30,16 @@ bool face_alike(const Vector3& a, const Vector3& b) { return a.dot(b) > std::num
 // How far coordinates as large as these may be off by rounding (m), with a wide margin.
 double rounding(const Vector3& a, const Vector3& b) {
   return 1e-12 * std::max(a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff());
+}
+
+// Of a triangle beside a point of a surface, how much it counts for the normal there: nothing where it is the back of a
+// thin sheet, which faces away and lies under the point; all behind the crest of a sharp edge.
+double belongs(const Corners& c, const Vector3& normal, const SurfacePoint& point, double radius) {
+  const double faces = std::clamp(4 * normal.dot(point.normal) + 3, 0.0, 1.0);  // all within 120 degrees
+  if (faces == 1) return 1;
+  const Eigen::Vector3d w = closest_on_triangle(point.position, c.a, c.b, c.c).weights;
+  const double under = point.normal.dot(point.position - (w[0] * c.a + w[1] * c.b + w[2] * c.c));
+  return std::max(faces, std::clamp(1 - 4 * under / radius, 0.0, 1.0));
 }
 
 // A square of a distance (m^2) that is not above that from p to any point in the box, as rounded. Not a number where
@@ -192,24 +206,28 @@ std::optional<SurfacePoint> Surface::entry(const Matrix3X& x, const Vector3& a, 
   return make_point(x, triangle, first.weights, a);
 }
 
-// Looks at those of a cluster's triangles that count for one closer than `nearest`, or as close and of a lower number.
+// Looks at those of a cluster's triangles that count for one closer than `nearest`; as close and counting more; or
+// likewise and of a lower number.
 template <class Counts>
 void Surface::look_for_closer(const Matrix3X& x, const Vector3& p, int cluster, const Counts& counts,
                               Nearest& nearest) const {
   for (const int t : clusters_.elements(cluster)) {
     const Corners c(triangles_[t], x);
-    if (!counts(c)) continue;
+    const double count = counts(c);
+    if (!(count > 0)) continue;
     const TrianglePoint found = closest_on_triangle(p, c.a, c.b, c.c);
-    if (found.distance2 < nearest.point.distance2 ||
-        (found.distance2 == nearest.point.distance2 && t < nearest.triangle))
-      nearest = {t, found};
+    if (!(found.distance2 < std::numeric_limits<double>::infinity())) continue;
+    const double least = nearest.point.distance2, as_close = count == nearest.count ? 0 : kAsClose;
+    const bool preferred = count > nearest.count || (count == nearest.count && t < nearest.triangle);
+    if (preferred ? found.distance2 <= (1 + as_close) * least : found.distance2 < (1 - as_close) * least)
+      nearest = {t, found, count};
   }
 }
 
 template <class Counts>
 Surface::Nearest Surface::find_nearest(const Matrix3X& x, const Vector3& p, const Counts& counts) const {
   assert(!empty());
-  Nearest nearest{0, {{1, 0, 0}, std::numeric_limits<double>::infinity()}};
+  Nearest nearest{0, {{1, 0, 0}, std::numeric_limits<double>::infinity()}, 0};
   // Boxes of so many clusters at a time: first the nearest one's triangles, then those of boxes that are no farther.
   constexpr int kBatch = 512;
   std::array<double, kBatch> least;
@@ -217,26 +235,37 @@ Surface::Nearest Surface::find_nearest(const Matrix3X& x, const Vector3& p, cons
     const int count = std::min(kBatch, clusters_.count() - begin);
     for (int i = 0; i < count; ++i) least[i] = clusters_.count() > 1 ? least_distance2(bounds(x, begin + i), p) : 0;
     const auto best = static_cast<int>(std::min_element(least.begin(), least.begin() + count) - least.begin());
-    if (!(least[best] > nearest.point.distance2)) look_for_closer(x, p, begin + best, counts, nearest);
+    const auto may_have = [&](int i) { return !(least[i] > (1 + kAsClose) * nearest.point.distance2); };
+    if (may_have(best)) look_for_closer(x, p, begin + best, counts, nearest);
     for (int i = 0; i < count; ++i)
-      if (i != best && !(least[i] > nearest.point.distance2)) look_for_closer(x, p, begin + i, counts, nearest);
+      if (i != best && may_have(i)) look_for_closer(x, p, begin + i, counts, nearest);
   }
   return nearest;
 }
 
 SurfacePoint Surface::closest(const Matrix3X& x, const Vector3& p) const {
-  const Nearest nearest = find_nearest(x, p, [](const Corners&) { return true; });
+  const Nearest nearest = find_nearest(x, p, [](const Corners&) { return 1.0; });
   return make_point(x, nearest.triangle, nearest.point.weights, p);
 }
 
 SurfacePoint Surface::closest_facing(const Matrix3X& x, const Vector3& p, const Vector3& direction) const {
-  const auto alike = [&](const Corners& c) {
-    const Vector3 n = c.area_normal();
-    return sharp_edges_ ? face_alike(n, direction) : n.dot(direction) > 0;
-  };
-  const Nearest nearest = find_nearest(x, p, alike);
+  const auto facing = [&](const Corners& c) { return c.area_normal().stableNormalized().dot(direction); };
+  const Nearest nearest = find_nearest(x, p, facing);
   if (std::isinf(nearest.point.distance2)) return closest(x, p);
   return make_point(x, nearest.triangle, nearest.point.weights, p);
+}
+
+Vector3 Surface::mean_normal(const Matrix3X& x, const SurfacePoint& point, double radius) const {
+  Vector3 sum = Vector3::Zero();
+  for (int cluster = 0; cluster < clusters_.count(); ++cluster) {
+    if (least_distance2(bounds(x, cluster), point.position) > radius * radius) continue;
+    for (const int t : clusters_.elements(cluster)) {
+      const Corners c(triangles_[t], x);
+      const Vector3 normal = c.area_normal().stableNormalized();
+      sum += belongs(c, normal, point, radius) * area_in_ball(c.a, c.b, c.c, point.position, radius) * normal;
+    }
+  }
+  return sum.isZero(0) ? point.normal : sum.stableNormalized();
 }
 
 Vector3 Surface::normal(const Matrix3X& x, const SurfacePoint& point) const {

@@ -46,9 +46,13 @@ class Surface {
   // The closest point to p; the surface must not be empty. Of several triangles as close, that of the lowest number; a
   // corner of triangle 0 if no distance is a number.
   SurfacePoint closest(const Matrix3X& x, const Vector3& p) const;
-  // The same among the triangles that face within 45 degrees of a direction (90 where no edge is sharp), or among all
-  // if none does. Past an edge of the body, the triangles of either face are as close, and rounding would choose.
+  // The same among the triangles that face within 90 degrees of a direction (unit), or among all if none does; past an
+  // edge, where those of either face are as close, one that faces it most.
   SurfacePoint closest_facing(const Matrix3X& x, const Vector3& p, const Vector3& direction) const;
+
+  // Unit, outward: the mean of the triangles within `radius` (m) of a point of the surface, each by its area there
+  // (the back of a thin sheet left out). It turns without a jump as the point moves, over sharp edges, too.
+  Vector3 mean_normal(const Matrix3X& x, const SurfacePoint& point, double radius) const;
 
   // The longest way of its nodes from one configuration to another (m).
   double largest_move(const Matrix3X& from, const Matrix3X& to) const;
@@ -66,6 +70,7 @@ class Surface {
   struct Nearest {
     int triangle;
     TrianglePoint point;
+    double count;  // how much it counts
   };
 
   void index_nodes();

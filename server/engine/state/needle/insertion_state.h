@@ -74,6 +74,7 @@ struct Insertion {
   double depth = 0;                      // m of needle in the tissue
   int border = -1;                       // region whose border holds the tip, inside; -1: none
   bool tearing = false;                  // the needle tears its path sideways
+  bool slipping = false;                 // the tip slides over a surface faster than it is led
   TipState tip;
   MaterialPoint touched;                 // of the surface, while a tip outside, or through, presses on it
   double end_s = 0;                      // m, place of the path's end along the needle, or ahead of it
@@ -90,6 +91,7 @@ struct Insertion {
     visit("depth", self.depth);
     visit("border", self.border);
     visit("tearing", self.tearing);
+    visit("slipping", self.slipping);
     visit("tip", self.tip);
     visit("touched", self.touched);
     visit("end_s", self.end_s);

@@ -19,6 +19,7 @@ void enter(Insertion& insertion, int path, double needle_length) {
   insertion.path = path;
   insertion.tip = TipState{};
   insertion.touched = MaterialPoint{};
+  insertion.slipping = false;
   std::fill(insertion.vertices.begin(), insertion.vertices.end(), VertexState{.s = needle_length});
   insertion.end_s = needle_length;
 }

@@ -29,20 +29,21 @@ std::array<Eigen::Vector2d, kPatchPoints> make_unit_disc() {
 }  // namespace
 
 ContactPatch make_contact_patch(const TissueView& tissue, const Surface& surface, const MaterialPoint& centre,
-                                double radius) {
+                                double radius, double width) {
   assert(radius > 0 && radius < kInfinity);
   static const std::array<Eigen::Vector2d, kPatchPoints> kDisc = make_unit_disc();
   const Matrix3X& rest = tissue.mesh.nodes;
   const Vector3 at = material_position(tissue.mesh, rest, centre);
   const SurfacePoint in_the_middle = surface.closest(rest, at);
+  const Vector3 upwards = surface.mean_normal(rest, in_the_middle, width);
   Vector3 across[2];
-  perpendicular_basis(tissue.mesh, in_the_middle.normal, across[0], across[1]);
+  perpendicular_basis(tissue.mesh, upwards, across[0], across[1]);
   ContactPatch patch;
   double sum = 0;
   Vector3 normal_now = Vector3::Zero(), normal_at_rest = Vector3::Zero();
   for (std::size_t i = 0; i < kDisc.size(); ++i) {
     const Vector3 on_disc = at + radius * (kDisc[i].x() * across[0] + kDisc[i].y() * across[1]);
-    const SurfacePoint point = i == 0 ? in_the_middle : surface.closest_facing(rest, on_disc, in_the_middle.normal);
+    const SurfacePoint point = i == 0 ? in_the_middle : surface.closest_facing(rest, on_disc, upwards);
     const double way = 4 * (point.position - on_disc).norm() / radius;
     const double share = 1 / ((1 + way * way) * (1 + way * way));
     patch.points[i] = i == 0 ? centre : surface.material(point);
@@ -52,9 +53,10 @@ ContactPatch make_contact_patch(const TissueView& tissue, const Surface& surface
     sum += share;
   }
   for (MaterialPoint& point : patch.points) point.weights /= sum;
-  patch.normal = normal_now.stableNormalized();
+  const Vector3 stands = width > 0 ? upwards : normal_at_rest.stableNormalized();
+  patch.normal = (stands + (normal_now - normal_at_rest) / sum).stableNormalized();
   patch.middle = mean_position(tissue.mesh, tissue.x_start, patch.points);
-  patch.rise = normal_at_rest.stableNormalized().dot(at - mean_position(tissue.mesh, rest, patch.points));
+  patch.rise = stands.dot(at - mean_position(tissue.mesh, rest, patch.points));
   return patch;
 }
 

@@ -2,14 +2,15 @@
 // The disc of a surface, or of a border inside, that bears the contact of a tip. On a single point of a mesh a force
 // above E a² inverts elements of size a, and the tip would lose its contact. So the force is spread over a disc twice
 // as wide as the dimple that it presses (models/unresolved/dimple.h). kPatchPoints points, each in the middle of an
-// equal share of the disc, are laid out around the contact point in the tissue at rest and projected onto the surface
-// where that faces within 45 degrees of the contact, 90 on a border: past an edge two faces are equally near. A point
-// projected over the distance w, beyond an edge, has the share 1/(1 + (4 w/radius)²)².
+// equal share of the disc, are laid out around the contact point in the tissue at rest, across the mean normal N there
+// of the surface as far as the needle is wide (Surface::mean_normal), and projected onto the surface where that faces
+// within 90 degrees of N. A point projected over the distance w has the share 1/(1 + (4 w/radius)²)². So the disc turns
+// over an edge as the needle slides over it by its width.
 //
 // The patch moves by the mean u of its points, dual to its force. Its rise, N·(C - X), is the height at rest of the
-// surface at the contact point C over the mean X of the points, N the patch's normal at rest; 0 on a flat surface. The
-// contact's normal is the mean normal under the points: the pit that a tip presses into a few elements has walls that
-// real tissue has not, and the tip would slide along them.
+// surface at the contact point C over the mean X of the points; 0 on a flat surface. The contact's normal is N, turned
+// as the normals under the points have turned in the mean: the pit that a tip presses into a few elements has walls
+// that real tissue has not, and the tip would slide along them.
 #pragma once
 
 #include <array>
@@ -27,9 +28,10 @@ struct ContactPatch {
   Vector3 normal = Vector3::UnitZ();  // unit, world, likewise
 };
 
-// Around a point of a surface: the tissue's, or that of a region inside; radius (m) > 0.
+// Around a point of a surface: the tissue's, or that of a region inside; radius (m) > 0, and width
+// of what it bears (m), 0 on a border, whose edges are the mesh's: there N is the mean of the normals under the points.
 ContactPatch make_contact_patch(const TissueView& tissue, const Surface& surface, const MaterialPoint& centre,
-                                double radius);
+                                double radius, double width);
 
 // Whether an element of one of the points is pressed flat: the limit of what the mesh can bear.
 bool is_crushed(const TetrahedralMesh& mesh, const Matrix3X& x, std::span<const MaterialPoint> points);

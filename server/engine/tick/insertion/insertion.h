@@ -93,6 +93,7 @@ struct Obstacle {
   double bears = 0;             // N, of the tip at the start of the tick; before a border, of its cut
   double dimple_before = 0;     // m, the depth of dimple and seat under that
   bool under = true;            // the tip presses on it, or will in this tick
+  bool yields = true;           // at f_p: not what faces away from the tip, nor to a needle drawn back
 };
 
 // A border that holds tips, before one that cuts (obstacle.h, tip_laws.h).

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "server/engine/tick/insertion/spring_memory.h"
+#include "server/engine/tick/insertion/tip_laws.h"
 
 namespace acus {
 
@@ -13,6 +14,19 @@ namespace {
 void bear_tip(const InsertionView& at, const Surface& surface, int behind, const Insertion& state, Obstacle& obstacle) {
   bear_on_patch(at.tissue, surface, behind, at.parameters.outer_diameter,
                 at.tissue.puncture_force(obstacle.material, behind), tip_of(at), state.tip.contact.creep, obstacle);
+}
+
+// What faces away from the tip, past an edge, bears the side of the needle there: a needle that is drawn back does not
+// hook into the tissue. Nor does it puncture, or one at rest that bore more as it was drawn.
+void bear_beside(const InsertionView& at, Obstacle& obstacle) {
+  const NeedleView& needle = at.needle;
+  const Vector3 along = curve_point(needle.model, needle.start, needle.model.length).tangent;
+  const double away = obstacle.at.normal.dot(along);
+  if (away > 0) obstacle.at.normal = (obstacle.at.normal - away * along).stableNormalized();
+  const double f_p = at.tissue.puncture_force(obstacle.material, -1);
+  const double most = tip_friction(at, obstacle, f_p, 0).puncture_share * f_p;
+  const double moves = along.dot(curve_point(needle.model, needle.shape, 0).position - needle.start_position(0));
+  obstacle.yields = away <= 0 && (moves > 0 || (moves == 0 && obstacle.bears < most));
 }
 
 // Share of a force along the cutting direction that is against a border.
@@ -47,6 +61,7 @@ Obstacle surface_ahead(const InsertionView& at, const SurfacePoint& point, const
   obstacle.region = at.tissue.region(obstacle.material);
   obstacle.bears = state.tip.contact.along;
   bear_tip(at, at.tissue.surface, -1, state, obstacle);
+  bear_beside(at, obstacle);
   if (obstacle.bears == 0)
     obstacle.rise = obstacle.at.normal.dot(at.tissue.start_position(obstacle.material) - obstacle.patch.middle);
   obstacle.dimple_before = obstacle.dimple.depth(obstacle.bears);
@@ -77,7 +92,8 @@ void bear_on_patch(const TissueView& tissue, const Surface& surface, int behind,
   const double below = std::max(0.0, -obstacle.at.normal.dot(end.before - tissue.start_position(p)));
   const double load =
       disc_load(tissue.indented(p, behind), tissue.element_sizes[p.tetrahedron], d, f_p, obstacle.bears, below);
-  obstacle.patch = make_contact_patch(tissue, surface, p, tissue.contact_radius(p, d, load, behind));
+  const double radius = tissue.contact_radius(p, d, load, behind);
+  obstacle.patch = make_contact_patch(tissue, surface, p, radius, behind < 0 ? d : 0);
   obstacle.at.normal = obstacle.patch.normal;
   obstacle.rise = obstacle.patch.rise;
   obstacle.dimple = tissue.dimple_spring(p, d, load, behind);

@@ -80,8 +80,10 @@ void find_surface_contact(const InsertionView& at, InsertionScratch& scratch, Co
   const Interaction& law = at.tissue.interaction(obstacle.material);
   const auto [friction, share] = tip_friction(at, obstacle, law.puncture_force, law.friction_contact);
   const NeedleEnd tip = tip_of(at);
-  Contact contact = on_obstacle(at, obstacle, ContactKind::surface, tip, share * law.puncture_force, kSettlingSpeed,
-                                scratch.next.tip.contact);
+  ContactState& state = scratch.next.tip.contact;
+  const bool crushed = is_crushed(at.tissue.mesh, at.tissue.x_start, obstacle.patch.points);
+  const double most = obstacle.yields ? share * law.puncture_force : crushed ? state.along : kInfinity;
+  Contact contact = on_obstacle(at, obstacle, ContactKind::surface, tip, most, kSettlingSpeed, state);
   std::get<Normal>(contact.hold).friction = friction_along(at.tissue, obstacle, tip, friction, 0);
   contacts.put(contact);
 }

@@ -269,7 +269,7 @@ std::optional<ContactPatch> patch_ahead(const InsertionView& at, const Insertion
   const MaterialPoint centre = tissue.surface.material(*entry);
   const double d = at.parameters.outer_diameter;
   return make_contact_patch(tissue, tissue.surface, centre,
-                            tissue.contact_radius(centre, d, tissue.disc_load(centre, d, 0, 0)));
+                            tissue.contact_radius(centre, d, tissue.disc_load(centre, d, 0, 0)), d);
 }
 
 int tetrahedron_ahead(const InsertionView& at, const InsertionScratch& scratch, const Insertion& state,

@@ -14,6 +14,8 @@ namespace {
 
 // Slip below which a tip sticks to the surface: rounding.
 constexpr double kLeastSlip = 1e-9;  // m
+// A tip slips where it slides by more than twice what its base leads it, and this speed, besides.
+constexpr double kSlipSpeed = 0.02;  // m/s
 
 // The order in which new paths replace old ones: empty ones first, then the one left longest ago.
 bool forgotten_before(const Path& a, const Path& b) {
@@ -45,12 +47,24 @@ MaterialPoint new_mouth(const Transition& now, const Obstacle& obstacle, double 
   return crossing ? tissue.surface.material(*crossing) : obstacle.material;
 }
 
-// The contact point after the slip of this tick.
-MaterialPoint slid_point(const Transition& now, const Obstacle& obstacle) {
-  const TissueView& tissue = now.at.tissue;
-  const Vector3 moved = slip(tissue, obstacle, tip_of(now.at));
+// Of the tip over an obstacle in this tick (m).
+Vector3 slid(const InsertionView& at, const Obstacle& obstacle) {
+  const Vector3 moved = slip(at.tissue, obstacle, tip_of(at));
   const Vector3& n = obstacle.at.normal;
-  const Vector3 slid = moved - n.dot(moved) * n;
+  return moved - n.dot(moved) * n;
+}
+
+// How far a straight needle's tip would have moved in this tick (m).
+double led(const NeedleView& needle) {
+  const CurvePoint before = curve_point(needle.model, needle.start, 0),
+                   now = curve_point(needle.model, needle.shape, 0);
+  return (now.position + needle.model.length * now.tangent - before.position - needle.model.length * before.tangent)
+      .norm();
+}
+
+// The contact point after the slip of this tick.
+MaterialPoint slid_point(const Transition& now, const Obstacle& obstacle, const Vector3& slid) {
+  const TissueView& tissue = now.at.tissue;
   if (slid.norm() < kLeastSlip) return obstacle.material;
   return tissue.surface.material(tissue.surface.closest(tissue.x, tissue.position(obstacle.material) + slid));
 }
@@ -67,9 +81,15 @@ bool press_on_surface(const Transition& now) {
   const int region = obstacle ? obstacle->region : 0;
   if (pressed && !touches(state)) now.report(EventKind::contact, region, contact);
   if (!pressed && touches(state)) now.report(EventKind::release, region, 0);
-  state.touched = pressed ? slid_point(now, *obstacle) : MaterialPoint{};
-  return obstacle && (now.scratch.puncturing ||
-                      (loaded && is_crushed(now.at.tissue.mesh, now.at.tissue.x, obstacle->patch.points)));
+  const Vector3 slides = pressed ? slid(now.at, *obstacle) : Vector3(Vector3::Zero());
+  const NeedleView& needle = now.at.needle;
+  const bool slips = touches(state) && slides.norm() > 2 * led(needle) + kSlipSpeed * needle.h;
+  if (slips && !state.slipping) now.report(EventKind::slip, region, contact);
+  state.slipping = slips;
+  state.touched = pressed ? slid_point(now, *obstacle, slides) : MaterialPoint{};
+  return obstacle && obstacle->yields &&
+         (now.scratch.puncturing ||
+          (loaded && is_crushed(now.at.tissue.mesh, now.at.tissue.x, obstacle->patch.points)));
 }
 
 // The first piece of the cut behind the last mouth of a path.
@@ -91,6 +111,7 @@ void add_part(const Transition& now, Path& path, const MaterialPoint& mouth) {
   change_phase(state, Phase::inside);
   state.tip = TipState{};
   state.touched = MaterialPoint{};
+  state.slipping = false;
   state.end_s = now.at.needle.model.length;
 }
 
