@@ -15,11 +15,11 @@ constexpr double kD = 1e-3, kEdge = 10e-3, kLength = 8e-3;               // m
 constexpr double kLine = 2 * (1 - kNu * kNu) / (std::numbers::pi * kE);  // C (m²/N)
 constexpr double kMesh = 0.31 * kEdge;                                   // R (m)
 
-GrooveSpring groove(double edge = kEdge, double length = kLength) {
+GrooveSpring groove(double edge = kEdge, double length = kLength, double held = 0) {
   Material material;
   material.young_modulus = kE;
   material.poisson_ratio = kNu;
-  return {material, edge, kD, length};
+  return {material, edge, kD, length, held};
 }
 
 TEST_CASE("under a small load a groove is what two line loads differ by") {
@@ -42,6 +42,14 @@ TEST_CASE("a groove is never deeper than the mesh's resolution, and deepens with
   }
 }
 
+TEST_CASE("where fixed nodes bear it, a body ten times as wide gives way besides, under any load") {
+  for (const double f : {1e-3, 0.1, 10.0})
+    for (const double held : {0.3, 1.0}) {
+      const double more = held * kLine * f / kLength * std::log(10);
+      CHECK(groove(kEdge, kLength, held).depth(f) - groove().depth(f) == doctest::Approx(more).epsilon(1e-9).scale(0));
+    }
+}
+
 TEST_CASE("a mesh that has all of it leaves next to nothing") {
   for (const double edge : {0.0, 1e-3}) {
     CHECK(groove(edge).depth(0.1) <= 1.01e-4 * kLine * 0.1 / kLength);
@@ -52,7 +60,7 @@ TEST_CASE("a mesh that has all of it leaves next to nothing") {
 TEST_CASE("the compliance and the energy of a groove are those of its depth") {
   for (const double edge : {0.0, 2e-3, 20e-3})
     for (const double f : {1e-3, 0.03, 0.4, 2.0}) {
-      const GrooveSpring spring = groove(edge);
+      const GrooveSpring spring = groove(edge, kLength, f > 0.1 ? 0.5 : 0);
       const double step = 1e-4 * f;
       const double compliance = (spring.depth(f + step) - spring.depth(f - step)) / (2 * step);
       CHECK(spring.compliance(f) == doctest::Approx(compliance).epsilon(1e-6).scale(0));

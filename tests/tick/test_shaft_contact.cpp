@@ -75,6 +75,40 @@ TEST_CASE("a needle laid on the skin is borne by it, and free again when it is l
   CHECK((bench.flags() & ~kBaseLimited) == 0);
 }
 
+TEST_CASE("skin that is fixed bears a lying needle as softly as its material, on any mesh") {
+  for (const int cells : {6, 24}) {
+    CAPTURE(cells);
+    Scene scene = lying_scene(cells);
+    scene.tissue.local_compliance = LocalCompliance::all;
+    Bench free_skin(scene);
+    Volume top;
+    top.half_space = HalfSpace{Vector3(0, 0, 0.0299), -Vector3::UnitZ()};
+    scene.tissue.fixed.push_back(top);
+    Bench fixed(scene);
+    for (Bench* bench : {&free_skin, &fixed}) bench->move(0, Vector3(0, 0, -3e-3), kSpeed);
+    CHECK(lift(fixed) > 0.6 * lift(free_skin));
+    CHECK(lift(fixed) < 2 * lift(free_skin));
+  }
+}
+
+TEST_CASE("a shaft that is found deep is held from there, and comes out freely") {
+  Scene scene = lying_scene();
+  scene.needles[0].length = 0.16;
+  scene.needles[0].base.position = {-0.08, 0.0021, 0.025};  // 5 mm under the top, from side to side
+  Bench bench(scene);
+  bench.wait(0.01);
+  const double still = std::abs(lift(bench));
+  CHECK(still < 0.5);
+  bench.move(0, Vector3(0, 0, 2e-3), kSpeed);
+  CHECK(borne(bench) == 0);
+  CHECK(bench.needle().unheld < 2 * 5e-3);  // what is nearer to the sides, which it meets upright
+  bench.move(0, Vector3(0, 0, -1e-3), kSpeed);
+  CHECK(lift(bench) > 0.2);
+  bench.move(0, Vector3(0, 0, 6e-3), kSpeed);
+  bench.wait(0.1);
+  CHECK(std::abs(lift(bench)) < 1e-9);
+}
+
 TEST_CASE("what bears a lying needle depends little on the mesh" * doctest::test_suite("gate")) {
   double force[2];
   const int cells[2] = {6, 12};

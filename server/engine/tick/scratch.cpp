@@ -45,7 +45,8 @@ TissueView tissue_view(const Model& model, const Matrix3X& x_start, const Matrix
           x,
           model.scene.tissue.local_compliance == LocalCompliance::all,
           0,
-          model.relaxation};
+          model.relaxation,
+          model.tissue.free_index};
 }
 
 const Vector3& tip_cutting(const Model& model, const State& state, int needle) {

@@ -65,6 +65,14 @@ double TissueView::mouth_displacement(const MaterialPoint& p, double d, double q
   return acus::mouth_displacement(moduli(p), element_sizes[p.tetrahedron], d, q, length);
 }
 
+double TissueView::held_share(const MaterialPoint& p) const {
+  if (free_index.empty()) return 0;
+  double held = 0;
+  for (int i = 0; i < 4; ++i)
+    if (free_index[mesh.tetrahedra[p.tetrahedron][i]] < 0) held += p.weights[i];
+  return std::clamp(held / p.weights.sum(), 0.0, 1.0);
+}
+
 RelaxationStep TissueView::relaxation_of(const MaterialPoint& p, int behind) const {
   const RelaxationStep& here = relaxation_of(p);
   if (behind < 0 || !relaxes()) return here;
@@ -107,7 +115,8 @@ DimpleSpring TissueView::dimple_spring(const MaterialPoint& p, double d, double 
 }
 
 GrooveSpring TissueView::groove_spring(const MaterialPoint& p, double d, double length) const {
-  return {moduli(p), local_compliance ? element_sizes[p.tetrahedron] : 0, d, length};
+  return {moduli(p), local_compliance ? element_sizes[p.tetrahedron] : 0, d, length,
+          local_compliance ? held_share(p) : 0};
 }
 
 double TissueView::tip_compliance(const MaterialPoint& p, double d, double f) const {

@@ -33,8 +33,11 @@ struct TissueView {
   bool local_compliance = true;                  // tissue.local_compliance: all
   double surface_moved = 0;                      // m, State::surface_moved
   std::span<const RelaxationStep> relaxation{};  // per region, none where no tissue relaxes
+  std::span<const int> free_index{};             // per node, below 0 if fixed; none: all are free
 
   int region(const MaterialPoint& p) const { return regions[p.tetrahedron]; }
+  // Of a place, how far fixed nodes carry it: from 0 to 1.
+  double held_share(const MaterialPoint& p) const;
   Moduli moduli(const MaterialPoint& p) const { return tissue_regions[region(p)].material; }
   const Interaction& interaction(const MaterialPoint& p) const { return interactions[region(p)]; }
   bool relaxes() const { return !relaxation.empty(); }

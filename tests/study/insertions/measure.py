@@ -10,7 +10,9 @@ from acus.apps.jumps import sizes
 from acus.drawn import Dents
 from acus.plan.tissue import boundary_of
 from acus.rotation import axis_of
+from acus.tissue_points import TissuePoints
 
+SHAFT = 100  # places of a needle that are looked at before it begins
 LOOK = 5  # ticks between two looks at the drawn skin
 BEFORE, AFTER = 3, 12  # ticks around a step of the force in which its event may lie
 STEP, SHARE = 0.05, 0.2  # N, and of the largest force of the run: a step is more
@@ -28,9 +30,12 @@ class Course:
 
 
 def run(insertion, looks=True):
-    """The Course; `looks`: with the tip under the drawn skin."""
+    """The Course; `looks`: with the tip under the drawn skin. Raises SceneError where the needle begins in the tissue."""
     model = acus.engine.load(insertion.scene)
     state, triangles = model.start(), boundary_of(model.tetrahedra)
+    ends = np.array(state.needle_positions("n"))[[0, -1]]
+    if not TissuePoints(model, np.linspace(*ends, SHAFT)).outside.all():
+        raise acus.SceneError("expected the needle outside the tissue, found its shaft inside it")
     base, work, told, events = insertion.base.copy(), 0.0, [], []
     for tick, move in enumerate(insertion.moves):
         base = base + move

@@ -30,10 +30,10 @@ LIMITS = (
     Limit("a puncture while the needle is drawn or pulls", 0, lambda row: row["punctures_drawn"] > 0),
     Limit("a step of the base force without event before it, or flag", 0.03, lambda row: row["steps"] > 0 and not row["step_flags"]),
     Limit("such a step, flagged", 0.05, lambda row: row["steps"] > 0 and row["step_flags"]),
-    Limit("more than 1 mm of shaft unheld", 0.15, lambda row: row["unheld"] > 1e-3),
-    Limit("more than 3 mm of shaft unheld", 0.03, lambda row: row["unheld"] > 3e-3),
-    Limit("a tip more than 0.2 mm below the drawn skin", 0.25, lambda row: row["under_skin"] > 2e-4),
-    Limit("a tip more than 0.5 mm below the drawn skin", 0.06, lambda row: row["under_skin"] > 5e-4),
+    Limit("more than 1 mm of shaft unheld", 0.02, lambda row: row["unheld"] > 1e-3),
+    Limit("more than 3 mm of shaft unheld", 0.01, lambda row: row["unheld"] > 3e-3),
+    Limit("a tip more than 0.2 mm below the drawn skin", 0.02, lambda row: row["under_skin"] > 2e-4),
+    Limit("a tip more than 0.5 mm below the drawn skin", 0.005, lambda row: row["under_skin"] > 5e-4),
     Limit("work of the hand below zero", 0.01, lambda row: row["work"] < -1e-6),
 )
 

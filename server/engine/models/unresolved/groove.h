@@ -9,6 +9,9 @@
 // needle's width would be above E, tissue is bent around the needle over a width on which it is E, and the difference
 // is never above C 2 E (R - a), about the mesh's resolution: the spring's stiffness is positive at every load.
 //
+// Where fixed nodes bear it the mesh gives nothing: C q ln(10) is added, of a body ten times as wide as R beneath,
+// times their share.
+//
 // c = 0.31, as the constants of local_compliance.h: rows of points 5 mm apart on meshes of 6.7 and 10 mm cells against
 // a strip that those meshes resolve; 0.31, 0.31 and 0.32 at nu = 0.3, 0.45 and 0.49, 0.19 to 0.40 along single lines.
 #pragma once
@@ -23,7 +26,8 @@ namespace acus {
 class GrooveSpring : public RelaxingSpring {
  public:
   // Under `length` (m) of a shaft of diameter d (m) on elements of the size `edge` (m); 0: the mesh has all of it.
-  GrooveSpring(const Moduli& moduli, double edge, double d, double length);
+  // `held`: the share of fixed nodes.
+  GrooveSpring(const Moduli& moduli, double edge, double d, double length, double held = 0);
 
   // At the force f (N), 0 <= f.
   double depth(double f) const;       // m
@@ -39,6 +43,7 @@ class GrooveSpring : public RelaxingSpring {
   double spread_;  // 2 E (N/m²)
   double radius_;  // a (m)
   double more_;    // X = R - a (m)
+  double give_;    // added to the logarithm
   double length_;  // m
 };
 

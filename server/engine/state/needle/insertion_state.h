@@ -111,7 +111,7 @@ inline bool is_alongside(const Insertion& insertion, int vertex) {
 }
 
 // Samples of a shaft for shaft_monitor.h; `length` of the needle (m).
-inline constexpr double kMonitorSpacing = 2e-3;  // m, of the samples, at most
+inline constexpr double kMonitorSpacing = 5e-4;  // m, of the samples, at most
 inline int monitor_samples(double length) { return static_cast<int>(std::ceil(length / kMonitorSpacing)); }
 
 // The shaft beside its path, see tick/insertion/transitions/shaft_monitor.h.

@@ -20,7 +20,7 @@ constexpr int kSamples = 4;  // of a cell
 constexpr double kTurningSpeed = 1;    // rad/s
 constexpr double kTurning = 1e3;       // rad/m of the cell's way, besides
 constexpr double kLeastLength = 1e-3;  // of a cell
-constexpr double kDeepest = 4e-3;      // m, at which a cell next to one that is held comes to be held
+constexpr double kDeepest = 10e-3;     // m, at which a contact begins
 
 // A length of shaft at the start of the tick.
 struct Cell {
@@ -112,15 +112,6 @@ Vector3 turned_towards(const Vector3& from, const Vector3& to, double angle) {
   return std::cos(angle) * from + std::sin(angle) * across;
 }
 
-// Whether a cell beside it bears a force, or is held otherwise.
-bool is_next_to_held(const HeldStretch& held, const Cell& cell, int index, const std::vector<ShaftCell>& cells) {
-  const auto bears = [&](int i) {
-    return i >= 0 && i < static_cast<int>(cells.size()) && cells[static_cast<std::size_t>(i)].contact.along > 0;
-  };
-  return bears(index - 1) || bears(index + 1) ||
-         std::min(held.apart(cell.from), held.apart(cell.from + cell.length)) < kHeldBeside;
-}
-
 // Whether the cell may be near the surface; remembers how far away that is.
 bool is_near(const InsertionView& at, const Cell& cell, ShaftCell& state) {
   const SurfacePoint nearest = at.tissue.surface.closest(at.tissue.x_start, cell.middle);
@@ -153,6 +144,7 @@ double partial_compliance(const InsertionView& at, const ShaftContact& contact) 
 // and the last offset explain, and than the cell can have moved, is taken up by the offset, which is closed slowly.
 double next_offset(const ShaftCell& state, double sunk, double over, double moves, double h) {
   const double unexplained = over + sunk - state.offset;
+  if (state.contact.along == 0 && unexplained > 0) return std::min(0.0, over);  // it comes out
   const double most = moves + kSettlingSpeed * h;
   const double explained =
       state.contact.along > 0 ? std::clamp(unexplained, -most, most) : std::max(unexplained, -most);
@@ -178,7 +170,7 @@ std::optional<ShaftContact> look_for_contact(const InsertionView& at, const Cell
   if (!(contact.normal.squaredNorm() > 0.5)) return std::nullopt;  // the sides of a thin sheet cancel
   const double over = put_points(at, cell, contact);
   if (begins) {
-    if (-over > (is_next_to_held(held, cell, index, cells) ? kDeepest : kUnnoticedDepth)) return std::nullopt;
+    if (-over > kDeepest) return std::nullopt;
     state.offset = std::min(0.0, over) * contact.length / cell.length;
     state.contact.creep = {};
   } else {

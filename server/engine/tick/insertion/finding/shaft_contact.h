@@ -13,8 +13,9 @@
 // contact whose length changes keeps its force per length.
 //
 // A distance that changes by more than the cell can have moved, as on another face of a fold, leaves an offset that is
-// closed at 5 mm/s. A cell that begins over 1 mm deep, or 4 mm next to shaft that is held and at the tip, has no
-// contact (shaft_monitor.h). Where an element is pressed flat the force rises no more.
+// closed at 5 mm/s. So does one that begins deep, as where tissue has sprung over the needle: it bears nothing yet, and
+// only what leads deeper; what comes out takes the offset along. Over 10 mm deep none begins (shaft_monitor.h). Where
+// an element is pressed flat the force rises no more.
 //
 // A cell is looked at where its last distance, less its own way and that of the fastest surface node, may be over.
 #pragma once

@@ -11,10 +11,10 @@ namespace acus {
 
 namespace {
 
-// Whether the surface bears the shaft there, at `place` of 0 at the base and 1 at the tip.
-bool bears(const Insertion& state, double place) {
+// Whether the surface has a contact with the shaft there, at `place` of 0 at the base and 1 at the tip.
+bool touches_beside(const Insertion& state, double place) {
   const auto cell = static_cast<std::size_t>(place * static_cast<double>(state.cells.size()));
-  return state.cells[std::min(cell, state.cells.size() - 1)].contact.along > 0;
+  return state.cells[std::min(cell, state.cells.size() - 1)].length > 0;
 }
 
 bool is_inside(const TissueView& tissue, const Vector3& p) {
@@ -35,7 +35,7 @@ void monitor_shaft(const InsertionView& at, const InsertionScratch& scratch, con
   const double step = length / samples;
   for (int i = 0; i < in_tick; ++i) {
     const double s = (monitor.next + 0.5) * step;
-    const bool is_held = held.apart(s) == 0 || bears(state, s / length);
+    const bool is_held = held.apart(s) <= kHeldBeside / 2 || touches_beside(state, s / length);
     if (!is_held && is_inside(at.tissue, curve_point(at.needle.model, at.needle.shape, s).position)) ++monitor.found;
     if (++monitor.next < samples) continue;
     monitor.unheld = monitor.found * step;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Length of shaft in tissue without any row: what has come to be deep beside its path without a contact (shaft_contact.h),
-// as by a jump of the base. A few samples are checked in each tick, the whole needle in every kMonitorPeriod.
+// Length of shaft in tissue without any row: what has come to be deep beside its path without a contact
+// (shaft_contact.h), as by a jump of the base. Within 1.5 mm of what path or tip hold it counts as held. A few samples
+// are checked in each tick, the whole needle in every kMonitorPeriod.
 #pragma once
 
 #include "server/engine/tick/insertion/insertion.h"
