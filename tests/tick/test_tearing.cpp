@@ -31,11 +31,8 @@ Scene rigid_needle(double strength) {
 
 double force_aside(const Bench& bench) { return -bench.needle().base_force.x(); }
 
-// The sideways force that tears the whole path: t per length of shaft, the tip's end counting as 1.5 diameters.
-double tearing_force(const Bench& bench) {
-  const Needle& needle = bench.simulation().scene().needles[0];
-  return kStrength * (bench.needle().inserted_depth + 1.5 * needle.outer_diameter);
-}
+// The sideways force that tears the whole path: t per length of shaft.
+double tearing_force(const Bench& bench) { return kStrength * bench.needle().inserted_depth; }
 
 TEST_CASE("a needle that is drawn sideways bears its path's strength times its length, there and back" *
           doctest::test_suite("gate")) {

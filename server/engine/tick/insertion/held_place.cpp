@@ -28,7 +28,7 @@ HeldPlace held_vertex(const InsertionView& at, const MaterialPoint& vertex, cons
   const CreptAcross spring = crept_across(tissue, vertex, creep);
   return {vertex, point.tangent, needle - tissue.position(vertex) - dimpled + spring.crept,
           beside_compliance(tissue, vertex, at.needle.model.diameter, point.supported) / spring.stiffening,
-          tissue.interaction(vertex).tear_strength * std::max(point.supported, kLeastSupported)};
+          tissue.interaction(vertex).tear_strength * std::max(point.tearing, kLeastSupported)};
 }
 
 HeldPlace held_tip(const InsertionView& at, const TipPlace& tip, const Creep& creep) {
@@ -36,10 +36,9 @@ HeldPlace held_tip(const InsertionView& at, const TipPlace& tip, const Creep& cr
   const MaterialPoint& material = tip.point.a;
   const CreptAcross spring = crept_across(tissue, material, creep);
   const double compliance = tip_lateral_compliance(at, material, tip.supported);
-  double strength = tissue.interaction(material).tear_strength;
-  if (!std::isinf(strength)) strength *= tissue.lateral_compliance(material, at.needle.model.diameter) / compliance;
   return {material, tip.tangent, at.needle.tip().position - tissue.position(tip.point) + spring.crept,
-          compliance / spring.stiffening, strength};
+          compliance / spring.stiffening,
+          tissue.interaction(material).tear_strength * std::max(tip.tearing, kLeastSupported)};
 }
 
 std::optional<TearLimit> tear_limit(const InsertionView& at, const HeldPlace& place, const Vector3& last) {

@@ -61,6 +61,7 @@ struct ShaftPoint {
   double advance = 0;                  // m, from there to the wall of a mouth or exit (path_wall.h)
   double owned = 0;                    // m, owned length (owned_lengths.h)
   double supported = 0;                // m, supported length; the tip has the rest
+  double tearing = 0;                  // m, tearing length, likewise
   double crept = 0;                    // m, of the spring along it, in the last tick
   Vector3 tangent = Vector3::UnitX();  // of the path, unit, towards the end
   bool mouth = false;                  // the path enters the tissue here,
@@ -110,6 +111,7 @@ struct TipPlace {
   int behind = -1;                     // this vertex, -1: it is the next one alone,
   int next = -1;                       // and this one, -1: the path's end
   double supported = 0;                // m, supported length
+  double tearing = 0;                  // m, tearing length
   Vector3 tangent = Vector3::UnitX();  // of the path there, unit
   Vector3 cutting = Vector3::UnitX();  // cutting direction at the start of the tick, unit
   BorderAhead ahead;                   // along it, at the start of the tick

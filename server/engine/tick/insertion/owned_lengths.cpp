@@ -43,6 +43,14 @@ double share_length(std::span<ShaftPoint> shaft, double end, bool tip_supports) 
   return left;
 }
 
+void share_tearing(std::span<ShaftPoint> shaft, TipPlace& tip, double end) {
+  double length = tip.supported;
+  for (const ShaftPoint& point : shaft) length += point.supported;
+  const double share = length > 0 ? length / (length + end) : 0;
+  for (ShaftPoint& point : shaft) point.tearing = share * point.supported;
+  tip.tearing = share * (tip.supported + end);
+}
+
 void scale_owned_lengths(const InsertionView& at, const Path& path, const Insertion& state, std::span<ShaftPoint> shaft,
                          double end) {
   while (!shaft.empty()) {

@@ -33,6 +33,11 @@ double tip_lateral_compliance(const InsertionView& at, const MaterialPoint& mate
   return 1 / (end + supported / at.tissue.lateral_compliance(material, d));
 }
 
+double end_length(const InsertionView& at, const MaterialPoint& material) {
+  const double d = at.needle.model.diameter, end = at.tissue.end_compliance(material, d);
+  return end > 0 ? at.tissue.lateral_compliance(material, d) / end : 0;
+}
+
 TipFriction tip_friction(const Needle& needle, const Vector3& along, const Vector3& normal, double friction) {
   const std::optional<double> face = face_angle(needle);
   if (!face) return {friction, 1};

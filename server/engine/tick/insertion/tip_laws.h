@@ -40,6 +40,8 @@ struct CutSpring {
 CutSpring cut_spring(const InsertionView& at, const MaterialPoint& end, const Creep& creep, const BorderAhead& border);
 // Across the path, in the tissue at `material`: that of the tip's end and of its supported length (m) in parallel.
 double tip_lateral_compliance(const InsertionView& at, const MaterialPoint& material, double supported);
+// The length of shaft (m) beside which the tissue is as stiff as around the tip's end.
+double end_length(const InsertionView& at, const MaterialPoint& material);
 
 struct TipFriction {
   double friction = 0;        // mu' (-)

@@ -170,6 +170,7 @@ void locate_inside(const InsertionView& at, const Path& path, InsertionScratch& 
   const std::span<ShaftPoint> shaft{scratch.located.shaft.begin(), scratch.located.shaft.end()};
   const double end = through ? std::min(length, end_s) : length;
   scratch.located.tip.supported = share_length(shaft, end, !through);
+  share_tearing(shaft, scratch.located.tip, through ? 0 : end_length(at, scratch.located.tip.point.a));
   scale_owned_lengths(at, path, scratch.next, shaft, end);
   if (!through) return;
   if (const auto point = find_next_surface(at, scratch.next))

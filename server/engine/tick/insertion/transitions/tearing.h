@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A path that its needle tears sideways. The tissue beside a shaft bears the force t per length
 // (Interaction::tear_strength; toughness plus yield stress times diameter of a wire that cuts [Kamyab, Chakrabarti,
-// Williams 1998]). A vertex bears T = t l, l its supported length; the tip bears T = t K/k, k the stiffness per length
-// beside the shaft and K that of the tip (models/unresolved/local_compliance.h).
+// Williams 1998]). A place bears T = t l, l its tearing length (owned_lengths.h).
 //
 // From T/2 on, one of the rows across the path is friction with the threshold T in series with the springs
 // (held_place.h): the row along the needle's distance from the path before the laws. At the end of the tick the path
