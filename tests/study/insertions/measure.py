@@ -123,6 +123,7 @@ def figures(insertion, course):
     steps = steps_of(course)
     flags = acus.flag_names(int(np.bitwise_or.reduce(course.flags)))
     direction = axis_of(insertion.orientation)
+    drawn = [move @ direction < -0.1 * np.linalg.norm(move) for move in insertion.moves]
     pulled = np.insert(course.forces @ direction, 0, 0.0)  # N, before each tick
     punctures = [(tick, force) for tick, kind, force in course.events if kind == "puncture"]
     return {"number": insertion.number, **insertion.about, "ticks": len(insertion.moves), "largest": float(np.linalg.norm(course.forces, axis=1).max()),
@@ -130,5 +131,5 @@ def figures(insertion, course):
             "step_tick": steps[0].tick if steps else -1, "step_follows": steps[0].follows if steps else "",
             "step_flags": " ".join(steps[0].flags) if steps else "", "unheld": float(course.unheld.max()),
             "under_skin": float(np.nanmax(course.under_skin)) if np.isfinite(course.under_skin).any() else 0.0,
-            "punctures": len(punctures), "punctures_drawn": sum(bool(insertion.moves[tick] @ direction < 0 or pulled[tick] > 0.01 * force) for tick, force in punctures),
+            "punctures": len(punctures), "punctures_drawn": sum(bool(drawn[tick] or pulled[tick] > 0.01 * force) for tick, force in punctures),
             "work": float(course.work.min()), "flags": " ".join(flags), "end": float(np.linalg.norm(course.forces[-1]))}
